@@ -1,0 +1,215 @@
+use crate::{Image, ImageView, ImagingError, Result, Rgb8};
+use multiversion::multiversion;
+use pursuit_geometry::Size;
+
+/// Which matrix relates luma and chroma to red, green and blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColorMatrix {
+    /// ITU-R BT.601, standard definition and JPEG.
+    #[default]
+    Bt601,
+    /// ITU-R BT.709, high definition.
+    Bt709,
+}
+
+/// How luma and chroma codes map to intensities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColorRange {
+    /// Luma 16–235, chroma 16–240: what video normally carries.
+    #[default]
+    Limited,
+    /// All 256 codes, as JPEG does.
+    Full,
+}
+
+/// A planar 4:2:0 colour image as decoders deliver it: full-size luma, chroma halved (rounding up) both ways.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Yuv420 {
+    y: Image<u8>,
+    u: Image<u8>,
+    v: Image<u8>,
+    matrix: ColorMatrix,
+    range: ColorRange,
+}
+
+impl Yuv420 {
+    /// From three planes; `u` and `v` must be `ceil(width / 2) × ceil(height / 2)`.
+    ///
+    /// # Errors
+    /// [`ImagingError::BufferLength`] when a chroma plane has the wrong size.
+    pub fn new(y: Image<u8>, u: Image<u8>, v: Image<u8>, matrix: ColorMatrix, range: ColorRange) -> Result<Self> {
+        let half = Size::new(y.width().div_ceil(2), y.height().div_ceil(2));
+        for plane in [&u, &v] {
+            if plane.size() != half {
+                return Err(ImagingError::BufferLength {
+                    width: half.width,
+                    height: half.height,
+                    stride: half.width,
+                    needed: half.area(),
+                    actual: plane.size().area(),
+                });
+            }
+        }
+        Ok(Self { y, u, v, matrix, range })
+    }
+
+    /// Width and height of the picture.
+    pub const fn size(&self) -> Size {
+        self.y.size()
+    }
+
+    /// The luma codes as stored.
+    pub fn luma(&self) -> ImageView<'_, u8> {
+        self.y.view()
+    }
+
+    /// The two chroma planes as stored: blue-difference, red-difference.
+    pub fn chroma(&self) -> (ImageView<'_, u8>, ImageView<'_, u8>) {
+        (self.u.view(), self.v.view())
+    }
+
+    /// How codes map to intensities.
+    pub const fn range(&self) -> ColorRange {
+        self.range
+    }
+
+    /// Which matrix relates the planes to red, green and blue.
+    pub const fn matrix(&self) -> ColorMatrix {
+        self.matrix
+    }
+
+    /// Luma stretched to 0–255, or `None` when the stored plane already is (then borrow [`luma`](Self::luma)).
+    pub(crate) fn expanded_luma(&self) -> Option<Image<u8>> {
+        (self.range == ColorRange::Limited).then(|| {
+            let mut gray = self.y.clone();
+            expand_limited(gray.as_mut_slice());
+            gray
+        })
+    }
+
+    /// Converts to red, green, blue (chroma replicated, as fast decoders do).
+    pub fn to_rgb(&self) -> Image<Rgb8> {
+        let coefficients = Coefficients::new(self.matrix, self.range);
+        let (width, height) = (self.y.width(), self.y.height());
+        let mut data = vec![[0u8; 3]; width * height];
+        for (row, out) in data.chunks_exact_mut(width).enumerate() {
+            row_to_rgb(self.y.row(row), self.u.row(row / 2), self.v.row(row / 2), &coefficients, out);
+        }
+        // The length is width · height of an image that exists, so this cannot fail; the plane itself is the fallback.
+        Image::from_vec(data, width, height).unwrap_or_else(|_| unreachable!("size of an existing image"))
+    }
+}
+
+/// Conversion in 16-bit fixed point with 6 fractional bits: enough for 8-bit results within 1 code of the exact matrix.
+struct Coefficients {
+    luma_offset: i32,
+    luma_gain: i32,
+    red_v: i32,
+    green_u: i32,
+    green_v: i32,
+    blue_u: i32,
+}
+
+const FRACTION_BITS: u32 = 14;
+
+impl Coefficients {
+    fn new(matrix: ColorMatrix, range: ColorRange) -> Self {
+        // Luma weights of red and blue: BT.601-7 table 3, BT.709-6 table 3.
+        let (kr, kb) = match matrix {
+            ColorMatrix::Bt601 => (0.299, 0.114),
+            ColorMatrix::Bt709 => (0.2126, 0.0722),
+        };
+        let kg = 1.0 - kr - kb;
+        let (luma_offset, luma_gain, chroma_gain) = match range {
+            ColorRange::Limited => (16, 255.0 / 219.0, 255.0 / 224.0),
+            ColorRange::Full => (0, 1.0, 1.0),
+        };
+        let fixed = |v: f64| (v * f64::from(1 << FRACTION_BITS)).round() as i32;
+        Self {
+            luma_offset,
+            luma_gain: fixed(luma_gain),
+            red_v: fixed(chroma_gain * 2.0 * (1.0 - kr)),
+            green_u: fixed(chroma_gain * 2.0 * kb * (1.0 - kb) / kg),
+            green_v: fixed(chroma_gain * 2.0 * kr * (1.0 - kr) / kg),
+            blue_u: fixed(chroma_gain * 2.0 * (1.0 - kb)),
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
+fn row_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) {
+    let half = 1 << (FRACTION_BITS - 1);
+    let clamp = |value: i32| (value >> FRACTION_BITS).clamp(0, 255) as u8;
+    for ((pair, luma), (&u, &v)) in out.chunks_mut(2).zip(y.chunks(2)).zip(u.iter().zip(v)) {
+        let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
+        let (red, green, blue) = (c.red_v * v, c.green_u * u + c.green_v * v, c.blue_u * u);
+        for (pixel, &luma) in pair.iter_mut().zip(luma) {
+            let y = (i32::from(luma) - c.luma_offset) * c.luma_gain + half;
+            *pixel = [clamp(y + red), clamp(y - green), clamp(y + blue)];
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
+fn expand_limited(codes: &mut [u8]) {
+    for code in codes {
+        // (code - 16) · 255 / 219, rounded: 298 / 256 is 255 / 219 to 4 digits.
+        let value = (i32::from(*code) - 16) * 298 + 128;
+        *code = (value >> 8).clamp(0, 255) as u8;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The matrix in floating point: the slow, obvious twin.
+    fn exact(y: u8, u: u8, v: u8, matrix: ColorMatrix, range: ColorRange) -> [f64; 3] {
+        let (kr, kb) = if matrix == ColorMatrix::Bt601 { (0.299, 0.114) } else { (0.2126, 0.0722) };
+        let (y, u, v) = match range {
+            ColorRange::Full => (f64::from(y), f64::from(u) - 128.0, f64::from(v) - 128.0),
+            ColorRange::Limited => (
+                (f64::from(y) - 16.0) * 255.0 / 219.0,
+                (f64::from(u) - 128.0) * 255.0 / 224.0,
+                (f64::from(v) - 128.0) * 255.0 / 224.0,
+            ),
+        };
+        let (r, b) = (y + 2.0 * (1.0 - kr) * v, y + 2.0 * (1.0 - kb) * u);
+        let g = (y - kr * r - kb * b) / (1.0 - kr - kb);
+        [r, g, b].map(|c| c.clamp(0.0, 255.0))
+    }
+
+    #[test]
+    fn conversion_stays_within_one_code_of_the_exact_matrix() {
+        for matrix in [ColorMatrix::Bt601, ColorMatrix::Bt709] {
+            for range in [ColorRange::Limited, ColorRange::Full] {
+                for code in 0..4096u32 {
+                    let [y, u, v] =
+                        [code.wrapping_mul(97), code.wrapping_mul(57), code.wrapping_mul(31)].map(|c| (c % 256) as u8);
+                    let plane = |value| Image::filled(1, 1, value).unwrap();
+                    let yuv = Yuv420::new(plane(y), plane(u), plane(v), matrix, range).unwrap();
+                    let rgb = yuv.to_rgb().as_slice()[0];
+                    for (got, want) in rgb.iter().zip(exact(y, u, v, matrix, range)) {
+                        assert!((f64::from(*got) - want).abs() <= 1.0, "{y} {u} {v} {matrix:?} {range:?}: {rgb:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn odd_sizes_have_chroma_rounded_up() {
+        let plane = |w, h| Image::filled(w, h, 128u8).unwrap();
+        let yuv = Yuv420::new(plane(5, 3), plane(3, 2), plane(3, 2), ColorMatrix::Bt601, ColorRange::Full).unwrap();
+        assert!(yuv.to_rgb().as_slice().iter().all(|p| *p == [128; 3]));
+        assert!(Yuv420::new(plane(5, 3), plane(2, 1), plane(3, 2), ColorMatrix::Bt601, ColorRange::Full).is_err());
+    }
+
+    #[test]
+    fn limited_luma_is_stretched_to_the_full_range() {
+        let y = Image::from_vec(vec![0, 16, 126, 235, 255, 16], 6, 1).unwrap();
+        let c = Image::filled(3, 1, 128u8).unwrap();
+        let yuv = Yuv420::new(y, c.clone(), c, ColorMatrix::Bt601, ColorRange::Limited).unwrap();
+        assert_eq!(yuv.expanded_luma().unwrap().as_slice(), [0, 0, 128, 255, 255, 0]);
+    }
+}
