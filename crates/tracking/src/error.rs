@@ -1,0 +1,85 @@
+use pursuit_geometry::{BBox, Size};
+
+/// What can go wrong when a tracker is made or fed. Losing the target is a state, never an error.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrackingError {
+    /// The box to start from cannot be used.
+    #[error(
+        "box {bbox} {problem} (the frame is {frame}); give left,top,width,height in pixels of a box that overlaps the frame"
+    )]
+    StartBox {
+        /// The box given.
+        bbox: BBox,
+        /// Size of the frame.
+        frame: Size,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A frame whose size differs from the one the tracker was started on.
+    #[error(
+        "frame {index} is {actual}, the tracker was started on {expected}; start it again (reinit) when the size changes"
+    )]
+    FrameSize {
+        /// Number of the frame.
+        index: u64,
+        /// Size at the start.
+        expected: Size,
+        /// Size now.
+        actual: Size,
+    },
+    /// A frame that lacks what the tracker needs.
+    #[error("tracker `{tracker}` needs {needed}, frame {index} has none; choose a tracker that works without it")]
+    MissingPlane {
+        /// Name of the tracker.
+        tracker: &'static str,
+        /// What it needs: colour, depth.
+        needed: &'static str,
+        /// Number of the frame.
+        index: u64,
+    },
+    /// A parameter that does not exist or has a senseless value.
+    #[error("parameter `{name}` of `{owner}`: {problem}")]
+    Parameter {
+        /// Tracker or detector the parameter belongs to.
+        owner: &'static str,
+        /// Name of the parameter.
+        name: String,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+    /// No tracker or detector of that name.
+    #[error("there is no {kind} called `{name}`; there are: {available}")]
+    UnknownName {
+        /// `tracker` or `detector`.
+        kind: &'static str,
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        available: String,
+    },
+    /// No target of that id in the set.
+    #[error("there is no target {id}; targets are removed once, by the id that `add` returned")]
+    UnknownTarget {
+        /// The id asked for.
+        id: u64,
+    },
+    /// A saved tracker that cannot be restored.
+    #[error("saved state of tracker `{tracker}` cannot be restored: {problem}")]
+    Snapshot {
+        /// Name of the tracker.
+        tracker: &'static str,
+        /// What is wrong with the bytes.
+        problem: String,
+    },
+    /// A computation on a valid input failed.
+    #[error("tracker `{tracker}`, frame {index}: {source}")]
+    Computation {
+        /// Name of the tracker.
+        tracker: &'static str,
+        /// Number of the frame.
+        index: u64,
+        /// What failed.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}

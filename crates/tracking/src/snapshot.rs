@@ -1,0 +1,36 @@
+//! Saved trackers: a short header, then the state.
+
+use crate::{Result, TrackingError};
+use serde::{Serialize, de::DeserializeOwned};
+
+const MAGIC: &[u8; 8] = b"pursuit\x01";
+
+/// Writes `state` of the tracker called `tracker`.
+pub(crate) fn write<T: Serialize>(tracker: &'static str, state: &T) -> Result<Vec<u8>> {
+    let mut bytes = MAGIC.to_vec();
+    let problem = |e: postcard::Error| TrackingError::Snapshot { tracker, problem: e.to_string() };
+    bytes.extend(postcard::to_stdvec(&(tracker, env!("CARGO_PKG_VERSION"))).map_err(problem)?);
+    bytes.extend(postcard::to_stdvec(state).map_err(problem)?);
+    Ok(bytes)
+}
+
+/// Reads what [`write`] wrote.
+pub(crate) fn read<T: DeserializeOwned>(tracker: &'static str, bytes: &[u8]) -> Result<T> {
+    let problem = |problem: String| TrackingError::Snapshot { tracker, problem };
+    let Some(rest) = bytes.strip_prefix(MAGIC) else {
+        return Err(problem("these bytes are not a saved tracker".into()));
+    };
+    let ((name, version), state) =
+        postcard::take_from_bytes::<(&str, &str)>(rest).map_err(|e| problem(e.to_string()))?;
+    if name != tracker {
+        return Err(problem(format!("they were saved by tracker `{name}`")));
+    }
+    if version != env!("CARGO_PKG_VERSION") {
+        return Err(problem(format!("they were saved by version {version}, this is {}", env!("CARGO_PKG_VERSION"))));
+    }
+    match postcard::take_from_bytes(state) {
+        Ok((value, [])) => Ok(value),
+        Ok((_, rest)) => Err(problem(format!("{} bytes too many", rest.len()))),
+        Err(e) => Err(problem(e.to_string())),
+    }
+}
