@@ -1,0 +1,59 @@
+/// What can go wrong with frames that come in or go out.
+///
+/// Every message is one line, names the thing and says what would mend it. [`is_output`](Self::is_output) tells the two
+/// directions apart, which is all a command line needs to choose its exit code.
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
+pub enum MediaError {
+    /// An input that cannot be opened or understood at all; no frame was delivered.
+    #[error("cannot read {name}: {reason}")]
+    Unreadable {
+        /// The input as the user wrote it, or the file inside it.
+        name: String,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
+    /// An input that broke after some frames; everything delivered before stays valid.
+    #[error("{name} breaks off at frame {frame}: {reason}")]
+    Broken {
+        /// The input as the user wrote it, or the file inside it.
+        name: String,
+        /// The frame that could not be had, from 0.
+        frame: u64,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
+    /// An output that cannot be created, written or finished.
+    #[error("cannot write {name}: {reason}")]
+    Unwritable {
+        /// The file or folder written to.
+        name: String,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
+}
+
+impl MediaError {
+    /// Whether the trouble is with writing; otherwise it is with reading.
+    pub const fn is_output(&self) -> bool {
+        matches!(self, Self::Unwritable { .. })
+    }
+
+    /// The number of the frame at which a readable input broke off.
+    pub const fn frame(&self) -> Option<u64> {
+        match self {
+            Self::Broken { frame, .. } => Some(*frame),
+            _ => None,
+        }
+    }
+
+    #[allow(dead_code)]
+    pub(crate) fn unreadable(name: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Unreadable { name: name.into(), reason: reason.into() }
+    }
+
+    #[allow(dead_code)]
+    pub(crate) fn broken(name: impl Into<String>, frame: u64, reason: impl Into<String>) -> Self {
+        Self::Broken { name: name.into(), frame, reason: reason.into() }
+    }
+}
