@@ -1,0 +1,1 @@
+//! Channel features of patches.

@@ -1,0 +1,1 @@
+//! Subwindow sampling and resizing.
