@@ -1,1 +1,0 @@
-//! Histograms of oriented gradients.

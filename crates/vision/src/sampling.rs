@@ -1,1 +1,0 @@
-//! Subwindow sampling and resizing.
