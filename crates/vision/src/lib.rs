@@ -4,7 +4,16 @@
 //! nothing is allocated per frame.
 
 pub mod color;
+pub mod contour;
+pub mod enclosing;
 pub mod features;
 pub mod fourier;
 pub mod hog;
+pub mod morphology;
+pub mod regions;
 pub mod sampling;
+pub mod segmentation;
+pub mod smoothing;
+mod window;
+
+pub use window::PixelWindow;
