@@ -47,12 +47,10 @@ impl MediaError {
         }
     }
 
-    #[allow(dead_code)]
     pub(crate) fn unreadable(name: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::Unreadable { name: name.into(), reason: reason.into() }
     }
 
-    #[allow(dead_code)]
     pub(crate) fn broken(name: impl Into<String>, frame: u64, reason: impl Into<String>) -> Self {
         Self::Broken { name: name.into(), frame, reason: reason.into() }
     }

@@ -1,10 +1,13 @@
 //! Where frames come from and where they go to: image folders, video files, cameras and streams on the way in
-//! (`open`), encoders and drawing on the way out ([`output`]).
+//! ([`input`]), wrappers, encoders and drawing on the way
+//! out ([`output`]).
 
 mod error;
+pub mod input;
 pub mod output;
 
 pub use error::MediaError;
+pub use input::{OpenOptions, Source, SourceInfo, Truth, open};
 
 /// The result of a fallible media operation.
 pub type Result<T, E = MediaError> = std::result::Result<T, E>;

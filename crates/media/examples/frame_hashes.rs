@@ -1,0 +1,53 @@
+//! Prints index, time and CRC-32 of every frame's planes, as `ffmpeg -f framehash -hash CRC32` does: for comparing decoders.
+//!
+//! `cargo run --release -p pursuit-media --example frame_hashes -- clip.mp4`
+
+use pursuit_imaging::{Frame, Pixels};
+use pursuit_media::{OpenOptions, Source, open};
+
+fn main() {
+    let input = std::env::args().nth(1).unwrap_or_else(|| "-".to_owned());
+    let options = OpenOptions { search_path: std::env::var_os("PATH"), ..OpenOptions::default() };
+    let mut source = open(&input, &options).unwrap_or_else(|e| {
+        eprintln!("{e}");
+        std::process::exit(3)
+    });
+    eprintln!("{:?}", source.info());
+    loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => {
+                let (bytes, crc) = hash(&frame);
+                println!("{}, {:.6}, {bytes}, {crc:08x}", frame.index(), frame.time_s());
+            }
+            Ok(None) => break,
+            Err(error) => {
+                eprintln!("{error}");
+                std::process::exit(3)
+            }
+        }
+    }
+}
+
+/// Number of bytes and CRC-32 of all planes, one after the other.
+fn hash(frame: &Frame) -> (usize, u32) {
+    let mut bytes = Vec::new();
+    match frame.pixels() {
+        Pixels::Gray8(image) => bytes.extend_from_slice(image.as_slice()),
+        Pixels::Gray16(image) => image.as_slice().iter().for_each(|v| bytes.extend(v.to_le_bytes())),
+        Pixels::Rgb8(image) => bytes.extend_from_slice(image.as_slice().as_flattened()),
+        Pixels::Yuv420(image) => {
+            let (u, v) = image.chroma();
+            for plane in [image.luma(), u, v] {
+                plane.rows().for_each(|row| bytes.extend_from_slice(row));
+            }
+        }
+    }
+    (bytes.len(), crc32(&bytes))
+}
+
+/// CRC-32 as in PNG and zip, bit by bit with a table.
+fn crc32(bytes: &[u8]) -> u32 {
+    let table: Vec<u32> =
+        (0..256u32).map(|n| (0..8).fold(n, |c, _| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 })).collect();
+    !bytes.iter().fold(!0, |c, &b| table[((c ^ u32::from(b)) & 0xFF) as usize] ^ (c >> 8))
+}

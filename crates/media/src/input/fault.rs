@@ -1,0 +1,50 @@
+use crate::MediaError;
+
+/// What stopped a reader, before a file name and a frame number are put to it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Fault {
+    /// Sound as far as we can tell, but not decoded here; `ffmpeg` may know it. Names the codec or feature.
+    Unsupported(String),
+    /// Broken, hostile, or not what it claims to be.
+    Malformed(String),
+}
+
+impl Fault {
+    pub fn unsupported(what: impl Into<String>) -> Self {
+        Self::Unsupported(what.into())
+    }
+
+    pub fn malformed(reason: impl Into<String>) -> Self {
+        Self::Malformed(reason.into())
+    }
+
+    pub fn reason(self) -> String {
+        match self {
+            Self::Unsupported(what) => format!("{what} is not decoded here; convert it to H.264 8-bit 4:2:0 in MP4"),
+            Self::Malformed(reason) => reason,
+        }
+    }
+
+    pub fn unreadable(self, name: &str) -> MediaError {
+        MediaError::unreadable(name, self.reason())
+    }
+
+    pub fn broken(self, name: &str, frame: u64) -> MediaError {
+        MediaError::broken(name, frame, self.reason())
+    }
+}
+
+impl From<std::io::Error> for Fault {
+    fn from(error: std::io::Error) -> Self {
+        Self::Malformed(match error.kind() {
+            std::io::ErrorKind::UnexpectedEof => "the file ends early".to_owned(),
+            _ => error.to_string(),
+        })
+    }
+}
+
+impl From<pursuit_imaging::ImagingError> for Fault {
+    fn from(error: pursuit_imaging::ImagingError) -> Self {
+        Self::Malformed(error.to_string())
+    }
+}

@@ -1,0 +1,150 @@
+use super::fault::Fault;
+use super::image::read_image;
+use crate::{MediaError, Result, Source, SourceInfo};
+use pursuit_imaging::{Frame, Pixels};
+use std::cmp::Ordering;
+use std::path::{Path, PathBuf};
+
+/// One row of a folder source: the image, and the depth image that goes with it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Row {
+    pub image: PathBuf,
+    pub depth: Option<PathBuf>,
+}
+
+/// A folder of images as a video.
+pub(crate) struct FolderSource {
+    rows: Vec<Row>,
+    info: SourceInfo,
+    fps: f64,
+    next: usize,
+    finished: bool,
+}
+
+impl FolderSource {
+    /// All JPEG and PNG files of `folder` in natural order.
+    pub fn list(folder: &Path, name: &str, fps: f64) -> Result<Self> {
+        let rows = list_images(folder, name)?.into_iter().map(|image| Row { image, depth: None }).collect();
+        Self::new(rows, name, fps, "image folder (built in)")
+    }
+
+    /// The images of `rows`, in their order.
+    pub fn new(rows: Vec<Row>, name: &str, fps: f64, decoder: &str) -> Result<Self> {
+        let first = rows.first().ok_or_else(|| MediaError::unreadable(name, "it lists no images"))?;
+        let size = read_image(&first.image)
+            .map(|pixels| Frame::new(0, 0.0, pixels).size())
+            .map_err(|fault| fault.unreadable(&first.image.display().to_string()))?;
+        let info = SourceInfo {
+            name: name.to_owned(),
+            size,
+            fps: Some(fps),
+            frame_count: Some(rows.len() as u64),
+            live: false,
+            decoder: decoder.to_owned(),
+            truth: None,
+        };
+        Ok(Self { rows, info, fps, next: 0, finished: false })
+    }
+
+    fn read(&self, row: &Row) -> Result<Frame> {
+        let index = self.next as u64;
+        let broken = |path: &Path, fault: Fault| fault.broken(&path.display().to_string(), index);
+        let pixels = read_image(&row.image).map_err(|f| broken(&row.image, f))?;
+        let frame = Frame::new(index, self.next as f64 / self.fps, pixels);
+        if frame.size() != self.info.size {
+            let reason = format!(
+                "it is {} pixels, the frames before it are {}; give all images one size",
+                frame.size(),
+                self.info.size
+            );
+            return Err(broken(&row.image, Fault::malformed(reason)));
+        }
+        let Some(path) = &row.depth else { return Ok(frame) };
+        match read_image(path).map_err(|f| broken(path, f))? {
+            Pixels::Gray16(depth_mm) => {
+                let size = depth_mm.size();
+                frame.with_depth(depth_mm).map_err(|_| {
+                    let reason = format!("the depth image is {size} pixels, its frame {}", self.info.size);
+                    broken(path, Fault::malformed(reason))
+                })
+            }
+            _ => Err(broken(path, Fault::malformed("a depth image must be a 16-bit grey PNG in millimetres"))),
+        }
+    }
+}
+
+impl Source for FolderSource {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        let row = match self.rows.get(self.next) {
+            Some(row) if !self.finished => row,
+            _ => return Ok(None),
+        };
+        let frame = self.read(row);
+        self.finished = frame.is_err();
+        self.next += 1;
+        frame.map(Some)
+    }
+}
+
+/// JPEG and PNG files of a folder (by extension; hidden files left out) in natural order.
+fn list_images(folder: &Path, name: &str) -> Result<Vec<PathBuf>> {
+    let unreadable = |e: std::io::Error| MediaError::unreadable(name, e.to_string());
+    let mut images = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let hidden = path.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b"."));
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        if !hidden && matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png")) {
+            images.push(path);
+        }
+    }
+    if images.is_empty() {
+        let reason = "the folder has no JPEG or PNG images and no frames.csv; name the folder that holds the images";
+        return Err(MediaError::unreadable(name, reason));
+    }
+    images.sort_by(|a, b| natural_order(&a.to_string_lossy(), &b.to_string_lossy()));
+    Ok(images)
+}
+
+/// Compares names so that `img9` comes before `img10`: runs of digits by value, everything else by character.
+fn natural_order(a: &str, b: &str) -> Ordering {
+    let (mut a, mut b) = (a.as_bytes(), b.as_bytes());
+    loop {
+        match (a.first(), b.first()) {
+            (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
+                let (x, y) = (take_digits(&mut a), take_digits(&mut b));
+                // Without leading zeros the longer number is the larger one; equal values fall through to what follows.
+                let order = x.len().cmp(&y.len()).then_with(|| x.cmp(y));
+                if order != Ordering::Equal {
+                    return order;
+                }
+            }
+            (Some(x), Some(y)) if x == y => (a, b) = (&a[1..], &b[1..]),
+            (x, y) => return x.cmp(&y),
+        }
+    }
+}
+
+/// Takes a run of digits off the front; returns it without leading zeros.
+fn take_digits<'a>(text: &mut &'a [u8]) -> &'a [u8] {
+    let end = text.iter().position(|b| !b.is_ascii_digit()).unwrap_or(text.len());
+    let (digits, rest) = text.split_at(end);
+    *text = rest;
+    &digits[digits.iter().position(|&b| b != b'0').unwrap_or(digits.len())..]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_names_count_by_value() {
+        let mut names = ["img10.png", "img9.png", "img1.png", "img002.png", "a.png", "img10a.png", "img010b.png"];
+        names.sort_by(|a, b| natural_order(a, b));
+        assert_eq!(names, ["a.png", "img1.png", "img002.png", "img9.png", "img10.png", "img10a.png", "img010b.png"]);
+    }
+}

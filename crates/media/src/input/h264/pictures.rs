@@ -1,0 +1,113 @@
+use super::sequence::{MAX_BUFFERED_MACROBLOCKS, Sequence};
+use super::units::{self, push_with_start_code};
+use crate::input::fault::Fault;
+use crate::input::mp4::AvcConfig;
+use crate::input::orientation::Orientation;
+use pursuit_geometry::Size;
+use pursuit_imaging::{ColorMatrix, ColorRange, Image, Yuv420};
+use rusty_h264_decoder::{DecodeError, Decoder};
+
+/// Decodes samples of an MP4 track to pictures, turned and cropped, in decoding order.
+pub(super) struct PictureDecoder {
+    decoder: Decoder,
+    config: AvcConfig,
+    orientation: Orientation,
+    sequence: Sequence,
+    matrix: ColorMatrix,
+    range: ColorRange,
+    started: bool,
+    /// The sample with start codes, reused from picture to picture.
+    stream: Vec<u8>,
+}
+
+impl PictureDecoder {
+    /// `first_sample` is looked at only when the container has no parameter sets of its own.
+    pub fn new(config: AvcConfig, orientation: Orientation, first_sample: &[u8]) -> Result<Self, Fault> {
+        let in_band = || units::units(first_sample, config.length_bytes).find(|u| is_sequence(u));
+        let unit = config.sps.first().map(Vec::as_slice).or_else(in_band);
+        let unit = unit.ok_or_else(|| Fault::malformed("the MP4 has no H.264 parameters (SPS)"))?;
+        let sequence = Sequence::read(unit)?;
+        // What the stream says goes before what the container says, as in other decoders.
+        let (matrix, range) = sequence.color.or(config.color).resolve(sequence.size);
+        let (decoder, stream) = (Decoder::new(), Vec::new());
+        Ok(Self { decoder, config, orientation, sequence, matrix, range, started: false, stream })
+    }
+
+    /// Width and height of every picture.
+    pub const fn size(&self) -> Size {
+        self.orientation.turned_size(self.sequence.size)
+    }
+
+    /// How many pictures may wait for their turn: sixteen (ITU-T H.264 §A.3.1), fewer when they are very large.
+    pub fn max_waiting(&self) -> usize {
+        (MAX_BUFFERED_MACROBLOCKS / self.sequence.macroblocks.max(1)).clamp(2, 16)
+    }
+
+    /// The picture of a sample; `None` when the sample holds none.
+    pub fn decode(&mut self, sample: &[u8]) -> Result<Option<Yuv420>, Fault> {
+        self.stream.clear();
+        if !self.started {
+            let sets = self.config.sps.iter().chain(&self.config.pps);
+            sets.for_each(|set| push_with_start_code(set, &mut self.stream));
+        }
+        let mut has_picture = false;
+        for unit in units::units(sample, self.config.length_bytes) {
+            if is_sequence(unit) {
+                self.check_sequence(unit)?;
+            }
+            has_picture |= units::is_slice(unit);
+            push_with_start_code(unit, &mut self.stream);
+        }
+        let picture = self.decoder.decode(&self.stream).map_err(fault)?;
+        self.started = true;
+        match picture {
+            Some(p) => self.finish((p.width, p.height), p.y, [p.u, p.v]).map(Some),
+            None if has_picture => Err(Fault::malformed("a part of the picture is missing")),
+            None => Ok(None),
+        }
+    }
+
+    /// New parameters on the way are fine as long as the picture keeps its size.
+    fn check_sequence(&self, unit: &[u8]) -> Result<(), Fault> {
+        let sequence = Sequence::read(unit)?;
+        if (sequence.size, sequence.crop_origin) == (self.sequence.size, self.sequence.crop_origin) {
+            return Ok(());
+        }
+        let reason =
+            format!("the picture changes from {} to {}; cut the file there", self.sequence.size, sequence.size);
+        Err(Fault::malformed(reason))
+    }
+
+    /// Cuts off what the decoder left on the left and top, and turns the planes.
+    fn finish(&self, decoded: (usize, usize), luma: Vec<u8>, [u, v]: [Vec<u8>; 2]) -> Result<Yuv420, Fault> {
+        let (left, top) = self.sequence.crop_origin;
+        let Size { width, height } = self.sequence.size;
+        if decoded != (width + left, height + top) {
+            let reason = format!("a picture is {}x{} instead of {width}x{height}", decoded.0, decoded.1);
+            return Err(Fault::malformed(reason));
+        }
+        let plane = |data: Vec<u8>, scale: usize| -> Result<Image<u8>, Fault> {
+            let whole = Image::from_vec(data, decoded.0 / scale, decoded.1 / scale)?;
+            let cut = if (left, top) == (0, 0) {
+                whole
+            } else {
+                let part = whole.view().crop(left / scale, top / scale, width / scale, height / scale);
+                part.ok_or_else(|| Fault::malformed("its H.264 picture is cropped to nothing"))?.to_image()
+            };
+            Ok(self.orientation.apply(cut)?)
+        };
+        let (y, u, v) = (plane(luma, 1)?, plane(u, 2)?, plane(v, 2)?);
+        Ok(Yuv420::new(y, u, v, self.matrix, self.range)?)
+    }
+}
+
+fn is_sequence(unit: &[u8]) -> bool {
+    units::kind(unit) == units::SEQUENCE_PARAMETERS
+}
+
+fn fault(error: DecodeError) -> Fault {
+    match error {
+        DecodeError::Unsupported(what) => Fault::unsupported(format!("H.264 with {what}")),
+        other => Fault::malformed(format!("the picture is damaged ({other})")),
+    }
+}

@@ -1,0 +1,70 @@
+/// A coded slice of a picture that is no instantaneous refresh (ITU-T H.264 table 7-1).
+pub(super) const SLICE: u8 = 1;
+/// A coded slice of an instantaneous decoder refresh picture.
+pub(super) const REFRESH_SLICE: u8 = 5;
+/// A sequence parameter set.
+pub(super) const SEQUENCE_PARAMETERS: u8 = 7;
+
+/// The units of a sample, each after a big-endian length of `length_bytes` (ISO/IEC 14496-15 §5.3.4.2); ends at the first
+/// that does not fit.
+pub(super) fn units(sample: &[u8], length_bytes: usize) -> impl Iterator<Item = &[u8]> {
+    let mut rest = sample;
+    std::iter::from_fn(move || {
+        let (length, tail) = rest.split_at_checked(length_bytes)?;
+        let length = length.iter().fold(0, |value, &byte| value << 8 | usize::from(byte));
+        let (unit, tail) = tail.split_at_checked(length)?;
+        rest = tail;
+        Some(unit)
+    })
+    .filter(|unit| !unit.is_empty())
+}
+
+/// The type of a unit.
+pub(super) fn kind(unit: &[u8]) -> u8 {
+    unit.first().map_or(0, |b| b & 31)
+}
+
+/// Whether a unit holds part of a picture.
+pub(super) fn is_slice(unit: &[u8]) -> bool {
+    matches!(kind(unit), SLICE..=REFRESH_SLICE)
+}
+
+/// Appends a unit with the start code decoders want.
+pub(super) fn push_with_start_code(unit: &[u8], out: &mut Vec<u8>) {
+    out.extend_from_slice(&[0, 0, 0, 1]);
+    out.extend_from_slice(unit);
+}
+
+/// The content of a unit without emulation prevention (ITU-T H.264 §7.4.1.1), at most `limit` bytes of it.
+pub(super) fn content(unit: &[u8], limit: usize) -> Vec<u8> {
+    let mut out = Vec::with_capacity(unit.len().min(limit));
+    let mut zeros = 0;
+    for &byte in unit.iter().skip(1) {
+        if out.len() == limit {
+            break;
+        }
+        if zeros >= 2 && byte == 3 {
+            zeros = 0;
+            continue;
+        }
+        zeros = if byte == 0 { zeros + 1 } else { 0 };
+        out.push(byte);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_end_where_they_no_longer_fit() {
+        let sample = [0, 2, 0x65, 9, 0, 0, 0, 1, 0x41, 0, 9, 1];
+        assert_eq!(units(&sample, 2).collect::<Vec<_>>(), [&[0x65, 9][..], &[0x41][..]]);
+    }
+
+    #[test]
+    fn emulation_prevention_is_taken_out() {
+        assert_eq!(content(&[0x67, 1, 0, 0, 3, 1, 0, 0, 3], 99), [1, 0, 0, 1, 0, 0]);
+    }
+}

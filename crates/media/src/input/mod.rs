@@ -1,0 +1,34 @@
+//! Where frames come from.
+//!
+//! [`open`] looks at what an input *is* (its first bytes, not its name) and returns a [`Source`]. H.264 in MP4/MOV,
+//! Motion JPEG in AVI, Y4M, and JPEG and PNG images are decoded here, with nothing installed; every other container,
+//! codec, stream and camera goes through an `ffmpeg` process.
+//!
+//! # Limits
+//! Outside bytes are not trusted. An image side is at most 32 768 pixels, an image at most [`MAX_PIXELS`]; both are checked
+//! from headers before anything is allocated. Files are read piece by piece, so that memory does not grow with a clip's
+//! length beyond 24 bytes a frame of an MP4's index.
+
+mod bytes;
+mod color;
+mod fault;
+mod folder;
+#[cfg(feature = "h264")]
+mod h264;
+mod image;
+mod limits;
+#[cfg(feature = "h264")]
+mod mp4;
+mod open;
+mod options;
+#[cfg(feature = "h264")]
+mod orientation;
+mod source;
+mod truth;
+mod y4m;
+
+pub use limits::MAX_PIXELS;
+pub use open::open;
+pub use options::OpenOptions;
+pub use source::{Source, SourceInfo};
+pub use truth::Truth;

@@ -1,0 +1,171 @@
+use super::boxes::{FileBox, child, children, file_box, full};
+use super::edits::Edits;
+use super::fragments::{Defaults, Fragments};
+use super::{AvcConfig, Codec, Sample, samples};
+use crate::input::bytes::{Fields, RandomAccess};
+use crate::input::color::{ColorInfo, matrix_of_code};
+use crate::input::fault::Fault;
+use crate::input::limits::check_size;
+use crate::input::orientation::Orientation;
+use pursuit_imaging::ColorRange;
+
+/// The largest index read into memory; that of a ten-hour film is a tenth of it.
+const MAX_INDEX_BYTES: u64 = 64 << 20;
+
+/// An MP4 or QuickTime file whose index has been read.
+pub(crate) struct Movie {
+    pub input: RandomAccess,
+    pub track: VideoTrack,
+}
+
+/// The first video track.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct VideoTrack {
+    pub codec: Codec,
+    /// Time units per second.
+    pub time_scale: u32,
+    /// In decoding order.
+    pub samples: Vec<Sample>,
+    pub edits: Edits,
+    pub orientation: Orientation,
+}
+
+impl Movie {
+    /// Reads the index.
+    pub fn read(mut input: RandomAccess) -> Result<Self, Fault> {
+        let (mut moov, mut fragments, mut cut) = (None, Vec::new(), false);
+        let mut at = 0;
+        while let Some(found) = file_box(&mut input, at)? {
+            cut = found.end > input.len();
+            match &found.kind {
+                b"moov" if moov.is_none() => moov = Some(read_body(&mut input, &found)?),
+                b"moof" if !cut => fragments.push(found),
+                _ => {}
+            }
+            at = found.end.min(input.len());
+        }
+        let moov = moov.ok_or_else(|| no_index(cut))?;
+        let track = VideoTrack::read(&moov, &fragments, &mut input)?;
+        Ok(Self { input, track })
+    }
+}
+
+fn no_index(cut: bool) -> Fault {
+    Fault::malformed(if cut {
+        "the MP4 ends before its index (moov): the recording or copy was cut off; copy it again or repair it"
+    } else {
+        "it has no MP4 index (moov), so there is no video in it"
+    })
+}
+
+fn read_body(input: &mut RandomAccess, found: &FileBox) -> Result<Vec<u8>, Fault> {
+    if found.end > input.len() {
+        return Err(no_index(true));
+    }
+    if found.end - found.body > MAX_INDEX_BYTES {
+        let mebibytes = MAX_INDEX_BYTES >> 20;
+        return Err(Fault::malformed(format!("its MP4 index is larger than {mebibytes} MiB; cut the file")));
+    }
+    let mut body = Vec::new();
+    input.read_at(found.body, found.end - found.body, &mut body)?;
+    Ok(body)
+}
+
+impl VideoTrack {
+    fn read(moov: &[u8], fragments: &[FileBox], input: &mut RandomAccess) -> Result<Self, Fault> {
+        let trak = children(moov).filter(|(kind, _)| kind == b"trak").map(|(_, b)| b).find(|b| is_video(b));
+        let trak = trak.ok_or_else(|| Fault::malformed("the MP4 has no video track"))?;
+        let damaged = || Fault::malformed("its MP4 index is damaged");
+        let (track_id, orientation) = child(trak, b"tkhd").and_then(track_header).ok_or_else(damaged)?;
+        let orientation = orientation.ok_or_else(|| Fault::unsupported("MP4 with a slanted picture"))?;
+        let mdia = child(trak, b"mdia").ok_or_else(damaged)?;
+        let time_scale = child(mdia, b"mdhd").and_then(time_scale_of).ok_or_else(damaged)?;
+        let movie_scale = child(moov, b"mvhd").and_then(time_scale_of).unwrap_or(1000);
+        let stbl = child(mdia, b"minf").and_then(|b| child(b, b"stbl")).ok_or_else(damaged)?;
+        let codec = child(stbl, b"stsd").and_then(codec_of).ok_or_else(damaged)??;
+        let mut samples = samples::expand(stbl, input.len())?;
+        if let Some(defaults) = Defaults::read(moov, track_id) {
+            let mut all = Fragments { track_id, defaults, samples, file_len: input.len(), decoding_time: 0 };
+            for found in fragments {
+                all.add(&read_body(input, found)?, found.start)?;
+            }
+            samples = all.samples;
+        }
+        let edits = Edits::read(trak, movie_scale, time_scale)?;
+        Ok(Self { codec, time_scale, samples, edits, orientation })
+    }
+}
+
+fn is_video(trak: &[u8]) -> bool {
+    let handler = child(trak, b"mdia").and_then(|b| child(b, b"hdlr"));
+    handler.and_then(|b| b.get(8..12)) == Some(b"vide")
+}
+
+/// Track number and orientation (`tkhd`).
+fn track_header(body: &[u8]) -> Option<(u32, Option<Orientation>)> {
+    let (version, _, mut fields) = full(body)?;
+    fields.skip(if version == 1 { 16 } else { 8 })?;
+    let id = fields.u32()?;
+    fields.skip(if version == 1 { 4 + 8 } else { 4 + 4 } + 8 + 2 + 2 + 2 + 2)?;
+    let mut entry = || fields.u32().map(u32::cast_signed);
+    let (a, b, _u, c, d) = (entry()?, entry()?, entry()?, entry()?, entry()?);
+    Some((id, Orientation::from_matrix([a, b, c, d])))
+}
+
+/// Time units per second, from `mvhd` or `mdhd`, which begin alike.
+fn time_scale_of(body: &[u8]) -> Option<u32> {
+    let (version, _, mut fields) = full(body)?;
+    fields.skip(if version == 1 { 16 } else { 8 })?;
+    fields.u32().filter(|&scale| scale > 0)
+}
+
+/// How the samples are coded (`stsd`); only the first description counts.
+fn codec_of(stsd: &[u8]) -> Option<Result<Codec, Fault>> {
+    let (_, _, mut fields) = full(stsd)?;
+    fields.u32()?;
+    let (kind, entry) = children(fields.0).next()?;
+    // A visual sample entry has 78 bytes before its boxes (ISO/IEC 14496-12 §12.1.3).
+    let mut header = Fields(entry);
+    header.skip(24)?;
+    let (width, height) = (header.u16()?, header.u16()?);
+    let boxes = entry.get(78..)?;
+    if !matches!(&kind, b"avc1" | b"avc3") {
+        return Some(Ok(Codec::Other(kind.escape_ascii().to_string())));
+    }
+    let Some(mut config) = child(boxes, b"avcC").and_then(avc_config) else {
+        return Some(Err(Fault::malformed("the MP4's H.264 configuration is damaged")));
+    };
+    config.color = child(boxes, b"colr").and_then(color_info).unwrap_or_default();
+    // The real size comes from the stream; this one only has to be sane.
+    Some(check_size(width.into(), height.into()).map(|_| Codec::Avc(config)))
+}
+
+fn avc_config(body: &[u8]) -> Option<AvcConfig> {
+    let mut fields = Fields(body);
+    fields.skip(4)?;
+    let length_bytes = usize::from(fields.u8()? & 3) + 1;
+    let mut sets = |mask: u8| {
+        let count = fields.u8()? & mask;
+        (0..count)
+            .map(|_| {
+                let length = fields.u16()?;
+                fields.bytes(length.into()).map(<[u8]>::to_vec)
+            })
+            .collect::<Option<Vec<_>>>()
+    };
+    Some(AvcConfig { length_bytes, sps: sets(31)?, pps: sets(255)?, color: ColorInfo::default() })
+}
+
+/// `colr` of type `nclx` (MP4) or `nclc` (QuickTime).
+fn color_info(body: &[u8]) -> Option<ColorInfo> {
+    let mut fields = Fields(body);
+    let kind = fields.array::<4>()?;
+    if !matches!(&kind, b"nclx" | b"nclc") {
+        return None;
+    }
+    fields.skip(4)?;
+    let matrix = matrix_of_code(u8::try_from(fields.u16()?).unwrap_or(0));
+    let full_range = (&kind == b"nclx").then(|| fields.u8()).flatten().map(|b| b & 0x80 != 0);
+    let range = full_range.map(|full| if full { ColorRange::Full } else { ColorRange::Limited });
+    Some(ColorInfo { matrix, range })
+}

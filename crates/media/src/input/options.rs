@@ -1,0 +1,30 @@
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// How to open an input. `OpenOptions::default()` decodes what is built in and knows no `ffmpeg`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenOptions {
+    /// The `ffmpeg` executable to use for everything that is not built in.
+    pub ffmpeg: Option<PathBuf>,
+    /// Where to look for `ffmpeg` when none is named: the value of the caller's `PATH`. Libraries read no environment.
+    pub search_path: Option<OsString>,
+    /// Frames per second of inputs that state no rate: image folders, Motion JPEG on standard input, `frames.csv`.
+    pub default_fps: f64,
+}
+
+impl Default for OpenOptions {
+    fn default() -> Self {
+        Self { ffmpeg: None, search_path: None, default_fps: 30.0 }
+    }
+}
+
+impl OpenOptions {
+    /// The `ffmpeg` to use: the one named, else the first on the search path.
+    pub fn find_ffmpeg(&self) -> Option<PathBuf> {
+        let name = if cfg!(windows) { "ffmpeg.exe" } else { "ffmpeg" };
+        self.ffmpeg.clone().or_else(|| {
+            let directories = std::env::split_paths(self.search_path.as_ref()?);
+            directories.map(|d| d.join(name)).find(|p| p.is_file())
+        })
+    }
+}

@@ -1,0 +1,53 @@
+use crate::{Result, Truth};
+use pursuit_geometry::Size;
+use pursuit_imaging::Frame;
+
+/// Anything that delivers frames, one after the other.
+pub trait Source: Send {
+    /// What is known before the first frame is read.
+    fn info(&self) -> &SourceInfo;
+
+    /// The next frame, or `None` after the last.
+    ///
+    /// # Errors
+    /// [`MediaError::Broken`](crate::MediaError::Broken) when the input breaks off. Everything that could be decoded has
+    /// been delivered by then, and what was delivered stays valid; later calls return `None`.
+    fn next_frame(&mut self) -> Result<Option<Frame>>;
+}
+
+impl<S: Source + ?Sized> Source for Box<S> {
+    fn info(&self) -> &SourceInfo {
+        (**self).info()
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        (**self).next_frame()
+    }
+}
+
+/// What a [`Source`] knows about itself before its first frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceInfo {
+    /// The input as the user wrote it.
+    pub name: String,
+    /// Width and height of every frame, after rotation, in pixels.
+    pub size: Size,
+    /// Nominal frames per second, where the input states a rate. Frames carry their own times; this is for display.
+    pub fps: Option<f64>,
+    /// How many frames there will be, where that is known beforehand.
+    pub frame_count: Option<u64>,
+    /// Whether frames come in real time and cannot wait (cameras, streams).
+    pub live: bool,
+    /// How it is decoded, in words: `H.264 in MP4 (built in)`, `ffmpeg: vp9`.
+    pub decoder: String,
+    /// The true boxes that came with the input, by frame index; see [`truth_at`](Self::truth_at).
+    pub truth: Option<Vec<Truth>>,
+}
+
+impl SourceInfo {
+    /// The true box of frame `index`; [`Truth::Unknown`] where nothing is said.
+    pub fn truth_at(&self, index: u64) -> Truth {
+        let row = self.truth.as_ref().and_then(|t| t.get(usize::try_from(index).ok()?));
+        row.copied().unwrap_or(Truth::Unknown)
+    }
+}
