@@ -2,19 +2,15 @@ use super::SIGNED;
 use multiversion::multiversion;
 use pursuit_geometry::Size;
 
-/// A cell's histogram, padded so that an orientation masked to its range never misses and vectors fit.
-pub(super) type Histogram = [f32; STRIDE];
-pub(super) const STRIDE: usize = 32;
-
-/// The orientation histograms of all cells, filled row by row.
+/// The orientation histograms of all cells, filled row by row: 18 planes, one for each orientation.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CellHistograms {
     grid: Size,
     cell_px: usize,
-    histograms: Vec<Histogram>,
-    /// Votes of one row of pixels; one cell more on either side than the grid.
-    row: Vec<Histogram>,
-    /// For each column of pixels: the cell to the left of or at it (shifted by 1, as in `row`) and the share of the next.
+    planes: Vec<f32>,
+    /// Votes of one row of pixels: a line for each orientation, one cell more on either side than the grid.
+    votes: Vec<f32>,
+    /// For each column of pixels: the cell to the left of or at it (shifted by 1, as in `votes`) and the share of the next.
     columns: Vec<(u32, f32)>,
 }
 
@@ -22,7 +18,6 @@ impl CellHistograms {
     /// Empties the histograms of `grid` cells.
     pub(super) fn start(&mut self, cell_px: usize, grid: Size) {
         if self.cell_px != cell_px || self.grid.width != grid.width {
-            self.row.resize(grid.width + 2, [0.0; STRIDE]);
             self.columns.clear();
             self.columns.extend((0..grid.width * cell_px).map(|x| {
                 let (cell, share) = split(x, cell_px);
@@ -30,34 +25,34 @@ impl CellHistograms {
             }));
         }
         (self.cell_px, self.grid) = (cell_px, grid);
-        self.histograms.resize(grid.area(), [0.0; STRIDE]);
-        self.histograms.fill([0.0; STRIDE]);
+        self.votes.resize(SIGNED * (grid.width + 2), 0.0);
+        self.planes.resize(SIGNED * grid.area(), 0.0);
+        self.planes.fill(0.0);
     }
 
     /// Lets the pixels of row `y` vote, bilinearly among the nearest cells.
     pub(super) fn add_row(&mut self, y: usize, magnitude: &[f32], orientation: &[u32]) {
-        self.row.fill([0.0; STRIDE]);
+        let Size { width, height } = self.grid;
+        self.votes.fill(0.0);
         for ((&(cell, share), &magnitude), &bin) in self.columns.iter().zip(magnitude).zip(orientation) {
-            let [first, second] = &mut self.row[cell as usize..][..2] else { unreachable!("two cells were taken") };
-            let bin = bin as usize % STRIDE;
+            let at = bin as usize * (width + 2) + cell as usize;
+            let [first, second] = &mut self.votes[at..at + 2] else { unreachable!("two cells were taken") };
             let next = magnitude * share;
-            first[bin] += magnitude - next;
-            second[bin] += next;
+            *first += magnitude - next;
+            *second += next;
         }
         let (cell, share) = split(y, self.cell_px);
-        let Size { width, height } = self.grid;
         // `cell` counts from 1 for the first row of cells; votes for cells outside are dropped.
         for (cell, weight) in [(cell, 1.0 - share), (cell + 1, share)] {
             if (1..=height).contains(&cell) && weight > 0.0 {
-                let line = &mut self.histograms[(cell - 1) * width..cell * width];
-                add_scaled(&self.row[1..=width], weight, line);
+                add_scaled(&self.votes, weight, &mut self.planes, self.grid, cell - 1);
             }
         }
     }
 
-    /// All histograms, row by row; the first 18 entries of each count.
-    pub(super) fn histograms(&self) -> &[Histogram] {
-        &self.histograms
+    /// The histograms: 18 planes of the grid's size.
+    pub(super) fn planes(&self) -> &[f32] {
+        &self.planes
     }
 }
 
@@ -68,14 +63,13 @@ fn split(x: usize, cell_px: usize) -> (usize, f32) {
     (position as usize, position.fract())
 }
 
+/// Adds weighted votes to row `row` of every plane.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
-fn add_scaled(row: &[Histogram], weight: f32, out: &mut [Histogram]) {
-    // 24 is the first multiple of a vector's length that holds all orientations.
-    const USED: usize = 24;
-    const { assert!(USED >= SIGNED && USED <= STRIDE) };
-    for (out, row) in out.iter_mut().zip(row) {
-        for o in 0..USED {
-            out[o] += weight * row[o];
+fn add_scaled(votes: &[f32], weight: f32, planes: &mut [f32], grid: Size, row: usize) {
+    let Size { width, .. } = grid;
+    for (plane, votes) in planes.chunks_exact_mut(grid.area()).zip(votes.chunks_exact(width + 2)) {
+        for (sum, vote) in plane[row * width..(row + 1) * width].iter_mut().zip(&votes[1..=width]) {
+            *sum += weight * vote;
         }
     }
 }

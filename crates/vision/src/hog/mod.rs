@@ -111,11 +111,11 @@ impl Hog {
             }
             self.cells.add_row(y, &self.magnitude, &self.orientation);
         }
-        let cells = self.cells.histograms();
+        let cells = self.cells.planes();
         self.norms.compute(cells, grid);
         match self.layout {
             HogLayout::Felzenszwalb31 => normalize::felzenszwalb(cells, &self.norms, out),
-            HogLayout::Dalal36 => normalize::dalal(cells, &mut self.norms, out),
+            HogLayout::Dalal36 => normalize::dalal(cells, &self.norms, out),
         }
     }
 }
