@@ -1,0 +1,102 @@
+//! The one error type of the crate.
+
+use thiserror::Error;
+
+/// What can go wrong in a filter. Whatever the variant, the belief the call was made on is left exactly as it was.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EstimationError {
+    /// A number that must be finite is not.
+    #[error(
+        "{what} has a component that is not finite; leave out the step (a missing measurement is no update call) or mend the source"
+    )]
+    NotFinite {
+        /// The quantity at fault.
+        what: &'static str,
+    },
+    /// A covariance or noise matrix is not symmetric.
+    #[error(
+        "{what} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ; average the two before handing it over"
+    )]
+    NotSymmetric {
+        /// The matrix at fault.
+        what: &'static str,
+        /// Row of the first entry that differs from its mirror image, 0-based.
+        row: usize,
+        /// Column of that entry, 0-based.
+        column: usize,
+    },
+    /// A matrix that must be positive (semi-)definite is not.
+    #[error(
+        "{what} is not {requirement}: the pivot of row {row} is {pivot:e}; check signs and units of that component's variance"
+    )]
+    NotPositive {
+        /// The matrix at fault.
+        what: &'static str,
+        /// "positive definite" or "positive semi-definite".
+        requirement: &'static str,
+        /// Row of the pivot that fails, 0-based.
+        row: usize,
+        /// Its value.
+        pivot: f64,
+    },
+    /// A time step that is zero, negative or not finite.
+    #[error("the time step must be a positive number of seconds, but it is {dt_s}; check the order of the time stamps")]
+    TimeStep {
+        /// The step given, in seconds.
+        dt_s: f64,
+    },
+    /// The innovation covariance `S = H P Hᵀ + R` cannot be inverted.
+    #[error(
+        "the innovation covariance is singular (pivot {pivot:e} in row {row}); give that measurement component some noise"
+    )]
+    SingularInnovation {
+        /// Row of the pivot that fails, 0-based.
+        row: usize,
+        /// Its value.
+        pivot: f64,
+    },
+    /// A parameter outside its range.
+    #[error("{name} = {value} is out of range: it must be {expected}")]
+    Parameter {
+        /// The parameter's name.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be accepted, in words.
+        expected: &'static str,
+    },
+    /// Two inputs whose lengths must agree do not, or too few samples were given.
+    #[error("{what}: got {got} where {expected} is needed")]
+    Length {
+        /// Which input.
+        what: &'static str,
+        /// The length given.
+        got: usize,
+        /// The length needed.
+        expected: usize,
+    },
+    /// An iteration did not settle.
+    #[error(
+        "{what} did not converge in {iterations} iterations; check that the model is detectable from its measurements"
+    )]
+    NoConvergence {
+        /// The computation at fault.
+        what: &'static str,
+        /// Iterations made.
+        iterations: usize,
+    },
+}
+
+/// The result of a computation of this crate.
+pub type Result<T> = std::result::Result<T, EstimationError>;
+
+/// Refuses a value that is not finite or does not satisfy `holds`.
+pub(crate) fn require(name: &'static str, value: f64, holds: bool, expected: &'static str) -> Result<()> {
+    if value.is_finite() && holds { Ok(()) } else { Err(EstimationError::Parameter { name, value, expected }) }
+}
+
+/// Refuses a time step that is not a positive finite number of seconds.
+pub(crate) fn require_time_step(dt_s: f64) -> Result<()> {
+    if dt_s.is_finite() && dt_s > 0.0 { Ok(()) } else { Err(EstimationError::TimeStep { dt_s }) }
+}

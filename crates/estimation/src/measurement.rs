@@ -1,0 +1,135 @@
+//! Linear measurements and what they say against a belief.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::matrix::{cholesky, log_determinant, mahalanobis_squared, require_finite, require_semi_definite};
+use crate::{EstimationError, Result};
+
+/// A linear sensor: `z = H x + v`, `v ~ N(0, R)`, of `M` values of a state of `N` components.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<M, N>", into = "Raw<M, N>")]
+pub struct LinearMeasurement<const M: usize, const N: usize> {
+    matrix: SMatrix<f64, M, N>,
+    noise: SMatrix<f64, M, M>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "LinearMeasurement")]
+struct Raw<const M: usize, const N: usize> {
+    matrix: SMatrix<f64, M, N>,
+    noise: SMatrix<f64, M, M>,
+}
+
+impl<const M: usize, const N: usize> From<LinearMeasurement<M, N>> for Raw<M, N> {
+    fn from(sensor: LinearMeasurement<M, N>) -> Self {
+        Self { matrix: sensor.matrix, noise: sensor.noise }
+    }
+}
+
+impl<const M: usize, const N: usize> TryFrom<Raw<M, N>> for LinearMeasurement<M, N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<M, N>) -> Result<Self> {
+        Self::new(raw.matrix, raw.noise)
+    }
+}
+
+impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
+    /// A sensor with measurement matrix `H` and noise covariance `R`.
+    ///
+    /// `R` may be semi-definite (a perfect sensor); an update then still needs `H P Hᵀ + R` to be regular.
+    ///
+    /// # Errors
+    /// Where either is not finite, or `R` is not symmetric and positive semi-definite.
+    pub fn new(matrix: SMatrix<f64, M, N>, noise: SMatrix<f64, M, M>) -> Result<Self> {
+        require_finite("the measurement matrix", &matrix)?;
+        Ok(Self { matrix, noise: require_semi_definite("the measurement noise", &noise)? })
+    }
+
+    /// A sensor that reads the state's components `indices` directly, each with its own noise variance: the way to
+    /// write a partial measurement.
+    ///
+    /// # Errors
+    /// Where an index is not below `N`, or a variance is negative or not finite.
+    pub fn select(indices: [usize; M], variances: [f64; M]) -> Result<Self> {
+        let mut matrix = SMatrix::<f64, M, N>::zeros();
+        for (row, index) in indices.into_iter().enumerate() {
+            let entry = matrix.get_mut((row, index)).ok_or(EstimationError::Length {
+                what: "an index of a measured component, plus one, exceeds the state",
+                got: index + 1,
+                expected: N,
+            })?;
+            *entry = 1.0;
+        }
+        Self::new(matrix, SMatrix::from_diagonal(&SVector::from(variances)))
+    }
+
+    /// The same sensor with another noise covariance, for example one that grows as a detector grows unsure.
+    ///
+    /// # Errors
+    /// Where `noise` is not finite, symmetric and positive semi-definite.
+    pub fn with_noise(mut self, noise: SMatrix<f64, M, M>) -> Result<Self> {
+        self.noise = require_semi_definite("the measurement noise", &noise)?;
+        Ok(self)
+    }
+
+    /// `H`, the measurement matrix.
+    pub const fn matrix(&self) -> &SMatrix<f64, M, N> {
+        &self.matrix
+    }
+
+    /// `R`, the covariance of the measurement noise.
+    pub const fn noise(&self) -> &SMatrix<f64, M, M> {
+        &self.noise
+    }
+}
+
+/// What a measurement said that the belief did not expect: residual `ν = z − H x`, covariance `S = H P Hᵀ + R`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation<const M: usize> {
+    residual: SVector<f64, M>,
+    covariance: SMatrix<f64, M, M>,
+    factor: SMatrix<f64, M, M>,
+}
+
+impl<const M: usize> Innovation<M> {
+    /// An innovation from its residual and covariance.
+    ///
+    /// # Errors
+    /// Where the residual is not finite or the covariance is singular.
+    #[inline]
+    pub fn new(residual: SVector<f64, M>, covariance: SMatrix<f64, M, M>) -> Result<Self> {
+        require_finite("the innovation", &residual)?;
+        match cholesky(&covariance) {
+            Ok(factor) => Ok(Self { residual, covariance, factor }),
+            Err((row, pivot)) => Err(EstimationError::SingularInnovation { row, pivot }),
+        }
+    }
+
+    /// `ν`, measured minus expected.
+    pub const fn residual(&self) -> &SVector<f64, M> {
+        &self.residual
+    }
+
+    /// `S`, the covariance the residual should have.
+    pub const fn covariance(&self) -> &SMatrix<f64, M, M> {
+        &self.covariance
+    }
+
+    /// The lower Cholesky factor of `S`.
+    pub const fn factor(&self) -> &SMatrix<f64, M, M> {
+        &self.factor
+    }
+
+    /// The normalised innovation squared `νᵀ S⁻¹ ν`: χ² with `M` degrees of freedom for a consistent filter.
+    pub fn nis(&self) -> f64 {
+        mahalanobis_squared(&self.factor, &self.residual)
+    }
+
+    /// The logarithm of the measurement's likelihood, `ln N(ν; 0, S)`.
+    pub fn log_likelihood(&self) -> f64 {
+        -0.5 * (self.nis() + log_determinant(&self.factor) + M as f64 * std::f64::consts::TAU.ln())
+    }
+}

@@ -1,0 +1,11 @@
+//! Motion models with exact discretisation: the process noise of a model in continuous time is integrated over the
+//! step, so that two half steps and one whole step agree.
+//!
+//! Units are whatever the position is measured in (pixels in a tracker) and seconds. States are ordered by derivative
+//! and then by axis: `[x, y, vx, vy, ax, ay]`.
+
+mod boxes;
+mod integrators;
+
+pub use boxes::{PhysicalBox, SortBox, StepBox};
+pub use integrators::{ConstantAcceleration, ConstantVelocity, Integrators, KinematicNoise, RandomWalk};

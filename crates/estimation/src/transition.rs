@@ -1,0 +1,101 @@
+//! How a state moves over one time step, and the models that say so for any step length.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::matrix::{require_finite, require_semi_definite};
+use crate::{EstimationError, Result};
+
+/// One step of linear motion: `x ← F x + B u + w`, `w ~ N(0, Q)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+pub struct Transition<const N: usize> {
+    matrix: SMatrix<f64, N, N>,
+    noise: SMatrix<f64, N, N>,
+    offset: SVector<f64, N>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "Transition")]
+struct Raw<const N: usize> {
+    matrix: SMatrix<f64, N, N>,
+    noise: SMatrix<f64, N, N>,
+    offset: SVector<f64, N>,
+}
+
+impl<const N: usize> From<Transition<N>> for Raw<N> {
+    fn from(step: Transition<N>) -> Self {
+        Self { matrix: step.matrix, noise: step.noise, offset: step.offset }
+    }
+}
+
+impl<const N: usize> TryFrom<Raw<N>> for Transition<N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<N>) -> Result<Self> {
+        Self::new(raw.matrix, raw.noise)?.with_offset(raw.offset)
+    }
+}
+
+impl<const N: usize> Transition<N> {
+    /// A step by the transition matrix `F` with process noise covariance `Q`, and no control input.
+    ///
+    /// # Errors
+    /// Where either is not finite, or `Q` is not symmetric and positive semi-definite.
+    pub fn new(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        require_finite("the transition matrix", &matrix)?;
+        let noise = require_semi_definite("the process noise", &noise)?;
+        Ok(Self { matrix, noise, offset: SVector::zeros() })
+    }
+
+    /// A step built from a model whose matrices are sound by construction; only overflow is looked for.
+    pub(crate) fn computed(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        require_finite("the transition matrix", &matrix)?;
+        require_finite("the process noise", &noise)?;
+        Ok(Self { matrix, noise, offset: SVector::zeros() })
+    }
+
+    /// The same step with the known displacement `B u` (a control input) added to the mean.
+    ///
+    /// # Errors
+    /// Where `offset` is not finite.
+    pub fn with_offset(mut self, offset: SVector<f64, N>) -> Result<Self> {
+        require_finite("the control displacement", &offset)?;
+        self.offset = offset;
+        Ok(self)
+    }
+
+    /// The same step with another process noise covariance.
+    ///
+    /// # Errors
+    /// Where `noise` is not finite, symmetric and positive semi-definite.
+    pub fn with_noise(mut self, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        self.noise = require_semi_definite("the process noise", &noise)?;
+        Ok(self)
+    }
+
+    /// `F`, the transition matrix.
+    pub const fn matrix(&self) -> &SMatrix<f64, N, N> {
+        &self.matrix
+    }
+
+    /// `Q`, the covariance of the process noise gathered over the step.
+    pub const fn noise(&self) -> &SMatrix<f64, N, N> {
+        &self.noise
+    }
+
+    /// `B u`, the known displacement of the step; zero without a control input.
+    pub const fn offset(&self) -> &SVector<f64, N> {
+        &self.offset
+    }
+}
+
+/// A model of motion in continuous time, discretised for whatever step the data bring.
+pub trait MotionModel<const N: usize> {
+    /// The transition over the next `dt_s` seconds.
+    ///
+    /// # Errors
+    /// Where `dt_s` is not positive and finite, or a parameter of the model is out of range.
+    fn over(&self, dt_s: f64) -> Result<Transition<N>>;
+}
