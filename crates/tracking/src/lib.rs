@@ -10,6 +10,7 @@
 pub mod correlation;
 mod error;
 mod estimate;
+pub mod motion;
 pub mod parameters;
 pub mod registry;
 mod roles;

@@ -1,0 +1,162 @@
+use super::{Failure, box_covariance, box_of, extent_px, measured};
+use crate::roles::{Measurement, MotionFilter, Prior};
+use crate::{BoxCovariance, Result};
+use nalgebra::{SMatrix, SVector};
+use pursuit_estimation::motion::{PhysicalBox, StepBox};
+use pursuit_estimation::{EstimationError, Gaussian, LinearMeasurement, MotionModel, Transition};
+use pursuit_geometry::BBox;
+use serde::{Deserialize, Serialize};
+
+/// Where the size stands in the state `[x, y, vx, vy, w, h]`.
+const SIZE: usize = 4;
+
+/// How well a localizer measures: standard deviations, relative to the box, with a floor in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MeasurementNoise {
+    /// Standard deviation of the centre as a fraction of the box's extent, used unless the measurement says its own; ≥ 0.
+    pub position: f64,
+    /// Standard deviation of width and height as a fraction of the extent; ≥ 0.
+    pub size: f64,
+    /// Added to both in quadrature: pixels are not finer than this; > 0.
+    pub floor_px: f64,
+}
+
+impl MeasurementNoise {
+    /// Variances of centre and size, in square pixels, for a box of extent `extent_px`.
+    pub(super) fn variances(&self, extent_px: f64, sigma_px: Option<f64>) -> (f64, f64) {
+        let floor = self.floor_px * self.floor_px;
+        let position = sigma_px.filter(|s| s.is_finite()).unwrap_or(self.position * extent_px);
+        let size = self.size * extent_px;
+        (position * position + floor, size * size + floor)
+    }
+}
+
+/// Noise relative to the size of the box, in continuous time: the same settings suit a distant and a near target, and any
+/// frame rate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RelativeNoise {
+    /// Spectral density of the centre's white acceleration, in extents²/s³; ≥ 0.
+    pub acceleration: f64,
+    /// Growth of the standard deviation of the size, in extents per √s; ≥ 0.
+    pub size_change: f64,
+    /// Standard deviation of the velocity at the start, in extents/s; > 0.
+    pub start_speed: f64,
+    /// What a measurement is worth.
+    pub measurement: MeasurementNoise,
+}
+
+impl RelativeNoise {
+    /// For trackers that measure the centre to a few hundredths of the box: changes of velocity of about one extent per
+    /// second, each second ten times over.
+    pub const fn agile() -> Self {
+        Self {
+            acceleration: 100.0,
+            size_change: 0.3,
+            start_speed: 5.0,
+            measurement: MeasurementNoise { position: 0.03, size: 0.05, floor_px: 0.3 },
+        }
+    }
+}
+
+/// Where the noise of a [`BoxFilter`] comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum BoxNoise {
+    /// Fixed variances in pixels, added at every step whatever its length, as `ball` prints them.
+    PerStep(StepBox),
+    /// Scaled to the box and to the time that passed.
+    Relative(RelativeNoise),
+}
+
+/// A Kalman filter of `[x, y, vx, vy, w, h]`: the centre moves with constant velocity, the size stays (ball, equations
+/// (1) to (5)).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoxFilter {
+    noise: BoxNoise,
+    belief: Gaussian<6>,
+}
+
+impl BoxFilter {
+    /// A filter at rest at `bbox`.
+    ///
+    /// # Errors
+    /// When the box is not finite or a noise is out of range.
+    pub fn new(noise: BoxNoise, bbox: BBox) -> Result<Self, EstimationError> {
+        Ok(Self { noise, belief: start(&noise, bbox)? })
+    }
+
+    /// The whole belief about `[x, y, vx, vy, w, h]`.
+    pub const fn belief(&self) -> &Gaussian<6> {
+        &self.belief
+    }
+
+    fn transition(&self, dt_s: f64) -> Result<Transition<6>, EstimationError> {
+        match &self.noise {
+            BoxNoise::PerStep(model) => model.over(dt_s),
+            BoxNoise::Relative(noise) => {
+                let extent = extent_px(&self.bbox());
+                PhysicalBox {
+                    acceleration_density: noise.acceleration * extent * extent,
+                    size_density: (noise.size_change * extent).powi(2),
+                }
+                .over(dt_s)
+            }
+        }
+    }
+
+    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>, EstimationError> {
+        match &self.noise {
+            BoxNoise::PerStep(model) => model.measurement(),
+            BoxNoise::Relative(noise) => {
+                let (position, size) = noise.measurement.variances(extent_px(&self.bbox()), sigma_px);
+                PhysicalBox::measurement(position, size)
+            }
+        }
+    }
+}
+
+fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>, EstimationError> {
+    let z = measured(&bbox);
+    let mean = SVector::from([z[0], z[1], 0.0, 0.0, z[2], z[3]]);
+    let variances = match noise {
+        // The source of the printed constants starts with P = I.
+        BoxNoise::PerStep(_) => [1.0; 6],
+        BoxNoise::Relative(noise) => {
+            let extent = extent_px(&bbox);
+            let (position, size) = noise.measurement.variances(extent, None);
+            let velocity = (noise.start_speed * extent).powi(2);
+            [position, position, velocity, velocity, size, size]
+        }
+    };
+    Gaussian::from_variances(mean, SVector::from(variances))
+}
+
+impl MotionFilter for BoxFilter {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
+        let belief = self.belief.predicted(&self.transition(dt_s)?)?;
+        self.belief = belief;
+        let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
+        let innovation_covariance = Some(box_covariance(self.belief.covariance(), SIZE) + noise);
+        Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
+    }
+
+    fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
+        let sensor = self.sensor(measurement.sigma_px)?;
+        self.belief.update(&sensor, &measured(&measurement.bbox))?;
+        Ok(())
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
+        if let Ok(belief) = start(&self.noise, bbox) {
+            self.belief = belief;
+        }
+    }
+
+    fn bbox(&self) -> BBox {
+        box_of(self.belief.mean(), SIZE)
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        Some(box_covariance(self.belief.covariance(), SIZE))
+    }
+}

@@ -1,0 +1,225 @@
+use super::box_filter::MeasurementNoise;
+use super::{Failure, box_covariance, box_of, extent_px, measured};
+use crate::roles::{Measurement, MotionFilter, Prior};
+use crate::{BoxCovariance, Result};
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
+use pursuit_estimation::{EstimationError, Gaussian, Imm, LinearMeasurement, Switching, Transition};
+use pursuit_geometry::BBox;
+use serde::{Deserialize, Serialize};
+
+/// Components of the state `[x, y, vx, vy, ax, ay, w, h]`.
+const STATES: usize = 8;
+/// Where the size stands in it.
+const SIZE: usize = 6;
+/// Motion models: steady, flight, jump.
+const MODES: usize = 3;
+
+/// Settings of a [`ManoeuvringBox`], all relative to the box's extent (side of the square of equal area) and in continuous
+/// time, so that they suit any distance and any frame rate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ManoeuvreNoise {
+    /// *Steady*: spectral density of the white acceleration, in extents²/s³; ≥ 0.
+    pub steady_acceleration: f64,
+    /// *Flight*: spectral density of the white jerk, in extents²/s⁵; ≥ 0.
+    pub flight_jerk: f64,
+    /// Standard deviation of the acceleration when a flight begins, in extents/s²; > 0.
+    pub flight_acceleration: f64,
+    /// *Jump*: standard deviation of the change of velocity, in extents/s, added to `jump_of_speed` times the speed; > 0.
+    pub jump_speed: f64,
+    /// *Jump*: standard deviation of the change of velocity as a fraction of the speed (a bounce turns it round); ≥ 0.
+    pub jump_of_speed: f64,
+    /// Mean time between jumps, in seconds; > 0.
+    pub between_jumps_s: f64,
+    /// Mean duration of steady motion and of flight, in seconds; > 0.
+    pub sojourn_s: f64,
+    /// Growth of the standard deviation of the size, in extents per √s; ≥ 0.
+    pub size_change: f64,
+    /// Standard deviation of the velocity at the start, in extents/s; > 0.
+    pub start_speed: f64,
+    /// What a measurement is worth.
+    pub measurement: MeasurementNoise,
+}
+
+impl ManoeuvreNoise {
+    /// For balls: thrown, rolled, bounced and carried.
+    pub const fn ball() -> Self {
+        Self {
+            steady_acceleration: 0.01,
+            flight_jerk: 2500.0,
+            flight_acceleration: 100.0,
+            jump_speed: 3.0,
+            jump_of_speed: 1.0,
+            between_jumps_s: 1.0,
+            sojourn_s: 1.5,
+            size_change: 0.1,
+            start_speed: 10.0,
+            measurement: MeasurementNoise { position: 0.008, size: 0.02, floor_px: 0.2 },
+        }
+    }
+}
+
+/// A box that moves steadily, flies (constant acceleration: gravity) or jumps (its velocity changes at some instant
+/// within the step: a bounce, a hit): three models over one state, interacting (Blom and Bar-Shalom 1988).
+///
+/// The acceleration survives a jump, so that after a bounce the flight is predicted well again as soon as the new
+/// velocity has been seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ManoeuvringBox {
+    noise: ManoeuvreNoise,
+    models: Imm<STATES, MODES>,
+}
+
+impl ManoeuvringBox {
+    /// A filter at rest at `bbox`.
+    ///
+    /// # Errors
+    /// When the box is not finite or a noise is out of range.
+    pub fn new(noise: ManoeuvreNoise, bbox: BBox) -> Result<Self, EstimationError> {
+        Ok(Self { noise, models: start(&noise, bbox)? })
+    }
+
+    /// The belief of the whole about `[x, y, vx, vy, ax, ay, w, h]`.
+    pub fn belief(&self) -> Gaussian<8> {
+        self.models.combined()
+    }
+
+    /// Probabilities of steady motion, flight and a jump in the last step.
+    pub fn mode_probabilities(&self) -> [f64; 3] {
+        (*self.models.probabilities()).into()
+    }
+
+    fn transitions(&self, dt: f64) -> Result<[Transition<STATES>; MODES], EstimationError> {
+        let noise = &self.noise;
+        let state = self.models.combined();
+        let mean = state.mean();
+        let extent = extent_px(&self.bbox());
+        let size_variance = (noise.size_change * extent).powi(2) * dt;
+        let flight_start = (noise.flight_acceleration * extent).powi(2);
+
+        // Steady: the acceleration plays no part; it is kept as unknown, for the moment a flight begins.
+        let steady_q = noise.steady_acceleration * extent * extent;
+        let steady = Matrix2::new(dt.powi(3) / 3.0, dt.powi(2) / 2.0, dt.powi(2) / 2.0, dt) * steady_q;
+        let steady = Matrix3::new(
+            steady[(0, 0)],
+            steady[(0, 1)],
+            0.0,
+            steady[(1, 0)],
+            steady[(1, 1)],
+            0.0,
+            0.0,
+            0.0,
+            flight_start,
+        );
+        let steady_f = Matrix3::new(1.0, dt, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0);
+
+        // Flight: constant acceleration driven by white jerk.
+        let flight_f = Matrix3::new(1.0, dt, dt * dt / 2.0, 0.0, 1.0, dt, 0.0, 0.0, 1.0);
+        let jerk_q = noise.flight_jerk * extent * extent;
+        let jerk = |i: i32, over: f64| jerk_q * dt.powi(i) / over;
+        let flight = Matrix3::new(
+            jerk(5, 20.0),
+            jerk(4, 8.0),
+            jerk(3, 6.0),
+            jerk(4, 8.0),
+            jerk(3, 3.0),
+            jerk(2, 2.0),
+            jerk(3, 6.0),
+            jerk(2, 2.0),
+            jerk(1, 1.0),
+        );
+
+        // Jump: a change D of velocity at an instant uniform within the step moves the position by (1 − τ) dt D, whence
+        // dt²/3, dt/2 and 1 times the variance of D.
+        let speed = mean[2].hypot(mean[3]);
+        let jump_variance = (noise.jump_speed * extent + noise.jump_of_speed * speed).powi(2);
+        let mut jump = flight;
+        jump[(0, 0)] += jump_variance * dt * dt / 3.0;
+        jump[(0, 1)] += jump_variance * dt / 2.0;
+        jump[(1, 0)] += jump_variance * dt / 2.0;
+        jump[(1, 1)] += jump_variance;
+
+        let whole = |f: &Matrix3<f64>, q: &Matrix3<f64>| {
+            let mut matrix = SMatrix::<f64, STATES, STATES>::identity();
+            let mut spread = SMatrix::<f64, STATES, STATES>::zeros();
+            for (row, column) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
+                for axis in 0..2 {
+                    matrix[(2 * row + axis, 2 * column + axis)] = f[(row, column)];
+                    spread[(2 * row + axis, 2 * column + axis)] = q[(row, column)];
+                }
+            }
+            spread[(SIZE, SIZE)] = size_variance;
+            spread[(SIZE + 1, SIZE + 1)] = size_variance;
+            Transition::new(matrix, spread)
+        };
+        Ok([whole(&steady_f, &steady)?, whole(&flight_f, &flight)?, whole(&flight_f, &jump)?])
+    }
+
+    fn switching(&self, dt_s: f64) -> Result<Switching<MODES>, EstimationError> {
+        let jump = 1.0 - (-dt_s / self.noise.between_jumps_s).exp();
+        let change = (1.0 - (-dt_s / self.noise.sojourn_s).exp()) / 2.0;
+        let stay = 1.0 - change;
+        // A jump is over within its step; flight follows it more often than not.
+        Switching::per_step(Matrix3::new(
+            (1.0 - jump) * stay,
+            (1.0 - jump) * change,
+            jump,
+            (1.0 - jump) * change,
+            (1.0 - jump) * stay,
+            jump,
+            (1.0 - jump) * 0.3,
+            (1.0 - jump) * 0.7,
+            jump,
+        ))
+    }
+
+    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, STATES>, EstimationError> {
+        let (p, s) = self.noise.measurement.variances(extent_px(&self.bbox()), sigma_px);
+        LinearMeasurement::select([0, 1, SIZE, SIZE + 1], [p, p, s, s])
+    }
+}
+
+fn start(noise: &ManoeuvreNoise, bbox: BBox) -> Result<Imm<STATES, MODES>, EstimationError> {
+    let extent = extent_px(&bbox);
+    let z = measured(&bbox);
+    let (position, size) = noise.measurement.variances(extent, None);
+    let velocity = (noise.start_speed * extent).powi(2);
+    let acceleration = (noise.flight_acceleration * extent).powi(2);
+    let belief = Gaussian::from_variances(
+        SVector::from([z[0], z[1], 0.0, 0.0, 0.0, 0.0, z[2], z[3]]),
+        SVector::from([position, position, velocity, velocity, acceleration, acceleration, size, size]),
+    )?;
+    Imm::new(belief, [0.5, 0.4, 0.1])
+}
+
+impl MotionFilter for ManoeuvringBox {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
+        let (transitions, switching) = (self.transitions(dt_s)?, self.switching(dt_s)?);
+        self.models.predict(&transitions, &switching)?;
+        // The gate must let pass what a jump can do, however unlikely a jump is.
+        let [_, _, jump] = self.models.beliefs();
+        let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
+        let innovation_covariance = Some(box_covariance(jump.covariance(), SIZE) + noise);
+        Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
+    }
+
+    fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
+        let sensor = self.sensor(measurement.sigma_px)?;
+        self.models.update(&sensor, &measured(&measurement.bbox))?;
+        Ok(())
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
+        if let Ok(models) = start(&self.noise, bbox) {
+            self.models = models;
+        }
+    }
+
+    fn bbox(&self) -> BBox {
+        box_of(self.models.combined().mean(), SIZE)
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        Some(box_covariance(self.models.combined().covariance(), SIZE))
+    }
+}

@@ -1,0 +1,135 @@
+use super::Failure;
+use crate::roles::{Measurement, MotionFilter, Prior};
+use crate::{BoxCovariance, Result};
+use pursuit_geometry::BBox;
+use serde::{Deserialize, Serialize};
+
+/// A side shorter than this fraction of the expected one may be cut.
+const WHOLE: f64 = 0.85;
+/// Sides that shrink in step, to within this ratio, mean a smaller (more distant) target, not a cut one.
+const IN_STEP: f64 = 0.8;
+
+/// How much of a target is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct View {
+    /// Whether a part is hidden to the left or to the right.
+    pub cut_x: bool,
+    /// Whether a part is hidden above or below.
+    pub cut_y: bool,
+}
+
+impl View {
+    /// Whether all of the target is seen.
+    pub const fn is_whole(self) -> bool {
+        !(self.cut_x || self.cut_y)
+    }
+}
+
+/// The whole box of a target of which `visible` is seen and which was expected at `expected`.
+///
+/// When one side is much shorter than expected while the other is not (or less so), something hides a part: an edge that
+/// moves in step with the prediction is the target's own, the other one is the occluder's. So the side is completed to
+/// its expected length from the edge, or about the centre, that leaves the result nearest to the prediction.
+pub fn complete(visible: &BBox, expected: &BBox) -> (BBox, View) {
+    let ratio_x = visible.width() / expected.width();
+    let ratio_y = visible.height() / expected.height();
+    let whole = View { cut_x: false, cut_y: false };
+    if !(ratio_x > 0.0 && ratio_y > 0.0) || ratio_x.min(ratio_y) > IN_STEP * ratio_x.max(ratio_y) {
+        return (*visible, whole);
+    }
+    let side = |low: f64, high: f64, expected_low: f64, expected_high: f64| {
+        let length = expected_high - expected_low;
+        if high - low >= WHOLE * length {
+            return (low, high, false);
+        }
+        let expected_middle = f64::midpoint(expected_low, expected_high);
+        let middle = f64::midpoint(low, high);
+        let middles = [low + length / 2.0, high - length / 2.0, middle];
+        let nearest = middles.into_iter().fold(middle, |best, m| {
+            if (m - expected_middle).abs() < (best - expected_middle).abs() { m } else { best }
+        });
+        (nearest - length / 2.0, nearest + length / 2.0, true)
+    };
+    let (left, right, cut_x) = side(visible.left(), visible.right(), expected.left(), expected.right());
+    let (top, bottom, cut_y) = side(visible.top(), visible.bottom(), expected.top(), expected.bottom());
+    (BBox::from_ltrb(left, top, right, bottom), View { cut_x, cut_y })
+}
+
+/// A motion filter that is told the visible part of a target and follows the whole of it.
+///
+/// While a target slides behind something its visible part shrinks and its visible centre slows down; a filter fed with
+/// that loses the velocity just when it has to coast. This one corrects the inner filter by the completed box
+/// ([`complete`]) and reports, on a side that is cut, what is visible.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PartlySeen<M> {
+    inner: M,
+    expected: BBox,
+    visible: Option<(BBox, View)>,
+}
+
+impl<M: MotionFilter> PartlySeen<M> {
+    /// Wraps a filter that has been started.
+    pub fn new(inner: M) -> Self {
+        Self { expected: inner.bbox(), inner, visible: None }
+    }
+
+    /// The filter inside, which follows the whole target.
+    pub const fn inner(&self) -> &M {
+        &self.inner
+    }
+}
+
+impl<M: MotionFilter> MotionFilter for PartlySeen<M> {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
+        let prior = self.inner.predict(dt_s)?;
+        self.expected = prior.bbox;
+        self.visible = None;
+        Ok(prior)
+    }
+
+    fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
+        let (bbox, view) = complete(&measurement.bbox, &self.expected);
+        self.inner.correct(&Measurement { bbox, ..measurement.clone() })?;
+        self.visible = (!view.is_whole()).then_some((measurement.bbox, view));
+        Ok(())
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        self.inner.restart(bbox);
+        self.expected = bbox;
+        self.visible = None;
+    }
+
+    fn bbox(&self) -> BBox {
+        let whole = self.inner.bbox();
+        let Some((seen, view)) = self.visible else { return whole };
+        let (left, right) = if view.cut_x { (seen.left(), seen.right()) } else { (whole.left(), whole.right()) };
+        let (top, bottom) = if view.cut_y { (seen.top(), seen.bottom()) } else { (whole.top(), whole.bottom()) };
+        BBox::from_ltrb(left, top, right, bottom)
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        self.inner.covariance()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_geometry::Point;
+
+    #[test]
+    fn the_edge_in_step_with_the_prediction_is_the_targets_own() {
+        let expected = BBox::from_ltwh(100.0, 50.0, 40.0, 40.0);
+        // Sliding left behind something at x = 110: the right edge is the target's own.
+        let (whole, view) = complete(&BBox::from_ltrb(112.0, 50.0, 139.0, 90.0), &expected);
+        assert_eq!((whole.left(), whole.right()), (99.0, 139.0));
+        assert!(view.cut_x && !view.cut_y);
+        // Coming out on the left: the left edge is.
+        let (whole, _) = complete(&BBox::from_ltrb(101.0, 50.0, 110.0, 90.0), &expected);
+        assert_eq!((whole.left(), whole.right()), (101.0, 141.0));
+        // Half the size both ways: further off, nothing hidden.
+        let smaller = BBox::from_center_size(Point::new(120.0, 70.0), 20.0, 21.0);
+        assert_eq!(complete(&smaller, &expected), (smaller, View { cut_x: false, cut_y: false }));
+    }
+}
