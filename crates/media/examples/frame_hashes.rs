@@ -12,8 +12,7 @@ fn main() {
         eprintln!("{e}");
         std::process::exit(3)
     });
-    let info = source.info();
-    eprintln!("{}: {} at {:?} frames per second, {:?} frames", info.decoder, info.size, info.fps, info.frame_count);
+    eprintln!("{:?}", source.info());
     loop {
         match source.next_frame() {
             Ok(Some(frame)) => {

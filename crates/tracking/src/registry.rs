@@ -105,6 +105,9 @@ impl DetectorEntry {
     }
 }
 
+/// The tracker used where none is named.
+pub const DEFAULT_TRACKER: &str = "ball";
+
 /// Every tracker.
 pub const fn trackers() -> &'static [TrackerEntry] {
     const TRACKERS: &[TrackerEntry] = &[];

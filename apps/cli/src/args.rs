@@ -1,0 +1,157 @@
+//! The command line: one table that parsing, help, man page and completions are made from.
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const AFTER_HELP: &str = "\
+Exit status: 0 done (losing the target is not an error), 2 wrong usage, 3 input that cannot be read,
+4 output that cannot be written, 1 anything else.";
+
+/// Follow one moving thing, or several, through a video.
+#[derive(Debug, Parser)]
+#[command(name = "pursuit", version, styles = STYLES, after_help = AFTER_HELP, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+    #[command(flatten)]
+    pub global: Global,
+}
+
+#[derive(Debug, Args)]
+pub struct Global {
+    /// Say more on standard error (twice: debugging)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Say nothing on standard error but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// When to use colours
+    #[arg(long, global = true, value_enum, default_value_t = ColorWhen::Auto, value_name = "WHEN")]
+    pub color: ColorWhen,
+    /// How many threads to use (0: one for each processor)
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    pub threads: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ColorWhen {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Track a ball through a scene made on the spot: no input needed
+    Demo(Demo),
+    /// Track a target, or several, through a video
+    Track(Box<Track>),
+    /// List the trackers, or show the parameters of one as commented TOML
+    Trackers(Trackers),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page
+    Man,
+}
+
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Folder for the results
+    #[arg(long, value_name = "DIR", default_value = "pursuit-out/demo")]
+    pub out: PathBuf,
+    /// Seed of the scene
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Track {
+    /// A video file, a folder of images, `camera:0`, `rtsp://…`, `http(s)://…`, `-` (Y4M or MJPEG on standard input), or
+    /// `scene:NAME[?seed=1&key=value]`
+    #[arg(required_unless_present = "config")]
+    pub input: Option<String>,
+    /// Start on this box: left, top, width, height in pixels (repeat for several targets)
+    #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
+    pub boxes: Vec<String>,
+    /// Tracker to use (see `pursuit trackers`)
+    #[arg(long, value_name = "NAME")]
+    pub tracker: Option<String>,
+    /// Detector that finds the target when no box is given
+    #[arg(long, value_name = "NAME")]
+    pub detect: Option<String>,
+    /// Set a parameter of the tracker or the detector
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Read the configuration from a TOML file; options given here override it
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Depth images (16-bit, millimetres) that belong to the input
+    #[arg(long, value_name = "INPUT")]
+    pub depth: Option<String>,
+    /// Folder for the results [default: pursuit-out/INPUT]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write no overlay video
+    #[arg(long)]
+    pub no_video: bool,
+    /// Draw plots of the trajectory
+    #[arg(long)]
+    pub plots: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Write the trajectory in a further format
+    #[arg(long = "format", value_enum, value_name = "FORMAT", value_delimiter = ',')]
+    pub formats: Vec<Format>,
+    /// First frame to look at, from 0
+    #[arg(long, value_name = "N")]
+    pub from: Option<u64>,
+    /// Last frame to look at
+    #[arg(long, value_name = "N")]
+    pub to: Option<u64>,
+    /// Assume this many frames a second instead of the input's own times
+    #[arg(long, value_name = "F")]
+    pub fps: Option<f64>,
+    /// Seed of everything random
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    Csv,
+    Jsonl,
+    Mot,
+    Parquet,
+}
+
+impl Format {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Jsonl => "jsonl",
+            Self::Mot => "mot",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct Trackers {
+    /// Show the parameters of this tracker or detector
+    pub name: Option<String>,
+}

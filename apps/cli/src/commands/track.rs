@@ -1,0 +1,118 @@
+use super::print;
+use crate::args::{Format, Global, Track};
+use crate::console;
+use pursuit::config::{parse_box, parse_setting};
+use pursuit::media::OpenOptions;
+use pursuit::{Finished, Run, RunConfig, RunError};
+use std::fmt::Write;
+use std::process::ExitCode;
+
+/// `pursuit track INPUT …`.
+pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
+    let run = Run::prepare(config(args)?, &open_options())?;
+    let bar = console::progress_bar(run.frame_count(), global);
+    let finished = run.run(console::stop_flag(), |progress| {
+        bar.set_position(progress.frames);
+        if let Some(estimate) = progress.records.first().and_then(|r| r.estimate.as_ref()) {
+            bar.set_message(estimate.state.as_str());
+        }
+    })?;
+    bar.finish_and_clear();
+    let text = if args.json { json(&finished)? } else { summary(&finished)? };
+    let code = print(text.as_bytes())?;
+    match finished.outcome.failure {
+        Some(error) => Err(error.into()),
+        None => Ok(code),
+    }
+}
+
+/// What the library may use of this process's surroundings.
+pub fn open_options() -> OpenOptions {
+    OpenOptions {
+        ffmpeg: std::env::var_os("PURSUIT_FFMPEG").map(Into::into),
+        search_path: std::env::var_os("PATH"),
+        ..OpenOptions::default()
+    }
+}
+
+/// The configuration file, overridden by the options given.
+fn config(args: &Track) -> Result<RunConfig, RunError> {
+    let file = match &args.config {
+        Some(path) => RunConfig::read(path)?,
+        None => RunConfig::default(),
+    };
+    let flag = |given: bool, value: bool| given.then_some(value);
+    let options = RunConfig {
+        input: args.input.clone(),
+        depth: args.depth.clone(),
+        boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
+        tracker: args.tracker.clone(),
+        detect: args.detect.clone(),
+        out: args.out.clone(),
+        video: flag(args.no_video, false),
+        plots: flag(args.plots, true),
+        formats: args.formats.iter().copied().map(Format::name).map(str::to_owned).collect(),
+        from: args.from,
+        to: args.to,
+        fps: args.fps,
+        seed: args.seed,
+        parameters: args.settings.iter().map(|s| parse_setting(s)).collect::<Result<_, _>>()?,
+    };
+    Ok(file.overridden_by(options))
+}
+
+pub fn json(finished: &Finished) -> anyhow::Result<String> {
+    let mut value = serde_json::to_value(&finished.facts)?;
+    value["out"] = finished.out.display().to_string().into();
+    value["files"] = finished.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().into();
+    Ok(serde_json::to_string_pretty(&value)? + "\n")
+}
+
+pub fn summary(finished: &Finished) -> anyhow::Result<String> {
+    let (facts, states) = (&finished.facts, finished.facts.states);
+    let update = &facts.timing.update_ms;
+    let mut text = String::new();
+    writeln!(
+        text,
+        "{}: {} frames of {}x{}, {}",
+        facts.input.name, facts.frame_count, facts.input.width, facts.input.height, facts.status
+    )?;
+    writeln!(text, "tracker   {}", facts.recipe.tracker)?;
+    writeln!(text, "states    {} tracking, {} occluded, {} lost", states.tracking, states.occluded, states.lost)?;
+    if update.count > 0 {
+        writeln!(
+            text,
+            "update    {:.3} ms mean, {:.3} median, {:.3} p95, {:.3} p99",
+            update.mean, update.p50, update.p95, update.p99
+        )?;
+    }
+    if let Some(a) = &facts.accuracy {
+        writeln!(text, "accuracy  against the truth that came with the input:")?;
+        writeln!(
+            text,
+            "  followed        {:.1} % of {} visible frames, mean overlap {:.3}",
+            100.0 * a.followed,
+            a.visible_frames,
+            a.mean_iou
+        )?;
+        writeln!(
+            text,
+            "  centre RMSE     {:.3} px estimate, {:.3} measured, {:.3} predicted",
+            a.rmse_estimate_px, a.rmse_measured_px, a.rmse_predicted_px
+        )?;
+        writeln!(
+            text,
+            "  falsely alive   {:.1} % of {} frames without the target",
+            100.0 * a.false_alive,
+            a.absent_frames
+        )?;
+    }
+    if facts.dropped_frames > 0 {
+        writeln!(text, "dropped   {} frames that came faster than they could be followed", facts.dropped_frames)?;
+    }
+    writeln!(text, "files")?;
+    for file in &finished.files {
+        writeln!(text, "  {}", file.display())?;
+    }
+    Ok(text)
+}

@@ -1,0 +1,68 @@
+//! What the user sees while it runs: colours, log lines, the progress bar, Ctrl-C.
+
+use crate::args::{ColorWhen, Global};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::level_filters::LevelFilter;
+
+/// The word before an error.
+pub const ERROR: &str = "\u{1b}[1;31merror\u{1b}[0m";
+
+/// Colours and log lines as asked for.
+pub fn set_up(global: &Global) {
+    let choice = match global.color {
+        ColorWhen::Auto => anstream::ColorChoice::Auto,
+        ColorWhen::Always => anstream::ColorChoice::Always,
+        ColorWhen::Never => anstream::ColorChoice::Never,
+    };
+    choice.write_global();
+    let level = match (global.quiet, global.verbose) {
+        (true, _) => LevelFilter::ERROR,
+        (false, 0) => LevelFilter::WARN,
+        (false, 1) => LevelFilter::INFO,
+        (false, _) => LevelFilter::DEBUG,
+    };
+    let colored = match global.color {
+        ColorWhen::Auto => std::io::stderr().is_terminal(),
+        ColorWhen::Always => true,
+        ColorWhen::Never => false,
+    };
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(colored)
+        .without_time()
+        .with_target(global.verbose > 1)
+        .init();
+}
+
+/// A bar on a terminal, nothing when piped or when told to be quiet.
+pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
+    let hidden = global.quiet || !std::io::stderr().is_terminal();
+    let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(total, target);
+    let template = match total {
+        Some(_) => "{bar:30} {pos}/{len} frames  {per_sec}  {msg}  {eta} left",
+        None => "{spinner} {pos} frames  {per_sec}  {msg}",
+    };
+    // The templates above are fixed and valid.
+    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// A flag that becomes true at Ctrl-C (or when the process is asked to terminate). A second Ctrl-C ends it at once.
+pub fn stop_flag() -> &'static AtomicBool {
+    let handler = || {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        anstream::eprintln!("\nstopping after this frame (Ctrl-C again to stop at once)");
+    };
+    if let Err(e) = ctrlc::set_handler(handler) {
+        tracing::warn!("Ctrl-C will stop at once, without closing files: {e}");
+    }
+    &STOP
+}

@@ -1,0 +1,45 @@
+//! The command `pursuit`: arguments in, calls of the facade, results out.
+
+mod args;
+mod commands;
+mod console;
+
+use args::{Cli, Command};
+use clap::Parser;
+use pursuit::RunError;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    console::set_up(&cli.global);
+    match run(&cli) {
+        Ok(code) => code,
+        Err(error) => fail(&error),
+    }
+}
+
+fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
+    rayon::ThreadPoolBuilder::new().num_threads(cli.global.threads).build_global()?;
+    match &cli.command {
+        Command::Demo(args) => commands::demo::run(args, &cli.global),
+        Command::Track(args) => commands::track::run(args, &cli.global),
+        Command::Trackers(args) => commands::trackers::run(args),
+        Command::Completions { shell } => commands::completions(*shell),
+        Command::Man => commands::man(),
+    }
+}
+
+/// One line on standard error, and the exit status that belongs to the error.
+fn fail(error: &anyhow::Error) -> ExitCode {
+    if is_broken_pipe(error) {
+        // Whoever read our output has seen enough.
+        return ExitCode::SUCCESS;
+    }
+    anstream::eprintln!("{}: {error:#}", console::ERROR);
+    ExitCode::from(error.downcast_ref::<RunError>().map_or(1, RunError::exit_code))
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error.chain().find_map(|e| e.downcast_ref::<std::io::Error>());
+    io.is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}

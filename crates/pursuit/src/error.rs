@@ -1,0 +1,60 @@
+use pursuit_media::MediaError;
+use pursuit_tracking::TrackingError;
+use std::path::PathBuf;
+
+/// What can end a run early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// What was asked for makes no sense.
+    #[error("{message}")]
+    Usage {
+        /// What is wrong, and what would be right.
+        message: String,
+    },
+    /// The input cannot be read (any further).
+    #[error(transparent)]
+    Input(#[from] MediaError),
+    /// A tracker or detector refuses its parameters, its start box or a frame.
+    #[error(transparent)]
+    Tracking(#[from] TrackingError),
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}; what was written before is kept", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl RunError {
+    /// The exit status that INTERFACE promises: 2 wrong usage, 3 input that cannot be read, 4 output that cannot be written.
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage { .. } => 2,
+            Self::Input(e) if e.is_output() => 4,
+            Self::Input(_) => 3,
+            Self::Output { .. } => 4,
+            Self::Tracking(e) => match e {
+                TrackingError::FrameSize { .. } | TrackingError::MissingPlane { .. } => 3,
+                TrackingError::StartBox { .. }
+                | TrackingError::Parameter { .. }
+                | TrackingError::UnknownName { .. }
+                | TrackingError::UnknownTarget { .. } => 2,
+                _ => 1,
+            },
+        }
+    }
+
+    /// Wrong usage, in words.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::Usage { message: message.into() }
+    }
+
+    /// A file that cannot be written.
+    pub fn output(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Output { path, source }
+    }
+}

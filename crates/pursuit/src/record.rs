@@ -1,0 +1,16 @@
+use pursuit_tracking::{Estimate, TargetId};
+
+/// One line of a trajectory: what is known of one target in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Number of the frame in its video, from 0.
+    pub frame: u64,
+    /// Time of the frame in seconds.
+    pub time_s: f64,
+    /// The target; targets are numbered from 1 in the order they were given.
+    pub target: TargetId,
+    /// What the tracker said; `None` while a detector is still looking for something to follow.
+    pub estimate: Option<Estimate>,
+    /// Milliseconds the tracker took, where it ran.
+    pub update_ms: Option<f64>,
+}

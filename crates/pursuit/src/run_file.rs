@@ -1,0 +1,131 @@
+//! `run.json`: what was run, with what, on what, and how it went.
+
+use crate::accuracy::Accuracy;
+use crate::{RunError, TimingSummary};
+use pursuit_tracking::TrackState;
+use serde::Serialize;
+use std::path::Path;
+
+/// What `run.json` holds.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunFile {
+    /// Version of pursuit.
+    pub version: &'static str,
+    /// `running`, `done`, `interrupted`, or `broken` (the input ended early or the output could not be written).
+    pub status: &'static str,
+    /// What went wrong, where something did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// The input.
+    pub input: InputFacts,
+    /// The tracker with every parameter.
+    pub recipe: RecipeFacts,
+    /// Seed of everything random, where one was given.
+    pub seed: Option<u64>,
+    /// The machine.
+    pub host: HostFacts,
+    /// Frames looked at.
+    pub frame_count: u64,
+    /// Frames that a live source dropped because they came faster than they could be followed.
+    pub dropped_frames: u64,
+    /// Frames of the targets by state.
+    pub states: StateCounts,
+    /// How long things took.
+    pub timing: TimingFacts,
+    /// How well it went, where the input came with the truth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+}
+
+/// The input of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct InputFacts {
+    /// As given.
+    pub name: String,
+    /// What reads it.
+    pub decoder: String,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Frames per second that the input claims, where it does.
+    pub nominal_fps: Option<f64>,
+}
+
+/// The tracker of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RecipeFacts {
+    /// Its name.
+    pub tracker: String,
+    /// Every parameter with its value.
+    pub parameters: toml::Table,
+    /// The detector that starts it, where one does.
+    pub detector: Option<String>,
+    /// The boxes it was started on, left, top, width, height in pixels.
+    pub boxes: Vec<[f64; 4]>,
+}
+
+/// The machine of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct HostFacts {
+    /// Operating system.
+    pub os: &'static str,
+    /// Processor architecture.
+    pub arch: &'static str,
+    /// Processors that can be used.
+    pub cpus: usize,
+}
+
+impl HostFacts {
+    /// Of this machine.
+    pub fn here() -> Self {
+        let cpus = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { os: std::env::consts::OS, arch: std::env::consts::ARCH, cpus }
+    }
+}
+
+/// How many frames ended in each state, over all targets.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct StateCounts {
+    /// Frames in which the target was measured.
+    pub tracking: u64,
+    /// Frames in which it was coasted.
+    pub occluded: u64,
+    /// Frames in which it was lost, or not yet found.
+    pub lost: u64,
+}
+
+impl StateCounts {
+    /// Counts one more.
+    pub const fn add(&mut self, state: TrackState) {
+        match state {
+            TrackState::Tracking => self.tracking += 1,
+            TrackState::Occluded => self.occluded += 1,
+            TrackState::Lost => self.lost += 1,
+        }
+    }
+}
+
+/// Durations in milliseconds.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct TimingFacts {
+    /// One tracker's update, initialisation apart.
+    pub update_ms: TimingSummary,
+    /// Waiting for the next frame: decoding, less what was decoded ahead.
+    pub decode_ms: TimingSummary,
+    /// The whole run, seconds.
+    pub total_s: f64,
+}
+
+impl RunFile {
+    /// Writes the file in one step: whoever reads it sees the old one or the new one.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), RunError> {
+        let text = serde_json::to_string_pretty(self).map_err(|e| RunError::output(path)(e.into()))?;
+        let temporary = path.with_extension("json.part");
+        std::fs::write(&temporary, text + "\n").map_err(RunError::output(path))?;
+        std::fs::rename(&temporary, path).map_err(RunError::output(path))
+    }
+}

@@ -1,0 +1,104 @@
+use super::{LineFile, Sink};
+use crate::{Record, RunError};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The columns of `trajectory.csv`.
+pub const TRAJECTORY_COLUMNS: [&str; 18] = [
+    "frame",
+    "time_s",
+    "target",
+    "state",
+    "x",
+    "y",
+    "w",
+    "h",
+    "score",
+    "pred_x",
+    "pred_y",
+    "pred_w",
+    "pred_h",
+    "meas_x",
+    "meas_y",
+    "meas_w",
+    "meas_h",
+    "update_ms",
+];
+
+/// Writes `trajectory.csv`: boxes as left, top, width, height in pixels, an empty cell where there is nothing to say.
+pub struct CsvSink {
+    file: LineFile,
+}
+
+impl CsvSink {
+    /// Creates the file and writes its header.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, RunError> {
+        Self::start(LineFile::create(path)?)
+    }
+
+    /// Writes to anything instead of a file, under the name `path`.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub fn to_writer(path: &Path, out: Box<dyn std::io::Write + Send>) -> Result<Self, RunError> {
+        Self::start(LineFile::new(path, out))
+    }
+
+    fn start(mut file: LineFile) -> Result<Self, RunError> {
+        push_row(&mut file.pending, &TRAJECTORY_COLUMNS);
+        file.flush()?;
+        Ok(Self { file })
+    }
+}
+
+impl Sink for CsvSink {
+    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+        for record in records {
+            push_row(&mut self.file.pending, &cells(record));
+        }
+        self.file.flush()
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        self.file.flush()
+    }
+
+    fn path(&self) -> &Path {
+        &self.file.path
+    }
+}
+
+fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
+    let estimate = record.estimate.as_ref();
+    let state = estimate.map_or("lost", |e| e.state.as_str());
+    let [x, y, w, h] = box_cells(estimate.map(|e| e.bbox));
+    let [px, py, pw, ph] = box_cells(estimate.and_then(|e| e.prediction));
+    let [mx, my, mw, mh] = box_cells(estimate.and_then(|e| e.measurement));
+    let score = estimate.map_or_else(String::new, |e| format!("{:.4}", e.score));
+    let update_ms = record.update_ms.map_or_else(String::new, |ms| format!("{ms:.4}"));
+    let (frame, time, target) = (record.frame.to_string(), format!("{:.6}", record.time_s), record.target.to_string());
+    [frame, time, target, state.to_owned(), x, y, w, h, score, px, py, pw, ph, mx, my, mw, mh, update_ms]
+}
+
+fn box_cells(bbox: Option<BBox>) -> [String; 4] {
+    match bbox {
+        Some(b) => [b.left(), b.top(), b.width(), b.height()].map(|v| format!("{v:.3}")),
+        None => Default::default(),
+    }
+}
+
+/// No cell can hold a comma, a quote or a line break: numbers and state words only.
+fn push_row(out: &mut Vec<u8>, cells: &[impl AsRef<str>]) {
+    for (i, cell) in cells.iter().enumerate() {
+        if i > 0 {
+            out.push(b',');
+        }
+        out.extend_from_slice(cell.as_ref().as_bytes());
+    }
+    out.push(b'\n');
+}

@@ -1,0 +1,65 @@
+use super::{LineFile, Sink};
+use crate::{Record, RunError};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Writes `trajectory.jsonl`: one JSON object a line, with the columns of the CSV grouped, the covariance and the
+/// tracker's own diagnostics.
+pub struct JsonlSink {
+    file: LineFile,
+}
+
+impl JsonlSink {
+    /// Creates the file.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { file: LineFile::create(path)? })
+    }
+}
+
+impl Sink for JsonlSink {
+    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+        for record in records {
+            self.file.pending.extend(object(record).to_string().into_bytes());
+            self.file.pending.push(b'\n');
+        }
+        self.file.flush()
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        self.file.flush()
+    }
+
+    fn path(&self) -> &Path {
+        &self.file.path
+    }
+}
+
+/// The record as a JSON object; what is not there is `null`.
+pub(crate) fn object(record: &Record) -> Value {
+    let estimate = record.estimate.as_ref();
+    let diagnostics: Map<String, Value> =
+        estimate.into_iter().flat_map(|e| e.diagnostics.iter()).map(|(k, v)| (k.to_owned(), json!(v))).collect();
+    json!({
+        "frame": record.frame,
+        "time_s": record.time_s,
+        "target": record.target.0,
+        "state": estimate.map_or("lost", |e| e.state.as_str()),
+        "box": estimate.map(|e| ltwh(e.bbox)),
+        "score": estimate.map(|e| e.score),
+        "prediction": estimate.and_then(|e| e.prediction).map(ltwh),
+        "measurement": estimate.and_then(|e| e.measurement).map(ltwh),
+        "covariance": estimate.and_then(|e| e.covariance).map(|c| c.row_iter().map(|r| r.iter().copied().collect()).collect::<Vec<Vec<f64>>>()),
+        "diagnostics": diagnostics,
+        "update_ms": record.update_ms,
+    })
+}
+
+fn ltwh(b: BBox) -> [f64; 4] {
+    [b.left(), b.top(), b.width(), b.height()]
+}

@@ -1,0 +1,67 @@
+//! Where the results of a run go: one file each, written as the run goes, complete up to the last frame.
+
+mod csv;
+mod jsonl;
+mod mot;
+#[cfg(feature = "parquet")]
+mod parquet;
+
+pub use csv::{CsvSink, TRAJECTORY_COLUMNS};
+pub use jsonl::JsonlSink;
+pub use mot::MotSink;
+#[cfg(feature = "parquet")]
+pub use parquet::ParquetSink;
+
+use crate::{Record, RunError};
+use pursuit_imaging::Frame;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Takes every frame with the records made of it.
+pub trait Sink: Send {
+    /// Takes one frame; when it returns, what it wrote survives a crash of this process (a sink that works behind a queue
+    /// may lag by the length of its queue).
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when the file cannot be written; what was written before is kept.
+    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError>;
+
+    /// Closes the file properly.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    fn finish(&mut self) -> Result<(), RunError>;
+
+    /// The file written.
+    fn path(&self) -> &Path;
+}
+
+/// Creates a file inside a run's folder.
+fn create(path: &Path) -> Result<File, RunError> {
+    File::create(path).map_err(RunError::output(path))
+}
+
+/// Text lines that go to disk frame by frame: one write call for all lines of a frame, so that a crash leaves whole lines.
+struct LineFile {
+    path: PathBuf,
+    out: Box<dyn Write + Send>,
+    pending: Vec<u8>,
+}
+
+impl LineFile {
+    fn create(path: &Path) -> Result<Self, RunError> {
+        Ok(Self::new(path, Box::new(create(path)?)))
+    }
+
+    fn new(path: &Path, out: Box<dyn Write + Send>) -> Self {
+        Self { path: path.to_path_buf(), out, pending: Vec::new() }
+    }
+
+    fn flush(&mut self) -> Result<(), RunError> {
+        let written = self.out.write_all(&self.pending).and_then(|()| self.out.flush());
+        self.pending.clear();
+        written.map_err(RunError::output(&self.path))
+    }
+}

@@ -1,0 +1,88 @@
+//! The plots of a run, drawn from its `trajectory.csv`: x, y, size and score against time.
+
+use crate::RunError;
+use crate::plot::{Chart, Series, colors};
+use std::path::{Path, PathBuf};
+
+/// What is drawn of one target.
+#[derive(Debug, Default)]
+struct Curves {
+    score: Vec<(f64, f64)>,
+    /// For x, y, width, height: measured, predicted, estimate.
+    quantities: [[Vec<(f64, f64)>; 3]; 4],
+}
+
+/// More points than this in one plot help nobody: longer runs are thinned evenly.
+const MOST_POINTS: usize = 20_000;
+
+/// Draws the plots of every target into `folder` and returns the files written.
+///
+/// # Errors
+/// When the trajectory cannot be read back or a plot cannot be written.
+pub fn draw(trajectory: &Path, folder: &Path) -> Result<Vec<PathBuf>, RunError> {
+    std::fs::create_dir_all(folder).map_err(RunError::output(folder))?;
+    let targets = read(trajectory)?;
+    let many = targets.len() > 1;
+    let mut files = Vec::new();
+    for (target, curves) in targets {
+        let suffix = if many { format!("-{target}") } else { String::new() };
+        for (name, chart) in charts(curves) {
+            let path = folder.join(format!("{name}{suffix}.svg"));
+            chart.write(&path)?;
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+fn charts(curves: Curves) -> Vec<(&'static str, Chart)> {
+    let [x, y, w, h] = curves.quantities;
+    let chart = |title: &str, label: &str, [measured, predicted, estimate]: [Vec<(f64, f64)>; 3]| {
+        Chart::new(title, "time (s)", label)
+            .with(Series::points("measured", colors::MEASURED, measured))
+            .with(Series::dashed("predicted", colors::PREDICTED, predicted))
+            .with(Series::line("estimate", colors::ESTIMATE, estimate))
+    };
+    vec![
+        ("x", chart("Centre, horizontal", "x (px)", x)),
+        ("y", chart("Centre, vertical (down)", "y (px)", y)),
+        ("width", chart("Width", "width (px)", w)),
+        ("height", chart("Height", "height (px)", h)),
+        (
+            "score",
+            Chart::new("Score: probability that the box is right", "time (s)", "score")
+                .with(Series::line("score", colors::ESTIMATE, curves.score))
+                .with_y_range(0.0, 1.0),
+        ),
+    ]
+}
+
+/// The curves of each target, by its number.
+fn read(trajectory: &Path) -> Result<Vec<(String, Curves)>, RunError> {
+    let unreadable = |e: csv::Error| RunError::output(trajectory)(std::io::Error::other(e));
+    let rows = csv::Reader::from_path(trajectory).map_err(unreadable)?.into_records().count();
+    let every = rows.div_ceil(MOST_POINTS).max(1);
+    let mut targets: Vec<(String, Curves)> = Vec::new();
+    for (i, row) in csv::Reader::from_path(trajectory).map_err(unreadable)?.into_records().enumerate() {
+        let row = row.map_err(unreadable)?;
+        if i % every != 0 {
+            continue;
+        }
+        let number = |column: usize| row.get(column).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN);
+        let target = row.get(2).unwrap_or_default();
+        let at = targets.iter().position(|(t, _)| t == target).unwrap_or_else(|| {
+            targets.push((target.to_owned(), Curves::default()));
+            targets.len() - 1
+        });
+        let (time, curves) = (number(1), &mut targets[at].1);
+        curves.score.push((time, number(8)));
+        // Columns of x, y, w, h: measured, predicted, estimate (see `TRAJECTORY_COLUMNS`).
+        for (kind, first) in [13, 9, 4].into_iter().enumerate() {
+            let [left, top, w, h] = [0, 1, 2, 3].map(|i| number(first + i));
+            for (quantity, value) in [left + w / 2.0, top + h / 2.0, w, h].into_iter().enumerate() {
+                curves.quantities[quantity][kind].push((time, value));
+            }
+        }
+    }
+    Ok(targets)
+}

@@ -1,0 +1,89 @@
+//! The floors of the house: a crate imports only from floors below its own.
+
+use crate::metadata::{self, Package};
+use anyhow::{Result, bail};
+
+/// Package and floor; the plan stands in ARCHITECTURE.md.
+const FLOORS: &[(&str, u8)] = &[
+    ("pursuit-geometry", 0),
+    ("pursuit-estimation", 0),
+    ("pursuit-imaging", 1),
+    ("pursuit-vision", 2),
+    ("pursuit-media", 2),
+    ("pursuit-tracking", 3),
+    ("pursuit-scenes", 3),
+    ("pursuit-evaluation", 4),
+    ("pursuit", 5),
+    ("pursuit-cli", 6),
+    ("xtask", 0),
+];
+
+/// What only the crates named may use, whatever their floor.
+const ONLY_IN: &[(&str, &[&str])] = &[
+    ("clap", &["pursuit-cli", "xtask"]),
+    ("clap_complete", &["pursuit-cli"]),
+    ("clap_mangen", &["pursuit-cli"]),
+    ("indicatif", &["pursuit-cli"]),
+    ("anyhow", &["pursuit-cli", "xtask"]),
+    ("openh264", &["pursuit-media"]),
+    ("rusty_h264-decoder", &["pursuit-media"]),
+];
+
+pub fn check() -> Result<()> {
+    let packages = metadata::packages()?;
+    let ours: Vec<&Package> = packages.iter().filter(|p| p.ours).collect();
+    let wrongs: Vec<String> = ours.iter().flat_map(|p| wrongs_of(p, &ours)).collect();
+    if !wrongs.is_empty() {
+        bail!("the floors are not kept:\n  {}", wrongs.join("\n  "));
+    }
+    println!("layers: {} crates keep to their floors", ours.len());
+    Ok(())
+}
+
+fn wrongs_of(package: &Package, ours: &[&Package]) -> Vec<String> {
+    let Some(own) = floor(&package.name) else {
+        return vec![format!("`{}` has no floor yet; give it one in xtask/src/layers.rs", package.name)];
+    };
+    let upward =
+        package.dependencies.iter().filter(|d| ours.iter().any(|p| p.name == **d)).filter_map(|d| match floor(d) {
+            Some(below) if below < own => None,
+            Some(above) => Some(format!("`{}` (floor {own}) imports `{d}` (floor {above})", package.name)),
+            None => None,
+        });
+    let foreign = package.dependencies.iter().filter_map(|d| {
+        let (_, allowed) = ONLY_IN.iter().find(|(name, _)| name == d)?;
+        (!allowed.contains(&package.name.as_str()))
+            .then(|| format!("`{}` imports `{d}`, which belongs in {}", package.name, allowed.join(", ")))
+    });
+    upward.chain(foreign).collect()
+}
+
+fn floor(name: &str) -> Option<u8> {
+    FLOORS.iter().find(|(n, _)| *n == name).map(|(_, f)| *f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn package(name: &str, dependencies: &[&str]) -> Package {
+        Package {
+            name: name.into(),
+            license: None,
+            ours: true,
+            dependencies: dependencies.iter().map(|d| (*d).to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn imports_upward_sideways_and_of_foreign_goods_are_found() {
+        let geometry = package("pursuit-geometry", &["pursuit-estimation"]);
+        let tracking = package("pursuit-tracking", &["pursuit-vision", "clap", "serde"]);
+        let (vision, estimation) = (package("pursuit-vision", &[]), package("pursuit-estimation", &[]));
+        let all = [&geometry, &tracking, &vision, &estimation];
+        assert_eq!(wrongs_of(&geometry, &all).len(), 1);
+        assert_eq!(wrongs_of(&tracking, &all).len(), 1);
+        assert!(wrongs_of(&vision, &all).is_empty());
+        assert_eq!(wrongs_of(&package("pursuit-new", &[]), &all).len(), 1);
+    }
+}

@@ -1,0 +1,67 @@
+//! Everything a contributor runs, as `cargo xtask …`.
+
+mod fuzz;
+mod layers;
+mod licences;
+mod metadata;
+mod peers;
+mod run;
+mod suite;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Everything a contributor runs", arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Pass all tests: format, lints, floors, licences, documentation, tests, the release suite, fuzzing for a while,
+    /// and the comparisons with independent tools
+    Test {
+        /// Leave out what needs minutes: the release suite, fuzzing and the comparisons
+        #[arg(long)]
+        quick: bool,
+        /// Seconds to run each fuzz target
+        #[arg(long, default_value_t = 5)]
+        fuzz_seconds: u32,
+    },
+    /// Check that every crate imports only from floors below its own
+    Layers,
+    /// Check that every dependency has a licence we can live with
+    Licences,
+    /// Build the documentation, with broken links as errors
+    Docs,
+    /// Run the fuzz targets, each for a bounded time (needs a C++ compiler)
+    Fuzz {
+        /// Seconds to run each target
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+        /// Run only the targets of this name
+        target: Option<String>,
+    },
+    /// Compare with independent tools (Python; installs them into target/peers)
+    Peers,
+    /// Run the benches
+    Bench {
+        /// Arguments for `cargo bench`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
+}
+
+fn main() -> Result<()> {
+    match Cli::parse().command {
+        Task::Test { quick, fuzz_seconds } => suite::test(quick, fuzz_seconds),
+        Task::Layers => layers::check(),
+        Task::Licences => licences::check(),
+        Task::Docs => suite::docs(),
+        Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
+        Task::Peers => peers::compare(),
+        Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
+    }
+}

@@ -1,0 +1,78 @@
+//! Running other programs: said before it is done, an error when it fails.
+
+use anyhow::{Context, Result, bail};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The folder of the workspace.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
+}
+
+/// The folder for build products: `target`, or where `CARGO_TARGET_DIR` says.
+pub fn target_dir() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// A command about to be run in the workspace folder.
+pub struct Step(Command);
+
+/// `cargo SUBCOMMAND`.
+pub fn cargo(subcommand: &str) -> Step {
+    program(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())).arg(subcommand)
+}
+
+/// Any program.
+pub fn program(name: impl AsRef<OsStr>) -> Step {
+    let mut command = Command::new(name);
+    command.current_dir(root());
+    Step(command)
+}
+
+impl Step {
+    pub fn arg(mut self, arg: impl AsRef<OsStr>) -> Self {
+        self.0.arg(arg);
+        self
+    }
+
+    pub fn args(mut self, args: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Self {
+        self.0.args(args);
+        self
+    }
+
+    pub fn env(mut self, name: &str, value: impl AsRef<OsStr>) -> Self {
+        self.0.env(name, value);
+        self
+    }
+
+    /// Runs it; its output goes where ours goes.
+    pub fn run(mut self) -> Result<()> {
+        eprintln!("\n$ {}", describe(&self.0));
+        let status = self.0.status().with_context(|| format!("cannot start {:?}", self.0.get_program()))?;
+        if !status.success() {
+            bail!("`{}` failed ({status})", describe(&self.0));
+        }
+        Ok(())
+    }
+
+    /// Whether it can be started and succeeds, silently.
+    pub fn works(mut self) -> bool {
+        self.0.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
+    }
+
+    /// What it prints on standard output.
+    pub fn output(mut self) -> Result<Vec<u8>> {
+        let output = self.0.stderr(Stdio::inherit()).output()?;
+        if !output.status.success() {
+            bail!("`{}` failed ({})", describe(&self.0), output.status);
+        }
+        Ok(output.stdout)
+    }
+}
+
+fn describe(command: &Command) -> String {
+    let name = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
+    let words = std::iter::once(name).chain(command.get_args());
+    words.map(|w| w.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
