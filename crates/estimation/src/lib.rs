@@ -24,12 +24,15 @@
 //!
 //! An error, whatever its kind, leaves the belief as it was.
 
+pub mod consistency;
 mod error;
+pub mod filters;
 mod gaussian;
 mod imm;
 mod matrix;
 mod measurement;
 pub mod motion;
+pub mod nonlinear;
 mod transition;
 
 pub use error::{EstimationError, Result};

@@ -108,6 +108,25 @@ impl<const M: usize> Innovation<M> {
         }
     }
 
+    /// An innovation whose covariance is given by its lower triangular factor.
+    ///
+    /// # Errors
+    /// Where the residual is not finite or the factor is singular.
+    pub(crate) fn from_factor(residual: SVector<f64, M>, factor: SMatrix<f64, M, M>) -> Result<Self> {
+        require_finite("the innovation", &residual)?;
+        for row in 0..M {
+            let pivot = factor[(row, row)];
+            let scale = factor.row(row).norm();
+            // The pivot of the covariance is the square of the factor's.
+            if !(pivot * pivot > 4.0 * f64::EPSILON * scale * scale && pivot.is_finite()) {
+                return Err(EstimationError::SingularInnovation { row, pivot });
+            }
+        }
+        let mut covariance = factor * factor.transpose();
+        crate::matrix::symmetrise(&mut covariance);
+        Ok(Self { residual, covariance, factor })
+    }
+
     /// `ν`, measured minus expected.
     pub const fn residual(&self) -> &SVector<f64, M> {
         &self.residual

@@ -6,6 +6,10 @@
 
 mod boxes;
 mod integrators;
+mod singer;
+mod turning;
 
 pub use boxes::{PhysicalBox, SortBox, StepBox};
 pub use integrators::{ConstantAcceleration, ConstantVelocity, Integrators, KinematicNoise, RandomWalk};
+pub use singer::{CurrentStatistical, Singer};
+pub use turning::{CoordinatedTurn, KnownTurn};

@@ -1,0 +1,18 @@
+//! Variations of the linear filter: fading memory, steady gain, square root, measurements one component at a time,
+//! late measurements, smoothing, noise learnt from innovations, estimated inputs.
+
+mod adaptation;
+mod delayed;
+mod fading;
+mod input_estimation;
+mod sequential;
+mod smoother;
+mod square_root;
+mod steady;
+
+pub use adaptation::{MeasurementNoiseAdaptation, ProcessNoiseScaling};
+pub use delayed::{LastUpdate, Replay};
+pub use input_estimation::InputEstimator;
+pub use smoother::smooth;
+pub use square_root::SquareRoot;
+pub use steady::SteadyState;
