@@ -1,0 +1,38 @@
+//! GOT-10k (Huang, Zhao, Huang 2019): images beside `groundtruth.txt` (left,top,width,height), `absence.label` (1 where
+//! the target is away) and `cover.label` (0…8, how much of it is visible; 0 = hidden or out of the image).
+
+use super::text::{read_ltwh, read_numbers};
+use super::{count_images, vot};
+use crate::{EvaluationError, Result, Sequence, Truth};
+use std::path::Path;
+
+pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
+    let file = folder.join("groundtruth.txt");
+    let mut truth = read_ltwh(&file, 0.0)?;
+    let images = count_images(folder);
+    // The test split publishes the first box only.
+    if truth.len() == 1 && images > 1 {
+        truth.resize(images, Truth::Unknown);
+    }
+    if truth.len() > images {
+        return Err(vot::too_few_images(&file, truth.len(), images, folder));
+    }
+    let marks: [(&str, fn(f64) -> bool); 2] = [("absence.label", |v| v != 0.0), ("cover.label", |v| v == 0.0)];
+    for (label, is_away) in marks {
+        let path = folder.join(label);
+        if !path.is_file() {
+            continue;
+        }
+        let lines = read_numbers(&path, 1)?;
+        if lines.len() != truth.len() {
+            let reason = format!("has {} lines for {} boxes", lines.len(), truth.len());
+            return Err(EvaluationError::dataset(&path, None, reason));
+        }
+        for (line, truth) in lines.iter().zip(&mut truth) {
+            if line.values.first().is_some_and(|v| is_away(*v)) {
+                *truth = Truth::Absent;
+            }
+        }
+    }
+    Ok(Sequence::from_path(name, folder, 0, truth))
+}

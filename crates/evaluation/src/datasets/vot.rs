@@ -1,0 +1,71 @@
+//! VOT (Kristan et al. 2013…2022): `groundtruth.txt` with polygons (x1,y1,…,x4,y4) or rectangles, images beside it or in
+//! `color/` from 2019 on; also a lone video with such a file. A polygon's truth is its axis-aligned bounds, which is how
+//! the toolkit converts regions for trackers of boxes.
+
+use super::text::{Line, read_numbers, truth_ltwh};
+use super::{IMAGES, Listing, VIDEOS, count_images, has_extension, text};
+use crate::{EvaluationError, Result, Sequence, Truth};
+use pursuit_geometry::{Point, Polygon};
+use std::path::{Path, PathBuf};
+
+pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequence> {
+    let file = folder.join("groundtruth.txt");
+    let truth = read_truth(&file)?;
+    let input = input_of(folder, inside)
+        .ok_or_else(|| EvaluationError::dataset(&file, None, "has neither images nor one video beside it"))?;
+    if input.is_dir() && count_images(&input) < truth.len() {
+        return Err(too_few_images(&file, truth.len(), count_images(&input), &input));
+    }
+    Ok(Sequence::from_path(name, &input, 0, truth))
+}
+
+/// The images beside the truth, in `color/`, in the only other folder of images, or the only video.
+pub(super) fn input_of(folder: &Path, inside: &Listing) -> Option<PathBuf> {
+    if inside.files.iter().any(|f| has_extension(f, IMAGES)) {
+        return Some(folder.to_owned());
+    }
+    let named = ["color", "img", "imgs", "images", "rgb", "frames"].map(|n| folder.join(n));
+    if let Some(found) = named.into_iter().find(|p| count_images(p) > 0) {
+        return Some(found);
+    }
+    let mut videos = inside.files.iter().filter(|f| has_extension(f, VIDEOS));
+    videos.next().filter(|_| videos.next().is_none()).cloned()
+}
+
+pub(super) fn too_few_images(file: &Path, boxes: usize, images: usize, folder: &Path) -> EvaluationError {
+    let reason = format!("has {boxes} boxes for the {images} images in {}", folder.display());
+    EvaluationError::dataset(file, None, reason)
+}
+
+fn read_truth(file: &Path) -> Result<Vec<Truth>> {
+    // From 2020 on the files may hold masks; those are another task.
+    if let Some(line) = text::read(file)?.lines().position(|l| l.trim_start().starts_with('m')) {
+        let reason = "is a mask; sequences with rectangles or polygons are read";
+        return Err(EvaluationError::dataset(file, line + 1, reason));
+    }
+    read_numbers(file, 1)?.into_iter().map(|line| truth_of(file, &line)).collect()
+}
+
+fn truth_of(file: &Path, line: &Line) -> Result<Truth> {
+    match line.values[..] {
+        // A single number is one of the toolkit's special codes: 0 unknown; others do not describe a target either.
+        [_] => Ok(Truth::Unknown),
+        [left, top, width, height] => truth_ltwh(file, line.number, [left, top, width, height]),
+        _ if line.values.len() >= 6 && line.values.len() % 2 == 0 => Ok(bounds(&line.values)),
+        _ => {
+            let reason = format!("has {} numbers; a rectangle has 4, a polygon 6, 8 or more", line.values.len());
+            Err(EvaluationError::dataset(file, line.number, reason))
+        }
+    }
+}
+
+fn bounds(values: &[f64]) -> Truth {
+    if values.iter().any(|v| v.is_nan()) {
+        return Truth::Absent;
+    }
+    let vertices = values.chunks_exact(2).map(|p| Point::new(p[0], p[1])).collect();
+    match Polygon::new(vertices).bounds() {
+        Some(bbox) if !bbox.is_empty() => Truth::Visible(bbox),
+        _ => Truth::Absent,
+    }
+}

@@ -1,0 +1,59 @@
+use std::path::{Path, PathBuf};
+
+/// What can go wrong around an evaluation. A tracker that fails is a result, not an error.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvaluationError {
+    /// A file of a data set that cannot be read or understood.
+    #[error("{}{}: {reason}", path.display(), line.map(|n| format!(":{n}")).unwrap_or_default())]
+    Dataset {
+        /// The file or folder.
+        path: PathBuf,
+        /// The line, from 1, where one is to blame.
+        line: Option<usize>,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
+    /// Nothing to evaluate on.
+    #[error("{name}: no sequence {reason}")]
+    NoSequences {
+        /// What was searched.
+        name: String,
+        /// Which sequences were looked for.
+        reason: String,
+    },
+    /// Frames that cannot be had.
+    #[error("sequence {sequence}: {source}")]
+    Frames {
+        /// Name of the sequence.
+        sequence: String,
+        /// What the media layer says.
+        source: pursuit_media::MediaError,
+    },
+    /// A result that cannot be written or read back.
+    #[error("{}: {reason}", path.display())]
+    Output {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
+    /// An option that makes no sense.
+    #[error("{0}")]
+    Option(String),
+}
+
+impl EvaluationError {
+    pub(crate) fn dataset(path: &Path, line: impl Into<Option<usize>>, reason: impl Into<String>) -> Self {
+        Self::Dataset { path: path.to_owned(), line: line.into(), reason: reason.into() }
+    }
+
+    pub(crate) fn output(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self::Output { path: path.to_owned(), reason: reason.to_string() }
+    }
+
+    /// Whether the trouble is with writing results; what is left is trouble with reading or with options.
+    pub const fn is_output(&self) -> bool {
+        matches!(self, Self::Output { .. })
+    }
+}

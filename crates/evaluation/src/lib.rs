@@ -1,0 +1,35 @@
+//! Evaluation: sequences with truth, protocols that run trackers over them, metrics, and the report.
+//!
+//! [`evaluate`] is what `pursuit eval` calls. Running and scoring are apart: a run leaves
+//! `boxes/TRACKER/SEQUENCE.csv` with a record beside it, and a later call runs only what is missing. A tracker is
+//! anything that has a [`Recipe`](pursuit_tracking::Recipe); this crate knows none by name.
+
+mod clock;
+mod datasets;
+mod error;
+mod evaluate;
+mod film;
+pub mod metrics;
+mod protocol;
+pub mod report;
+pub mod results;
+mod run;
+mod score;
+mod sequence;
+mod store;
+mod summary;
+mod table;
+mod trajectory;
+
+pub use datasets::Dataset;
+pub use error::EvaluationError;
+pub use evaluate::{Contestant, EvalOptions, Progress, evaluate};
+pub use protocol::{Pass, Protocol, spatial_variants, temporal_starts};
+pub use results::Results;
+pub use run::{RunRecord, UpdateTime};
+pub use sequence::{Footage, Sequence, Truth};
+pub use table::text_table;
+pub use trajectory::{Output, Trajectory};
+
+/// The result of a fallible evaluation step.
+pub type Result<T, E = EvaluationError> = std::result::Result<T, E>;

@@ -1,0 +1,179 @@
+//! Long-term tracking: precision, recall and F (Lukežič et al. 2018, the VOT-LT measures), what is said while the target
+//! is away, and how long a return goes unnoticed.
+
+use super::mean;
+
+/// One frame, judged. Frames of unknown truth are left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// Whether the target is visible.
+    pub visible: bool,
+    /// Whether the tracker says that it sees the target.
+    pub alive: bool,
+    /// Overlap of the box with the target; 0 where either is missing.
+    pub overlap: f64,
+    /// The tracker's score, to be thresholded.
+    pub score: f64,
+}
+
+/// Precision and recall at one operating point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrecisionRecall {
+    /// Mean overlap over the frames in which a box is claimed; 1 when none is (as the toolkit has it).
+    pub precision: f64,
+    /// Sum of these overlaps over the number of visible frames.
+    pub recall: f64,
+}
+
+impl PrecisionRecall {
+    /// The harmonic mean of both; 0 when both are 0.
+    pub fn f(&self) -> f64 {
+        let sum = self.precision + self.recall;
+        if sum > 0.0 { 2.0 * self.precision * self.recall / sum } else { 0.0 }
+    }
+
+    /// The mean over sequences, taken before F as VOT-LT does; `None` of nothing.
+    pub fn mean(of: &[Self]) -> Option<Self> {
+        let all = |pick: fn(&Self) -> f64| mean(&of.iter().map(pick).collect::<Vec<_>>());
+        (!of.is_empty()).then(|| Self { precision: all(|p| p.precision), recall: all(|p| p.recall) })
+    }
+}
+
+/// Precision and recall of the frames that `claims` picks.
+pub fn precision_recall(frames: &[Judged], claims: impl Fn(&Judged) -> bool) -> PrecisionRecall {
+    let visible = frames.iter().filter(|j| j.visible).count();
+    let (mut claimed, mut overlap) = (0usize, 0.0);
+    for j in frames.iter().filter(|j| claims(j)) {
+        claimed += 1;
+        overlap += if j.visible { j.overlap } else { 0.0 };
+    }
+    if claimed == 0 {
+        return PrecisionRecall { precision: 1.0, recall: 0.0 };
+    }
+    PrecisionRecall {
+        precision: overlap / claimed as f64,
+        recall: if visible > 0 { overlap / visible as f64 } else { 0.0 },
+    }
+}
+
+/// Precision and recall at every threshold given: a box is claimed where `score ≥ threshold`.
+pub fn precision_recall_curve(frames: &[Judged], thresholds: &[f64]) -> Vec<PrecisionRecall> {
+    thresholds.iter().map(|t| precision_recall(frames, |j| j.score >= *t)).collect()
+}
+
+/// The thresholds of the VOT-LT toolkit: ∞, then `resolution − 2` scores in descending order at equal steps through the
+/// sorted scores (all scores when there are fewer), then −∞.
+pub fn thresholds(scores: &[f64], resolution: usize) -> Vec<f64> {
+    let mut sorted: Vec<f64> = scores.iter().copied().filter(|s| !s.is_nan()).collect();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    let inner = resolution.saturating_sub(2);
+    if sorted.len() > inner && inner > 1 {
+        let delta = sorted.len() / inner;
+        let span = (sorted.len() - 2 * delta) as f64;
+        let at = |i: usize| {
+            let position = delta as f64 + span * i as f64 / (inner - 1) as f64;
+            sorted.get(position.round_ties_even() as usize).copied()
+        };
+        sorted = (0..inner).filter_map(at).collect();
+    }
+    std::iter::once(f64::INFINITY).chain(sorted).chain(std::iter::once(f64::NEG_INFINITY)).collect()
+}
+
+/// The best F over thresholds, with its threshold and operating point, for curves averaged over sequences: every curve
+/// was taken at the same `thresholds`.
+pub fn best_f(curves: &[Vec<PrecisionRecall>], thresholds: &[f64]) -> Option<(f64, PrecisionRecall)> {
+    let at = |i: usize| PrecisionRecall::mean(&curves.iter().filter_map(|c| c.get(i).copied()).collect::<Vec<_>>());
+    let averaged = thresholds.iter().enumerate().filter_map(|(i, t)| Some((*t, at(i)?)));
+    // The first of equals, as the toolkit's `index(max(…))` picks.
+    averaged.reduce(|best, next| if next.1.f() > best.1.f() { next } else { best })
+}
+
+/// Fraction of the frames without the target in which the tracker says that it sees it; `None` without such frames.
+pub fn false_alive(frames: &[Judged]) -> Option<f64> {
+    let absent = frames.iter().filter(|j| !j.visible).count();
+    let false_ones = frames.iter().filter(|j| !j.visible && j.alive).count();
+    (absent > 0).then(|| false_ones as f64 / absent as f64)
+}
+
+/// For every return of the target after an absence, how many frames pass from the first visible one until the overlap
+/// exceeds one half (0: at once), or `None` if that does not happen before it leaves again.
+pub fn reacquisition(frames: &[Judged]) -> Vec<Option<usize>> {
+    let mut returns = Vec::new();
+    let mut seen_before = false;
+    let mut since_return: Option<usize> = None;
+    let mut away = false;
+    for j in frames {
+        if !j.visible {
+            if since_return.take().is_some() {
+                returns.push(None);
+            }
+            away = seen_before;
+            continue;
+        }
+        if std::mem::take(&mut away) {
+            since_return = Some(0);
+        }
+        seen_before = true;
+        if let Some(passed) = since_return {
+            if j.overlap > 0.5 {
+                returns.push(Some(passed));
+                since_return = None;
+            } else {
+                since_return = Some(passed + 1);
+            }
+        }
+    }
+    if since_return.is_some() {
+        returns.push(None);
+    }
+    returns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(spec: &str) -> Vec<Judged> {
+        // v: visible and hit, m: visible and missed, a: absent and said so, A: absent, yet "alive".
+        let judged = |c| match c {
+            'v' => Judged { visible: true, alive: true, overlap: 0.8, score: 0.9 },
+            'm' => Judged { visible: true, alive: true, overlap: 0.2, score: 0.3 },
+            'a' => Judged { visible: false, alive: false, overlap: 0.0, score: 0.1 },
+            _ => Judged { visible: false, alive: true, overlap: 0.0, score: 0.6 },
+        };
+        spec.chars().map(judged).collect()
+    }
+
+    #[test]
+    fn returns_are_counted_from_the_first_visible_frame() {
+        assert_eq!(reacquisition(&frames("vvaavv")), [Some(0)]);
+        assert_eq!(reacquisition(&frames("vvaammv")), [Some(2)]);
+        assert_eq!(reacquisition(&frames("vvaammaav")), [None, Some(0)]);
+        assert_eq!(reacquisition(&frames("vaam")), [None]);
+        assert_eq!(reacquisition(&frames("vvmm")), []);
+        assert_eq!(reacquisition(&frames("aavv")), [], "an absence before the target was first seen is no absence");
+    }
+
+    #[test]
+    fn precision_counts_claims_and_recall_counts_visible_frames() {
+        let judged = frames("vvmAa");
+        let pr = precision_recall(&judged, |j| j.alive);
+        assert!((pr.precision - 1.8 / 4.0).abs() < 1e-12 && (pr.recall - 1.8 / 3.0).abs() < 1e-12);
+        assert!((pr.f() - 2.0 * 0.45 * 0.6 / 1.05).abs() < 1e-12);
+        assert_eq!(false_alive(&judged), Some(0.5));
+        assert_eq!(false_alive(&frames("vm")), None);
+        let none = precision_recall(&judged, |_| false);
+        assert_eq!((none.precision, none.recall, none.f()), (1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn the_best_threshold_drops_what_is_wrong() {
+        let judged = frames("vvvAAmm");
+        let scores: Vec<f64> = judged.iter().map(|j| j.score).collect();
+        let thresholds = thresholds(&scores, 100);
+        let curve = precision_recall_curve(&judged, &thresholds);
+        let (threshold, best) = best_f(&[curve], &thresholds).unwrap();
+        assert_eq!(threshold, 0.9);
+        assert!((best.precision - 0.8).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,140 @@
+//! The supervised (reset) measures of VOT: accuracy, robustness and expected average overlap (Kristan et al. 2015,
+//! 2016), frame by frame as the official toolkit computes them.
+
+/// What happened in one frame of a supervised run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Supervised {
+    /// The tracker was started on the true box.
+    Init,
+    /// It reported a box with this overlap (> 0).
+    Overlap(f64),
+    /// Its box did not overlap the target: a failure.
+    Failure,
+    /// Skipped after a failure, or before the first start.
+    Skipped,
+}
+
+/// Frames skipped after a failure before the tracker is started again, counted from the failure.
+pub const SKIP_AFTER_FAILURE: usize = 5;
+/// Frames from each start that do not count towards accuracy.
+pub const BURN_IN: usize = 10;
+/// Sensitivity of the reliability `exp(−S · failures / frames)`.
+pub const SENSITIVITY: f64 = 30.0;
+/// The span of run lengths that the EAO averages over, as published for VOT2018 (VOT2015/16: 108…371, VOT2019: 46…291).
+pub const EAO_SPAN: (usize, usize) = (100, 356);
+
+/// Mean overlap outside burn-in and failures, and the number of frames it is taken over; 0 of nothing.
+pub fn accuracy(frames: &[Supervised], burn_in: usize) -> (f64, usize) {
+    let mut quiet = 0usize;
+    let (mut sum, mut count) = (0.0, 0usize);
+    for frame in frames {
+        if *frame == Supervised::Init {
+            quiet = burn_in;
+        }
+        match frame {
+            Supervised::Overlap(overlap) if quiet == 0 => {
+                sum += overlap;
+                count += 1;
+            }
+            // Only reached without burn-in: the toolkit gives the frame of a start no overlap.
+            Supervised::Init if quiet == 0 => count += 1,
+            _ => {}
+        }
+        quiet = quiet.saturating_sub(1);
+    }
+    (if count > 0 { sum / count as f64 } else { 0.0 }, count)
+}
+
+/// How often the tracker failed.
+pub fn failures(frames: &[Supervised]) -> usize {
+    frames.iter().filter(|f| **f == Supervised::Failure).count()
+}
+
+/// `exp(−sensitivity · failures / frames)`, in `[0, 1]`.
+pub fn reliability(failures: f64, frames: f64, sensitivity: f64) -> f64 {
+    if frames > 0.0 { (-sensitivity * failures / frames).exp() } else { 0.0 }
+}
+
+/// A stretch from a start to a failure or to the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Overlap of every frame; 0 in the frame of the start.
+    pub overlaps: Vec<f64>,
+    /// Whether it ended in a failure.
+    pub failed: bool,
+}
+
+/// The runs of a supervised trajectory.
+pub fn runs(frames: &[Supervised]) -> Vec<Run> {
+    let mut runs = Vec::new();
+    let mut current: Option<Vec<f64>> = None;
+    for frame in frames {
+        match frame {
+            Supervised::Init => {
+                let unfinished = current.replace(vec![0.0]);
+                runs.extend(unfinished.map(|overlaps| Run { overlaps, failed: false }));
+            }
+            Supervised::Overlap(overlap) => {
+                if let Some(run) = &mut current {
+                    run.push(*overlap);
+                }
+            }
+            Supervised::Failure => runs.extend(current.take().map(|overlaps| Run { overlaps, failed: true })),
+            Supervised::Skipped => {}
+        }
+    }
+    runs.extend(current.map(|overlaps| Run { overlaps, failed: false }));
+    runs
+}
+
+/// Expected average overlap for every run length (index = frames after the start).
+///
+/// A run that failed counts with zeros from its failure on; one that reached the end counts up to its length only.
+pub fn eao_curve(runs: &[Run]) -> Vec<f64> {
+    let longest = runs.iter().map(|r| r.overlaps.len()).max().unwrap_or(0);
+    let (mut sums, mut counts) = (vec![0.0; longest], vec![0usize; longest]);
+    for run in runs {
+        let reach = if run.failed { longest } else { run.overlaps.len() };
+        let mut total = 0.0;
+        for length in 0..reach {
+            let overlap = run.overlaps.get(length).copied().unwrap_or(0.0);
+            // The frame of the start is not averaged over, except that it is all there is of length 0.
+            total += if length == 0 { 0.0 } else { overlap };
+            sums[length] += if length == 0 { overlap } else { total / length as f64 };
+            counts[length] += 1;
+        }
+    }
+    sums.into_iter().zip(counts).map(|(s, n)| if n > 0 { s / n as f64 } else { 0.0 }).collect()
+}
+
+/// The mean of the curve over a span of lengths (both included), cut to the curve's own; `None` when it does not reach it.
+pub fn expected_average_overlap(curve: &[f64], (low, high): (usize, usize)) -> Option<f64> {
+    let part = curve.get(low..=high.min(curve.len().checked_sub(1)?))?;
+    (!part.is_empty()).then(|| super::mean(part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Supervised::{Failure, Init, Overlap, Skipped};
+    use super::*;
+
+    #[test]
+    fn accuracy_leaves_out_burn_in_and_failures() {
+        let frames = [Init, Overlap(0.1), Overlap(0.6), Overlap(0.8), Failure, Skipped, Init, Overlap(0.2), Overlap(1.0)];
+        let (accuracy, count) = accuracy(&frames, 2);
+        assert!((accuracy - (0.6 + 0.8 + 1.0) / 3.0).abs() < 1e-12);
+        assert_eq!((count, failures(&frames)), (3, 1));
+    }
+
+    #[test]
+    fn the_curve_pads_failed_runs_with_zeros_and_leaves_finished_ones_out() {
+        let frames = [Init, Overlap(0.6), Failure, Skipped, Init, Overlap(1.0), Overlap(0.5), Overlap(0.9)];
+        let runs = runs(&frames);
+        assert_eq!(runs.iter().map(|r| (r.overlaps.len(), r.failed)).collect::<Vec<_>>(), [(2, true), (4, false)]);
+        let curve = eao_curve(&runs);
+        let expected = [0.0, 0.8, (0.3 + 0.75) / 2.0, (0.2 + 0.8) / 2.0];
+        assert!(curve.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{curve:?}");
+        assert_eq!(expected_average_overlap(&curve, (1, 2)), Some((0.8 + 0.525) / 2.0));
+        assert_eq!(expected_average_overlap(&curve, (10, 20)), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! One tracker on one sequence.
+
+use crate::clock::timed;
+use crate::film::Film;
+use crate::metrics::supervised::SKIP_AFTER_FAILURE;
+use crate::metrics::{mean, quantile};
+use crate::protocol::Pass;
+use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::{Recipe, TrackState, Tracker};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// What is kept beside the boxes: `boxes/TRACKER/SEQUENCE.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// The tracker's registry name.
+    pub tracker: String,
+    /// Every parameter it ran with.
+    pub parameters: serde_json::Value,
+    /// What made the run: results of another build are not reused.
+    pub build: String,
+    /// The protocol it ran under.
+    pub protocol: Protocol,
+    /// Frames of the sequence that could be had, counted from its first.
+    pub frames: usize,
+    /// Frames on which the tracker was started.
+    pub starts: Vec<usize>,
+    /// Frames in which it failed (reset protocol).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<usize>,
+    /// Mean time of a start, in milliseconds on the wall.
+    pub init_ms: f64,
+    /// Time of an update; `None` when there was none.
+    pub update: Option<UpdateTime>,
+    /// What stopped it early.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+/// Time of an update in milliseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UpdateTime {
+    /// Updates measured.
+    pub count: usize,
+    /// Mean processor time of the tracker's one thread: what `fps` is made of.
+    pub mean_ms: f64,
+    /// Mean time on the wall.
+    pub wall_ms: f64,
+    /// Median time on the wall.
+    pub p50_ms: f64,
+    /// 95 % quantile of the time on the wall.
+    pub p95_ms: f64,
+    /// 99 % quantile of the time on the wall.
+    pub p99_ms: f64,
+}
+
+impl UpdateTime {
+    /// Updates a second, by processor time.
+    pub fn fps(&self) -> f64 {
+        // A tracker that does nothing is below the clock's resolution; a nanosecond is the least that can be said.
+        1e3 / self.mean_ms.max(1e-6)
+    }
+}
+
+/// A run in progress.
+struct Running<'a> {
+    recipe: &'a dyn Recipe,
+    sequence: &'a Sequence,
+    protocol: Protocol,
+    tracker: Option<Box<dyn Tracker>>,
+    next_start: Option<(usize, Option<BBox>)>,
+    trajectory: Trajectory,
+    starts: Vec<usize>,
+    failures: Vec<usize>,
+    start_ms: Vec<f64>,
+    wall_ms: Vec<f64>,
+    thread_time: Duration,
+    error: Option<String>,
+}
+
+/// Runs a tracker over a sequence; `None` when `stop` was set on the way.
+///
+/// # Errors
+/// Footage that cannot be opened. An error or a panic of the tracker ends the run and is kept in the record.
+pub(crate) fn run_pass(
+    recipe: &dyn Recipe,
+    sequence: &Sequence,
+    film: &Film<'_>,
+    pass: &Pass,
+    protocol: Protocol,
+    build: &str,
+    stop: &AtomicBool,
+) -> Result<Option<(Trajectory, RunRecord)>> {
+    let mut running = Running {
+        recipe,
+        sequence,
+        protocol,
+        tracker: None,
+        next_start: Some((pass.start, Some(pass.bbox))),
+        trajectory: Trajectory::silent(sequence.truth().len()),
+        starts: Vec::new(),
+        failures: Vec::new(),
+        start_ms: Vec::new(),
+        wall_ms: Vec::with_capacity(sequence.truth().len()),
+        thread_time: Duration::ZERO,
+        error: None,
+    };
+    let ending = film.show(pass.start, |i, frame| {
+        if stop.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
+        match catch_unwind(AssertUnwindSafe(|| running.step(i, &frame))) {
+            Ok(Ok(())) => return ControlFlow::Continue(()),
+            Ok(Err(e)) => running.error = Some(format!("frame {i}: {e}")),
+            Err(panic) => running.error = Some(format!("frame {i}: the tracker panicked: {}", words_of(&*panic))),
+        }
+        ControlFlow::Break(())
+    })?;
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
+    let parameters = parameters_of(recipe)?;
+    // When the tracker gave up, the frames after it are there all the same and count against it.
+    let frames = if running.error.is_some() { sequence.truth().len() } else { ending.frames };
+    let record = RunRecord {
+        tracker: recipe.name().to_owned(),
+        parameters,
+        build: build.to_owned(),
+        protocol,
+        frames,
+        init_ms: mean(&running.start_ms),
+        update: running.update_time(),
+        starts: running.starts,
+        failures: running.failures,
+        error: running.error.or(ending.broken),
+    };
+    Ok(Some((running.trajectory, record)))
+}
+
+/// Every parameter of a recipe.
+pub(crate) fn parameters_of(recipe: &dyn Recipe) -> Result<serde_json::Value> {
+    let table = recipe.parameters().map_err(|e| EvaluationError::Option(e.to_string()))?;
+    serde_json::to_value(table).map_err(|e| EvaluationError::Option(e.to_string()))
+}
+
+impl Running<'_> {
+    fn step(&mut self, i: usize, frame: &Frame) -> Result<(), String> {
+        let truth = self.sequence.truth().get(i).and_then(|t| t.bbox());
+        if let Some((when, given)) = self.next_start {
+            return match given.or(truth) {
+                Some(bbox) if i >= when => self.start(i, frame, bbox),
+                _ => Ok(()),
+            };
+        }
+        let Some(tracker) = &mut self.tracker else { return Ok(()) };
+        let (estimate, elapsed) = timed(|| tracker.update(frame));
+        let output = Output::from(&estimate.map_err(|e| e.to_string())?);
+        if !output.bbox.is_finite() || !output.score.is_finite() {
+            return Err(format!("the tracker reported box {} with score {}", output.bbox, output.score));
+        }
+        self.wall_ms.push(elapsed.wall.as_secs_f64() * 1e3);
+        self.thread_time += elapsed.thread;
+        self.trajectory.set(i, output);
+        let overlap = truth.map(|t| if output.state == TrackState::Lost { 0.0 } else { t.iou(&output.bbox) });
+        if self.protocol == Protocol::Reset && overlap.is_some_and(|o| o <= 0.0) {
+            self.failures.push(i);
+            self.tracker = None;
+            self.next_start = Some((i + SKIP_AFTER_FAILURE, None));
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, i: usize, frame: &Frame, bbox: BBox) -> Result<(), String> {
+        let (tracker, elapsed) = timed(|| self.recipe.init(frame, bbox));
+        self.tracker = Some(tracker.map_err(|e| e.to_string())?);
+        self.next_start = None;
+        self.starts.push(i);
+        self.start_ms.push(elapsed.wall.as_secs_f64() * 1e3);
+        self.trajectory.set(i, Output { bbox, state: TrackState::Tracking, score: 1.0 });
+        Ok(())
+    }
+
+    fn update_time(&self) -> Option<UpdateTime> {
+        let at = |q| quantile(&self.wall_ms, q);
+        Some(UpdateTime {
+            count: self.wall_ms.len(),
+            mean_ms: self.thread_time.as_secs_f64() * 1e3 / self.wall_ms.len() as f64,
+            wall_ms: mean(&self.wall_ms),
+            p50_ms: at(0.5)?,
+            p95_ms: at(0.95)?,
+            p99_ms: at(0.99)?,
+        })
+    }
+}
+
+fn words_of(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a message".to_owned())
+}

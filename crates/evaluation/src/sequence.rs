@@ -1,0 +1,93 @@
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What is known about the target in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Truth {
+    /// It is there, and this is its box (finite, not empty).
+    Visible(BBox),
+    /// It is out of view or hidden.
+    Absent,
+    /// Nobody says; the frame is not scored.
+    Unknown,
+}
+
+impl Truth {
+    /// The box, where the target is visible.
+    pub const fn bbox(&self) -> Option<BBox> {
+        match self {
+            Self::Visible(bbox) => Some(*bbox),
+            Self::Absent | Self::Unknown => None,
+        }
+    }
+}
+
+/// Where a sequence's frames come from.
+#[derive(Debug, Clone)]
+pub enum Footage {
+    /// A video file or a folder of images, opened by the media layer; the sequence starts at frame `first` (from 0).
+    Input {
+        /// What to open.
+        path: PathBuf,
+        /// How many frames of it come before the sequence.
+        first: usize,
+    },
+    /// Frames in memory: scenes, tests.
+    Memory(Arc<Vec<Frame>>),
+}
+
+/// Frames with truth: frame `i` of the sequence is described by `truth()[i]`.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    name: String,
+    footage: Footage,
+    truth: Vec<Truth>,
+}
+
+impl Sequence {
+    /// From its parts; there are as many frames as entries in `truth`.
+    pub fn new(name: impl Into<String>, footage: Footage, truth: Vec<Truth>) -> Self {
+        Self { name: name.into(), footage, truth }
+    }
+
+    /// From frames in memory.
+    pub fn from_frames(name: impl Into<String>, frames: Vec<Frame>, truth: Vec<Truth>) -> Self {
+        Self::new(name, Footage::Memory(Arc::new(frames)), truth)
+    }
+
+    pub(crate) fn from_path(name: impl Into<String>, path: &Path, first: usize, truth: Vec<Truth>) -> Self {
+        Self::new(name, Footage::Input { path: path.to_owned(), first }, truth)
+    }
+
+    /// Its name: the path below the folder searched, with `/` between folders.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(crate) fn rename(&mut self, name: String) {
+        self.name = name;
+    }
+
+    /// Where its frames come from.
+    pub const fn footage(&self) -> &Footage {
+        &self.footage
+    }
+
+    /// What is known about every frame.
+    pub fn truth(&self) -> &[Truth] {
+        &self.truth
+    }
+
+    /// The first frame whose box is known, and the box.
+    pub fn first_visible(&self) -> Option<(usize, BBox)> {
+        self.truth.iter().enumerate().find_map(|(i, t)| t.bbox().map(|b| (i, b)))
+    }
+
+    /// Whether the target is away in some frame after the first annotated one.
+    pub fn has_absence(&self) -> bool {
+        let first = self.first_visible().map_or(0, |(i, _)| i);
+        self.truth.iter().skip(first).any(|t| *t == Truth::Absent)
+    }
+}

@@ -1,0 +1,89 @@
+//! The files of an evaluation. Every file appears whole or not at all: written beside its place, then renamed.
+
+use crate::protocol::Pass;
+use crate::{EvaluationError, Result, Results, RunRecord, Sequence, Trajectory};
+use std::path::{Path, PathBuf};
+
+/// The folder that an evaluation keeps its results in.
+pub(crate) struct Store {
+    root: PathBuf,
+}
+
+impl Store {
+    pub fn new(root: &Path) -> Result<Self> {
+        std::fs::create_dir_all(root).map_err(|e| EvaluationError::output(root, e))?;
+        Ok(Self { root: root.to_owned() })
+    }
+
+    /// What an earlier call left of this pass, if it is complete and `fits`.
+    pub fn read(
+        &self,
+        tracker: &str,
+        sequence: &Sequence,
+        pass: &Pass,
+        fits: impl Fn(&RunRecord) -> bool,
+    ) -> Option<(Trajectory, RunRecord)> {
+        let boxes = self.boxes(tracker, sequence, pass);
+        let record: RunRecord = serde_json::from_slice(&std::fs::read(boxes.with_extension("json")).ok()?).ok()?;
+        let started_alike = record.starts.first().is_none_or(|s| *s == pass.start);
+        let fits = fits(&record) && started_alike && record.frames <= sequence.truth().len();
+        // A damaged file is run again, not complained about.
+        let trajectory = Trajectory::read(&boxes).ok().filter(|t| t.end() <= record.frames)?;
+        fits.then_some((trajectory, record))
+    }
+
+    /// Keeps a pass: the boxes first, so that a record never speaks of boxes that are not there.
+    pub fn write(
+        &self,
+        tracker: &str,
+        sequence: &Sequence,
+        pass: &Pass,
+        trajectory: &Trajectory,
+        record: &RunRecord,
+    ) -> Result<()> {
+        let boxes = self.boxes(tracker, sequence, pass);
+        let beside = boxes.with_extension("json");
+        let _ = std::fs::remove_file(&beside);
+        write_whole(&boxes, trajectory.to_csv().as_bytes())?;
+        let json = serde_json::to_vec_pretty(record).map_err(|e| EvaluationError::output(&beside, e))?;
+        write_whole(&beside, &json)
+    }
+
+    pub fn write_results(&self, results: &Results) -> Result<()> {
+        let path = self.root.join("results.json");
+        let json = serde_json::to_vec_pretty(results).map_err(|e| EvaluationError::output(&path, e))?;
+        write_whole(&path, &json)
+    }
+
+    /// `boxes/TRACKER/SEQUENCE.csv`, with the pass's label after an `@` where there are several.
+    fn boxes(&self, tracker: &str, sequence: &Sequence, pass: &Pass) -> PathBuf {
+        let mut path = self.root.join("boxes").join(safe(tracker));
+        let mut parts: Vec<String> = sequence.name().split('/').map(safe).collect();
+        if let (Some(last), Some(label)) = (parts.last_mut(), &pass.label) {
+            *last = format!("{last}@{label}");
+        }
+        if let Some(last) = parts.last_mut() {
+            last.push_str(".csv");
+        }
+        path.extend(parts);
+        path
+    }
+}
+
+/// A name that stays inside its folder on every system.
+fn safe(name: &str) -> String {
+    let keep = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
+    let kept: String = name.chars().map(keep).collect();
+    if kept.is_empty() || kept.chars().all(|c| c == '.') { "_".to_owned() } else { kept }
+}
+
+/// Writes a file beside its place and moves it there, making the folders on the way.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let failed = |e: std::io::Error| EvaluationError::output(path, e);
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(failed)?;
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(format!(".{}.part", std::process::id()));
+    std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path)).map_err(failed)
+}

@@ -1,0 +1,182 @@
+//! From passes to the figures of a sequence, and from sequences to those of a tracker.
+
+use crate::metrics::calibration::{Forecast, expected_calibration_error, reliability};
+use crate::metrics::long_term::{
+    Judged, PrecisionRecall, best_f, false_alive, precision_recall, precision_recall_curve, reacquisition, thresholds,
+};
+use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Run, SENSITIVITY, Supervised};
+use crate::metrics::{geometric_mean, mean, median, one_pass};
+use crate::results::{Curves, LongTermScore, MeanScore, SequenceScore, SupervisedScore, TrackerResults};
+use crate::score::{Scored, supervised};
+use crate::{Protocol, RunRecord, Sequence, Trajectory};
+use std::collections::BTreeMap;
+
+/// Thresholds of the long-term curves (the VOT-LT toolkit's resolution).
+const RESOLUTION: usize = 100;
+
+/// Everything about one tracker on one sequence: figures, and what the figures over all sequences are made of.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Outcome {
+    pub score: SequenceScore,
+    success: Vec<f64>,
+    precision: Vec<f64>,
+    forecasts: Vec<Forecast>,
+    judged: Vec<Judged>,
+    supervised: Vec<Supervised>,
+}
+
+impl Outcome {
+    /// From the passes of a protocol over a sequence; there is at least one.
+    pub fn new(protocol: Protocol, sequence: &Sequence, passes: &[(Trajectory, RunRecord)]) -> Self {
+        let scored: Vec<Scored> = passes.iter().map(|(t, r)| Scored::new(sequence, t, r)).collect();
+        let over = |figure: &dyn Fn(&Scored) -> f64| mean(&scored.iter().map(figure).collect::<Vec<_>>());
+        let curve = |one: fn(&Scored) -> Vec<f64>| average(scored.iter().map(one).collect());
+        let updates = pooled_time(passes);
+        let forecasts: Vec<Forecast> = scored.iter().flat_map(|s| s.forecasts.iter().copied()).collect();
+        let judged = scored.first().map(|s| s.judged.clone()).unwrap_or_default();
+        let single_pass = matches!(protocol, Protocol::Ope | Protocol::LongTerm);
+        let wants_long_term = single_pass && (protocol == Protocol::LongTerm || sequence.has_absence());
+        let frames = match (protocol, passes) {
+            (Protocol::Reset, [(trajectory, record), ..]) => supervised(sequence, trajectory, record),
+            _ => Vec::new(),
+        };
+        let score = SequenceScore {
+            auc: over(&|s| one_pass::success_auc(&s.overlaps)),
+            precision20: over(&|s| one_pass::precision(&s.center_errors, 20.0)),
+            success50: over(&|s| one_pass::success_rate(&s.overlaps, 0.5)),
+            fps: updates.map(|u| u.fps()),
+            frames: scored.iter().map(|s| s.overlaps.len()).sum(),
+            normalized_precision: over(&|s| mean(&one_pass::normalized_precision_curve(&s.normalized_errors))),
+            average_overlap: over(&|s| one_pass::average_overlap(&s.overlaps_after_start)),
+            success75: over(&|s| one_pass::success_rate(&s.overlaps_after_start, 0.75)),
+            median_center_error_px: median(&scored.iter().flat_map(|s| s.center_errors.clone()).collect::<Vec<_>>())
+                .filter(|e| e.is_finite()),
+            lost: over(&|s| s.lost),
+            calibration_error: expected_calibration_error(&reliability(&forecasts)),
+            init_ms: Some(mean(&passes.iter().map(|(_, r)| r.init_ms).collect::<Vec<_>>())),
+            update: updates,
+            long_term: wants_long_term.then(|| long_term(&[&judged])),
+            supervised: (protocol == Protocol::Reset).then(|| supervised_score(&frames)),
+            passes: (passes.len() > 1).then_some(passes.len()),
+            error: passes.iter().find_map(|(_, r)| r.error.clone()),
+        };
+        Self {
+            score,
+            success: curve(|s| one_pass::success_curve(&s.overlaps).to_vec()),
+            precision: curve(|s| one_pass::precision_curve(&s.center_errors).to_vec()),
+            forecasts,
+            judged,
+            supervised: frames,
+        }
+    }
+}
+
+/// The figures of a tracker over its sequences.
+pub(crate) fn tracker_results(parameters: serde_json::Value, outcomes: BTreeMap<String, Outcome>) -> TrackerResults {
+    let all: Vec<&Outcome> = outcomes.values().collect();
+    let over = |figure: fn(&SequenceScore) -> f64| mean(&all.iter().map(|o| figure(&o.score)).collect::<Vec<_>>());
+    let rate = |figure: fn(&SequenceScore) -> Option<f64>| {
+        geometric_mean(&all.iter().filter_map(|o| figure(&o.score)).collect::<Vec<_>>())
+    };
+    let forecasts: Vec<Forecast> = all.iter().flat_map(|o| o.forecasts.iter().copied()).collect();
+    let calibration = reliability(&forecasts).to_vec();
+    let with_long_term: Vec<&[Judged]> =
+        all.iter().filter(|o| o.score.long_term.is_some()).map(|o| o.judged.as_slice()).collect();
+    let runs: Vec<Run> = all.iter().flat_map(|o| vot::runs(&o.supervised)).collect();
+    let eao = vot::eao_curve(&runs);
+    let mean = MeanScore {
+        auc: over(|s| s.auc),
+        precision20: over(|s| s.precision20),
+        success50: over(|s| s.success50),
+        fps: rate(|s| s.fps),
+        fps_wall: rate(|s| s.update.map(|u| 1e3 / u.wall_ms.max(1e-6))),
+        sequences: all.len(),
+        normalized_precision: over(|s| s.normalized_precision),
+        average_overlap: over(|s| s.average_overlap),
+        success75: over(|s| s.success75),
+        calibration_error: expected_calibration_error(&calibration),
+        long_term: (!with_long_term.is_empty()).then(|| long_term(&with_long_term)),
+        supervised: supervised_mean(&all, &eao),
+    };
+    let curves = Curves {
+        success: average(all.iter().map(|o| o.success.clone()).collect()),
+        precision: average(all.iter().map(|o| o.precision.clone()).collect()),
+        eao,
+    };
+    let sequences = outcomes.into_iter().map(|(name, outcome)| (name, outcome.score)).collect();
+    TrackerResults { mean, sequences, parameters, curves, calibration }
+}
+
+/// Long-term figures over one or several sequences: precision and recall are averaged over sequences before F is taken
+/// (VOT-LT), absent frames and returns are counted together.
+fn long_term(sequences: &[&[Judged]]) -> LongTermScore {
+    let points: Vec<PrecisionRecall> = sequences.iter().map(|s| precision_recall(s, |j| j.alive)).collect();
+    let point = PrecisionRecall::mean(&points).unwrap_or(PrecisionRecall { precision: 0.0, recall: 0.0 });
+    let together: Vec<Judged> = sequences.concat();
+    let thresholds = thresholds(&together.iter().map(|j| j.score).collect::<Vec<_>>(), RESOLUTION);
+    let curves: Vec<_> = sequences.iter().map(|s| precision_recall_curve(s, &thresholds)).collect();
+    let best = best_f(&curves, &thresholds);
+    let returns: Vec<Option<usize>> = sequences.iter().flat_map(|s| reacquisition(s)).collect();
+    let delays: Vec<f64> = returns.iter().flatten().map(|d| *d as f64).collect();
+    LongTermScore {
+        precision: point.precision,
+        recall: point.recall,
+        f: point.f(),
+        f_best: best.map_or(0.0, |(_, p)| p.f()),
+        f_best_threshold: best.map(|(t, _)| t).filter(|t| t.is_finite()),
+        false_alive: false_alive(&together),
+        reacquire_frames: median(&delays),
+        returns: returns.len(),
+        reacquired: delays.len(),
+    }
+}
+
+fn supervised_score(frames: &[Supervised]) -> SupervisedScore {
+    let failures = vot::failures(frames) as f64;
+    SupervisedScore {
+        accuracy: vot::accuracy(frames, BURN_IN).0,
+        failures,
+        robustness: vot::reliability(failures, frames.len() as f64, SENSITIVITY),
+        eao: None,
+    }
+}
+
+/// Weighted by length, as the toolkit's average accuracy and robustness.
+fn supervised_mean(all: &[&Outcome], eao: &[f64]) -> Option<SupervisedScore> {
+    let parts: Vec<(&SupervisedScore, f64)> =
+        all.iter().filter_map(|o| Some((o.score.supervised.as_ref()?, o.supervised.len() as f64))).collect();
+    let frames: f64 = parts.iter().map(|(_, length)| length).sum();
+    let weighted = |figure: fn(&SupervisedScore) -> f64| {
+        parts.iter().map(|(s, length)| figure(s) * length).sum::<f64>() / frames.max(1.0)
+    };
+    let failures = weighted(|s| s.failures);
+    (!parts.is_empty()).then(|| SupervisedScore {
+        accuracy: weighted(|s| s.accuracy),
+        failures,
+        robustness: vot::reliability(failures, frames / parts.len() as f64, SENSITIVITY),
+        eao: vot::expected_average_overlap(eao, EAO_SPAN),
+    })
+}
+
+/// The pointwise mean of curves of one length.
+fn average(curves: Vec<Vec<f64>>) -> Vec<f64> {
+    let length = curves.iter().map(Vec::len).min().unwrap_or(0);
+    (0..length).map(|i| mean(&curves.iter().map(|c| c[i]).collect::<Vec<_>>())).collect()
+}
+
+/// Update times of all passes together; quantiles are averaged.
+fn pooled_time(passes: &[(Trajectory, RunRecord)]) -> Option<crate::UpdateTime> {
+    let times: Vec<crate::UpdateTime> = passes.iter().filter_map(|(_, r)| r.update).collect();
+    let count: usize = times.iter().map(|t| t.count).sum();
+    let over = |figure: fn(&crate::UpdateTime) -> f64| {
+        times.iter().map(|t| figure(t) * t.count as f64).sum::<f64>() / count.max(1) as f64
+    };
+    (count > 0).then(|| crate::UpdateTime {
+        count,
+        mean_ms: over(|t| t.mean_ms),
+        wall_ms: over(|t| t.wall_ms),
+        p50_ms: over(|t| t.p50_ms),
+        p95_ms: over(|t| t.p95_ms),
+        p99_ms: over(|t| t.p99_ms),
+    })
+}
