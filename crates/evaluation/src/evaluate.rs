@@ -123,7 +123,8 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     let problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
     let runs = dataset.sequences.len() * options.trackers.len();
     progress(Progress::Found { sequences: dataset.sequences.len(), runs, problems: problems.clone() });
-    let session = Session { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
+    let session =
+        Session { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
     let finished = session.run_all(&dataset.sequences)?;
 
     let mut results = Results { protocol: options.protocol, problems, ..Results::default() };
@@ -140,10 +141,6 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
         results.trackers.insert(contestant.name.clone(), tracker_results(parameters, outcomes));
     }
     session.store.write_results(&results)?;
-    if options.report {
-        progress(Progress::Reporting);
-        crate::report::write(options, &dataset.sequences, &results, &kept, stop)?;
-    }
     Ok(results)
 }
 

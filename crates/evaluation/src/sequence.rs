@@ -1,28 +1,8 @@
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_media::Truth;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// What is known about the target in one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Truth {
-    /// It is there, and this is its box (finite, not empty).
-    Visible(BBox),
-    /// It is out of view or hidden.
-    Absent,
-    /// Nobody says; the frame is not scored.
-    Unknown,
-}
-
-impl Truth {
-    /// The box, where the target is visible.
-    pub const fn bbox(&self) -> Option<BBox> {
-        match self {
-            Self::Visible(bbox) => Some(*bbox),
-            Self::Absent | Self::Unknown => None,
-        }
-    }
-}
 
 /// Where a sequence's frames come from.
 #[derive(Debug, Clone)]
@@ -34,6 +14,8 @@ pub enum Footage {
         /// How many frames of it come before the sequence.
         first: usize,
     },
+    /// Single images, in order.
+    Images(Vec<PathBuf>),
     /// Frames in memory: scenes, tests.
     Memory(Arc<Vec<Frame>>),
 }

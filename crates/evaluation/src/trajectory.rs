@@ -73,11 +73,12 @@ impl Trajectory {
     /// As it reads back from its file: rounded to the digits written.
     #[must_use]
     pub fn as_written(&self) -> Self {
-        let round = |v: f64, scale: f64| (v * scale).round() / scale;
+        let again = |text: String, value: f64| text.parse().unwrap_or(value);
+        let px = |v: f64| again(format!("{v:.4}"), v);
         let rounded = |o: &Output| {
             let (x, y, w, h) = o.bbox.ltwh();
-            let bbox = BBox::from_ltwh(round(x, 1e4), round(y, 1e4), round(w, 1e4), round(h, 1e4));
-            Output { bbox, score: round(o.score, 1e6), ..*o }
+            let bbox = BBox::from_ltwh(px(x), px(y), px(w), px(h));
+            Output { bbox, score: again(format!("{:.6}", o.score), o.score), ..*o }
         };
         Self { outputs: self.outputs.iter().map(|o| o.as_ref().map(rounded)).collect() }
     }
@@ -88,7 +89,8 @@ impl Trajectory {
     /// A file that cannot be read, or a line that is not `frame,x,y,w,h,state,score`, named by its number.
     pub fn read(path: &Path) -> Result<Self> {
         let fail = |reason: String| EvaluationError::output(path, reason);
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| fail(e.to_string()))?;
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| fail(e.to_string()))?;
         let headers = reader.headers().map_err(|e| fail(e.to_string()))?;
         if headers.iter().take(HEADER.len()).ne(HEADER) {
             return Err(fail(format!("the first line must be {}; delete the file to run again", HEADER.join(","))));

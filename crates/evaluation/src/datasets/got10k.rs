@@ -17,8 +17,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
     if truth.len() > images {
         return Err(vot::too_few_images(&file, truth.len(), images, folder));
     }
-    let marks: [(&str, fn(f64) -> bool); 2] = [("absence.label", |v| v != 0.0), ("cover.label", |v| v == 0.0)];
-    for (label, is_away) in marks {
+    for label in ["absence.label", "cover.label"] {
         let path = folder.join(label);
         if !path.is_file() {
             continue;
@@ -29,7 +28,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
             return Err(EvaluationError::dataset(&path, None, reason));
         }
         for (line, truth) in lines.iter().zip(&mut truth) {
-            if line.values.first().is_some_and(|v| is_away(*v)) {
+            if line.values.first().is_some_and(|v| (*v == 0.0) == (label == "cover.label")) {
                 *truth = Truth::Absent;
             }
         }

@@ -46,7 +46,8 @@ impl Dataset {
         } else if root.is_file() && has_extension(root, VIDEOS) {
             found.push(video_with_truth(root, stem(root)));
         } else {
-            let reason = "is no folder and no video; give a folder that holds sequences, or a video with truth beside it";
+            let reason =
+                "is no folder and no video; give a folder that holds sequences, or a video with truth beside it";
             return Err(EvaluationError::dataset(root, None, reason));
         }
         let mut dataset = Self::default();
@@ -162,8 +163,7 @@ fn is_sequence(place: &Place, depth: usize, inside: &Listing, found: &mut Found)
     let path = &place.path;
     let has = |name: &str| path.join(name).is_file();
     if has("frames.csv") {
-        let truth = csv_truth::read_frames_csv(&path.join("frames.csv"));
-        found.push(truth.map(|t| Sequence::from_path(place.name(), path, 0, t)));
+        found.push(csv_truth::read_frames_csv(path, place.name()));
     } else if uav123::is_root(path) {
         let named = |mut s: Sequence| {
             s.rename(place.name_of(s.name(), depth));

@@ -2,7 +2,7 @@
 //! counted from 1, images in `img1/` or where `seqinfo.ini` says. Every object becomes a sequence `NAME.ID` that begins
 //! where the object first appears and ends where it is last seen.
 
-use super::text::{read, read_numbers, truth_ltwh};
+use super::text::{self, read_numbers, truth_ltwh};
 use super::{IMAGES, Listing, VIDEOS, has_extension, listing};
 use crate::{EvaluationError, Result, Sequence, Truth};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const MAX_FRAME: f64 = 10_000_000.0;
 
 fn setting(folder: &Path, key: &str) -> Option<String> {
-    let text = read(&folder.join("seqinfo.ini")).ok()?;
+    let text = text::read(&folder.join("seqinfo.ini")).ok()?;
     text.lines().filter_map(|l| l.split_once('=')).find(|(k, _)| k.trim() == key).map(|(_, v)| v.trim().to_owned())
 }
 

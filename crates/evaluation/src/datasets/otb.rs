@@ -22,16 +22,13 @@ const CUTS: &[(&str, usize, usize)] = &[
 
 /// Whether the file is truth in this layout.
 pub(super) fn is_annotation(file: &Path) -> bool {
-    file.file_name()
-        .map(super::lossy)
-        .is_some_and(|n| n.starts_with("groundtruth_rect") && n.ends_with(".txt"))
+    file.file_name().map(super::lossy).is_some_and(|n| n.starts_with("groundtruth_rect") && n.ends_with(".txt"))
 }
 
 /// One sequence for every annotated target (Jogging.1, Jogging.2); empty files are passed over, as Human4's first is.
 pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Vec<Result<Sequence>> {
-    let is_filled = |f: &&std::path::PathBuf| {
-        is_annotation(f) && text::read(f).map_or(true, |content| !content.trim().is_empty())
-    };
+    let is_filled =
+        |f: &&std::path::PathBuf| is_annotation(f) && text::read(f).map_or(true, |content| !content.trim().is_empty());
     let files: Vec<_> = inside.files.iter().filter(is_filled).collect();
     let images = folder.join("img");
     let count = count_images(&images);

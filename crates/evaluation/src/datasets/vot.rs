@@ -51,7 +51,7 @@ fn truth_of(file: &Path, line: &Line) -> Result<Truth> {
         // A single number is one of the toolkit's special codes: 0 unknown; others do not describe a target either.
         [_] => Ok(Truth::Unknown),
         [left, top, width, height] => truth_ltwh(file, line.number, [left, top, width, height]),
-        _ if line.values.len() >= 6 && line.values.len() % 2 == 0 => Ok(bounds(&line.values)),
+        _ if line.values.len() >= 6 && line.values.len().is_multiple_of(2) => Ok(bounds(&line.values)),
         _ => {
             let reason = format!("has {} numbers; a rectangle has 4, a polygon 6, 8 or more", line.values.len());
             Err(EvaluationError::dataset(file, line.number, reason))

@@ -120,7 +120,8 @@ mod tests {
 
     #[test]
     fn accuracy_leaves_out_burn_in_and_failures() {
-        let frames = [Init, Overlap(0.1), Overlap(0.6), Overlap(0.8), Failure, Skipped, Init, Overlap(0.2), Overlap(1.0)];
+        let frames =
+            [Init, Overlap(0.1), Overlap(0.6), Overlap(0.8), Failure, Skipped, Init, Overlap(0.2), Overlap(1.0)];
         let (accuracy, count) = accuracy(&frames, 2);
         assert!((accuracy - (0.6 + 0.8 + 1.0) / 3.0).abs() < 1e-12);
         assert_eq!((count, failures(&frames)), (3, 1));

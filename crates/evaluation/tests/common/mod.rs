@@ -1,0 +1,125 @@
+//! Trackers without eyes and data sets of a few pixels, for tests.
+#![allow(dead_code)]
+
+use pursuit_evaluation::Contestant;
+use pursuit_geometry::BBox;
+use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_tracking::{Estimate, Recipe, Result, TrackState, Tracker, TrackingError};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What a scripted tracker does in a frame: `None` makes it fail.
+pub type Script = Arc<dyn Fn(u64, BBox) -> Option<(BBox, TrackState, f64)> + Send + Sync>;
+
+/// A tracker that follows a script of (frame number, first box).
+#[derive(Clone)]
+pub struct Scripted {
+    pub name: &'static str,
+    pub script: Script,
+    pub setting: i64,
+    pub updates: Arc<AtomicUsize>,
+}
+
+impl Scripted {
+    pub fn new(
+        name: &'static str,
+        script: impl Fn(u64, BBox) -> Option<(BBox, TrackState, f64)> + Send + Sync + 'static,
+    ) -> Self {
+        Self { name, script: Arc::new(script), setting: 0, updates: Arc::default() }
+    }
+
+    /// Stays where it was started, sure of itself.
+    pub fn still() -> Self {
+        Self::new("still", |_, first| Some((first, TrackState::Tracking, 0.9)))
+    }
+
+    pub fn contestant(&self) -> Contestant {
+        Contestant { name: self.name.to_owned(), recipe: Box::new(self.clone()) }
+    }
+
+    pub fn updates(&self) -> usize {
+        self.updates.load(Ordering::Relaxed)
+    }
+}
+
+#[derive(Clone)]
+struct Started {
+    recipe: Scripted,
+    first: BBox,
+}
+
+impl Recipe for Scripted {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn parameters(&self) -> Result<toml::Table> {
+        Ok(toml::Table::from_iter([("setting".to_owned(), toml::Value::Integer(self.setting))]))
+    }
+
+    fn init(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Tracker>> {
+        pursuit_tracking::check_box(frame, bbox)?;
+        Ok(Box::new(Started { recipe: self.clone(), first: bbox }))
+    }
+
+    fn restore(&self, _: &[u8]) -> Result<Box<dyn Tracker>> {
+        unimplemented!("not needed here")
+    }
+}
+
+impl Tracker for Started {
+    fn update(&mut self, frame: &Frame) -> Result<Estimate> {
+        self.recipe.updates.fetch_add(1, Ordering::Relaxed);
+        let (bbox, state, score) = (self.recipe.script)(frame.index(), self.first)
+            .ok_or(TrackingError::MissingPlane { tracker: "scripted", needed: "a script", index: frame.index() })?;
+        Ok(Estimate {
+            bbox,
+            score,
+            state,
+            prediction: None,
+            measurement: None,
+            covariance: None,
+            diagnostics: Default::default(),
+        })
+    }
+
+    fn reinit(&mut self, _: &Frame, bbox: BBox) -> Result<()> {
+        self.first = bbox;
+        Ok(())
+    }
+
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Tracker> {
+        Box::new(self.clone())
+    }
+}
+
+/// Frames of plain grey.
+pub fn grey_frames(count: usize, width: usize, height: usize) -> Vec<Frame> {
+    let pixels = || Pixels::Gray8(Image::filled(width, height, 90).unwrap());
+    (0..count).map(|i| Frame::new(i as u64, i as f64 / 30.0, pixels())).collect()
+}
+
+/// Writes `count` small grey PNGs, numbered from `first`, and returns their names.
+pub fn write_images(folder: &Path, count: usize, first: usize, digits: usize) -> Vec<String> {
+    std::fs::create_dir_all(folder).unwrap();
+    let name = |i: usize| format!("{:0digits$}.png", first + i);
+    for i in 0..count {
+        let file = std::fs::File::create(folder.join(name(i))).unwrap();
+        let mut encoder = png::Encoder::new(file, 16, 12);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.write_header().unwrap().write_image_data(&[(i * 10 % 250) as u8; 16 * 12]).unwrap();
+    }
+    (0..count).map(name).collect()
+}
+
+/// Writes a text file, making its folder.
+pub fn write(path: &Path, text: &str) {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, text).unwrap();
+}
