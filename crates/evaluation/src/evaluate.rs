@@ -148,7 +148,7 @@ fn find(options: &EvalOptions) -> Result<Dataset> {
     if options.trackers.is_empty() {
         return Err(EvaluationError::Option("no tracker to evaluate; name one or several".to_owned()));
     }
-    let mut dataset = Dataset::discover_all(&options.datasets)?;
+    let mut dataset = Dataset::discover_all(&options.datasets, &options.open)?;
     if let (true, Some(first)) = (dataset.sequences.is_empty(), dataset.problems.pop()) {
         return Err(first);
     }

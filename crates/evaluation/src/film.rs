@@ -4,7 +4,6 @@ use crate::{EvaluationError, Footage, Result, Sequence};
 use pursuit_imaging::{Frame, Pixels};
 use pursuit_media::{OpenOptions, Source};
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Frames of one sequence, ready to be shown to one tracker after the other.
@@ -52,7 +51,7 @@ impl<'a> Film<'a> {
         let frames = match (&self.decoded, self.sequence.footage()) {
             (Some(frames), _) => frames,
             (None, Footage::Memory(frames)) => frames.as_ref(),
-            (None, Footage::Input { .. } | Footage::Images(_)) => {
+            (None, Footage::Input { .. }) => {
                 return self.decode(|i, frame| if i < start { ControlFlow::Continue(()) } else { viewer(i, frame) });
             }
         };
@@ -65,48 +64,8 @@ impl<'a> Film<'a> {
         Ok(Ending { frames: length, broken: None })
     }
 
-    fn decode(&self, viewer: impl FnMut(usize, Frame) -> ControlFlow<()>) -> Result<Ending> {
-        match self.sequence.footage() {
-            Footage::Input { path, first } => self.decode_input(path, *first, viewer),
-            Footage::Images(paths) => self.decode_images(paths, viewer),
-            Footage::Memory(_) => Ok(Ending::default()),
-        }
-    }
-
-    fn decode_images(
-        &self,
-        paths: &[PathBuf],
-        mut viewer: impl FnMut(usize, Frame) -> ControlFlow<()>,
-    ) -> Result<Ending> {
-        let mut ending = Ending::default();
-        for (i, path) in paths.iter().enumerate() {
-            let image = pursuit_media::open(&path.to_string_lossy(), self.open).and_then(|mut s| s.next_frame());
-            match image {
-                Ok(Some(frame)) => {
-                    ending.frames = i + 1;
-                    if viewer(i, frame.retimed(i as u64, i as f64 / self.open.default_fps)).is_break() {
-                        break;
-                    }
-                }
-                Ok(None) => break,
-                Err(source) if i == 0 => {
-                    return Err(EvaluationError::Frames { sequence: self.sequence.name().to_owned(), source });
-                }
-                Err(e) => {
-                    ending.broken = Some(e.to_string());
-                    break;
-                }
-            }
-        }
-        Ok(ending)
-    }
-
-    fn decode_input(
-        &self,
-        path: &Path,
-        first: usize,
-        mut viewer: impl FnMut(usize, Frame) -> ControlFlow<()>,
-    ) -> Result<Ending> {
+    fn decode(&self, mut viewer: impl FnMut(usize, Frame) -> ControlFlow<()>) -> Result<Ending> {
+        let Footage::Input { path, first } = self.sequence.footage() else { return Ok(Ending::default()) };
         let failed = |source| EvaluationError::Frames { sequence: self.sequence.name().to_owned(), source };
         let mut source: Box<dyn Source> = pursuit_media::open(&path.to_string_lossy(), self.open).map_err(failed)?;
         let mut passed = 0;
@@ -121,7 +80,7 @@ impl<'a> Film<'a> {
                     break;
                 }
             };
-            if passed < first {
+            if passed < *first {
                 passed += 1;
                 continue;
             }

@@ -14,8 +14,6 @@ pub enum Footage {
         /// How many frames of it come before the sequence.
         first: usize,
     },
-    /// Single images, in order.
-    Images(Vec<PathBuf>),
     /// Frames in memory: scenes, tests.
     Memory(Arc<Vec<Frame>>),
 }

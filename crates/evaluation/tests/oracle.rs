@@ -1,5 +1,7 @@
 //! Metrics against figures that an independent program computed from the same boxes.
 
+#![allow(clippy::unwrap_used)]
+
 use pursuit_evaluation::metrics::one_pass::{center_errors, overlaps, precision_curve, success_auc, success_curve};
 use pursuit_evaluation::metrics::princeton::{Claim, error_types};
 use pursuit_evaluation::metrics::{mean, one_pass};

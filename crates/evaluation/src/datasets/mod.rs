@@ -3,7 +3,7 @@
 //! Conventions of published layouts (pixels counted from 1, inclusive edges) are converted here and nowhere else;
 //! `frames.csv` and `NAME.csv` are taken as they are.
 
-mod csv_truth;
+mod annotated;
 mod got10k;
 mod mot;
 mod otb;
@@ -14,6 +14,7 @@ mod uav123;
 mod vot;
 
 use crate::{EvaluationError, Result, Sequence};
+use pursuit_media::OpenOptions;
 use std::path::{Path, PathBuf};
 
 /// Folders nested deeper than this are not searched: a link that leads back up must end somewhere.
@@ -35,16 +36,17 @@ impl Dataset {
     ///
     /// # Errors
     /// A path that does not exist. A sequence that cannot be read is a [problem](Self::problems), not an error.
-    pub fn discover(root: &Path) -> Result<Self> {
+    pub fn discover(root: &Path, open: &OpenOptions) -> Result<Self> {
         let mut found = Vec::new();
         if root.is_dir() {
             let own_name = root.canonicalize().ok().and_then(|p| p.file_name().map(lossy)).unwrap_or_default();
             let place = Place { path: root.to_owned(), prefix: String::new(), own_name };
-            search(&place, 0, &mut found);
+            search(&place, 0, open, &mut found);
         } else if root.is_file() && root.file_name().is_some_and(|n| n == "frames.csv") {
-            return Self::discover(root.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")));
+            let folder = root.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            return Self::discover(folder, open);
         } else if root.is_file() && has_extension(root, VIDEOS) {
-            found.push(video_with_truth(root, stem(root)));
+            found.push(annotated::read(root, stem(root), open));
         } else {
             let reason =
                 "is no folder and no video; give a folder that holds sequences, or a video with truth beside it";
@@ -69,10 +71,10 @@ impl Dataset {
     ///
     /// # Errors
     /// As [`discover`](Self::discover).
-    pub fn discover_all(roots: &[PathBuf]) -> Result<Self> {
+    pub fn discover_all(roots: &[PathBuf], open: &OpenOptions) -> Result<Self> {
         let mut whole = Self::default();
         for root in roots {
-            let mut part = Self::discover(root)?;
+            let mut part = Self::discover(root, open)?;
             let taken = |s: &Sequence| whole.sequences.iter().any(|t| t.name() == s.name());
             if part.sequences.iter().any(taken) {
                 let folder = root.canonicalize().ok().and_then(|p| p.file_name().map(lossy)).unwrap_or_default();
@@ -141,29 +143,29 @@ impl Place {
 
 type Found = Vec<Result<Sequence>>;
 
-fn search(place: &Place, depth: usize, found: &mut Found) {
+fn search(place: &Place, depth: usize, open: &OpenOptions, found: &mut Found) {
     let inside = listing(&place.path);
-    if is_sequence(place, depth, &inside, found) || depth >= MAX_DEPTH {
+    if is_sequence(place, depth, &inside, open, found) || depth >= MAX_DEPTH {
         return;
     }
     for video in inside.files.iter().filter(|f| has_extension(f, VIDEOS) && f.with_extension("csv").is_file()) {
-        found.push(video_with_truth(video, place.name_of(&stem(video), depth)));
+        found.push(annotated::read(video, place.name_of(&stem(video), depth), open));
     }
     let listed = listed_folders(&place.path);
     for folder in inside.folders {
         let name = folder.file_name().map(lossy).unwrap_or_default();
         if listed.as_ref().is_none_or(|l| l.contains(&name)) {
-            search(&place.child(folder, depth), depth + 1, found);
+            search(&place.child(folder, depth), depth + 1, open, found);
         }
     }
 }
 
 /// Adds what the folder itself is, if it is a sequence (or a data set with its own idea of folders).
-fn is_sequence(place: &Place, depth: usize, inside: &Listing, found: &mut Found) -> bool {
+fn is_sequence(place: &Place, depth: usize, inside: &Listing, open: &OpenOptions, found: &mut Found) -> bool {
     let path = &place.path;
     let has = |name: &str| path.join(name).is_file();
     if has("frames.csv") {
-        found.push(csv_truth::read_frames_csv(path, place.name()));
+        found.push(annotated::read(path, place.name(), open));
     } else if uav123::is_root(path) {
         let named = |mut s: Sequence| {
             s.rename(place.name_of(s.name(), depth));
@@ -186,14 +188,6 @@ fn is_sequence(place: &Place, depth: usize, inside: &Listing, found: &mut Found)
         return false;
     }
     true
-}
-
-fn video_with_truth(video: &Path, name: String) -> Result<Sequence> {
-    let truth = video.with_extension("csv");
-    if !truth.is_file() {
-        return Err(EvaluationError::dataset(&truth, None, "is not there; a video is scored by the truth beside it"));
-    }
-    Ok(Sequence::from_path(name, video, 0, csv_truth::read_video_csv(&truth)?))
 }
 
 /// The folders that a `list.txt` (VOT, GOT-10k) names; `None` when there is none or it is about something else.

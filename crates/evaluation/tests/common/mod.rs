@@ -1,5 +1,5 @@
 //! Trackers without eyes and data sets of a few pixels, for tests.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use pursuit_evaluation::Contestant;
 use pursuit_geometry::BBox;
