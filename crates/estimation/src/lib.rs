@@ -27,13 +27,18 @@
 pub mod consistency;
 mod error;
 pub mod filters;
+pub mod gao2007;
 mod gaussian;
 mod imm;
 mod matrix;
 mod measurement;
 pub mod motion;
 pub mod nonlinear;
+pub mod qu2010;
+pub mod regression;
 mod transition;
+pub mod zhai2024;
+pub mod zhu2014;
 
 pub use error::{EstimationError, Result};
 pub use gaussian::Gaussian;
