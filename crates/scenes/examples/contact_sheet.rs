@@ -1,0 +1,47 @@
+//! Renders moments of a scene side by side, to look at:
+//! `cargo run --release -p pursuit-scenes --example contact_sheet -- 'scene:table-tennis?seed=1' sheet.png [COLUMNS ROWS [FROM_S TO_S]]`
+//! Boxes show the truth; their brightness shows how much of the target can be seen. Prints the time per frame.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::BufWriter;
+use std::time::Instant;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [query, path, rest @ ..] = arguments.as_slice() else {
+        return Err("usage: contact_sheet QUERY FILE.png [COLUMNS ROWS [FROM_S TO_S]]".into());
+    };
+    let number = |k: usize, default: f64| rest.get(k).map_or(Ok(default), |t| t.parse::<f64>());
+    let scene = pursuit_scenes::open(query)?;
+    let (columns, rows) = (number(0, 4.0)? as usize, number(1, 4.0)? as usize);
+    let (from, to) = (number(2, 0.0)?, number(3, scene.duration_s())?);
+    let size = scene.size();
+    let mut sheet = vec![[0u8; 3]; columns * rows * size.area()];
+    let mut rendering = std::time::Duration::ZERO;
+    for k in 0..columns * rows {
+        let time_s = from + (to - from) * k as f64 / (columns * rows) as f64;
+        let start = Instant::now();
+        let moment = scene.render((time_s * scene.fps()).round() / scene.fps());
+        rendering += start.elapsed();
+        let at = |x: usize, y: usize| {
+            ((k / columns) * size.height + y) * columns * size.width + (k % columns) * size.width + x
+        };
+        for (y, row) in moment.image.view().rows().enumerate() {
+            sheet[at(0, y)..at(0, y) + size.width].copy_from_slice(row);
+        }
+        let Some(bbox) = moment.targets[0].extent.and_then(|b| b.expanded(1.0).clipped_to(size)) else { continue };
+        let color = [0, (80.0 + 175.0 * moment.targets[0].visible_fraction) as u8, 80];
+        let (left, top) = (bbox.left() as usize, bbox.top() as usize);
+        let (right, bottom) =
+            ((bbox.right() as usize).min(size.width - 1), (bbox.bottom() as usize).min(size.height - 1));
+        (left..=right).for_each(|x| [top, bottom].into_iter().for_each(|y| sheet[at(x, y)] = color));
+        (top..=bottom).for_each(|y| [left, right].into_iter().for_each(|x| sheet[at(x, y)] = color));
+    }
+    println!("{:.2} ms a frame", rendering.as_secs_f64() * 1e3 / (columns * rows) as f64);
+    let (width, height) = ((columns * size.width) as u32, (rows * size.height) as u32);
+    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header()?.write_image_data(sheet.as_flattened())?;
+    Ok(())
+}

@@ -1,0 +1,265 @@
+use super::paint;
+use super::world::{Path, Thing, World};
+use crate::Scene;
+use crate::hash;
+use crate::registry::{Key, Scenery};
+use pursuit_geometry::{BBox, Point, Size};
+use std::f64::consts::TAU;
+
+const fn key(name: &'static str, help: &'static str, default: f64, min: f64, max: f64) -> Key {
+    Key { name, help, default, min, max }
+}
+
+const WIDTH: Key = key("width", "the picture's width in pixels", 320.0, 64.0, 4096.0);
+const HEIGHT: Key = key("height", "the picture's height in pixels", 240.0, 64.0, 4096.0);
+const FPS: Key = key("fps", "the rate in frames per second", 30.0, 1.0, 1000.0);
+const DURATION: Key = key("duration", "the length in seconds", 4.0, 0.1, 3600.0);
+const SIZE: Key = key("size", "the patch's side in pixels", 32.0, 4.0, 512.0);
+const SPEED: Key = key("speed", "the patch's usual speed in pixels per second", 60.0, 0.0, 5000.0);
+const NOISE: Key = key("noise", "the sensor noise's standard deviation in grey levels", 3.0, 0.0, 80.0);
+const PLAIN: Key = key("plain", "1 to paint the patch plain magenta, for checking truth against pixels", 0.0, 0.0, 1.0);
+
+pub(crate) const DRIFT_KEYS: &[Key] = &[WIDTH, HEIGHT, FPS, DURATION, SIZE, SPEED, NOISE, PLAIN];
+pub(crate) const SCALE_RAMP_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    DURATION,
+    SIZE,
+    Key { default: 25.0, ..SPEED },
+    key("growth", "the factor between the patch's first and last side", 2.5, 0.1, 10.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const OCCLUDING_BAR_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    Key { default: 6.0, ..DURATION },
+    SIZE,
+    Key { default: 80.0, ..SPEED },
+    key("bar", "the bar's width in pixels", 60.0, 1.0, 400.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const LIGHTING_STEP_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    DURATION,
+    SIZE,
+    Key { default: 30.0, ..SPEED },
+    key("gain", "the light's gain after the step", 0.5, 0.05, 2.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const CAMERA_PAN_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    DURATION,
+    SIZE,
+    Key { default: 30.0, ..SPEED },
+    key("pan", "the camera's greatest speed in pixels per second", 120.0, 0.0, 600.0),
+    key("shake", "the camera's trembling in pixels", 1.5, 0.0, 20.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const LOOK_ALIKE_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    DURATION,
+    SIZE,
+    Key { default: 20.0, ..SPEED },
+    key("gap", "the distance between the centres at the closest, in patch sides", 1.4, 0.0, 4.0),
+    key("difference", "how much the second patch's texture differs, 0 not at all, 1 wholly", 0.25, 0.0, 1.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const LOW_FRAME_RATE_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    Key { default: 6.0, ..FPS },
+    Key { default: 10.0, ..DURATION },
+    SIZE,
+    Key { default: 130.0, ..SPEED },
+    NOISE,
+    PLAIN,
+];
+pub(crate) const LEAVE_AND_RETURN_KEYS: &[Key] = &[
+    Key { default: 400.0, ..WIDTH },
+    HEIGHT,
+    FPS,
+    Key { default: 7.0, ..DURATION },
+    SIZE,
+    Key { default: 30.0, ..SPEED },
+    key("leaves", "when the patch vanishes, in seconds", 2.0, 0.0, 3600.0),
+    key("absent", "how many frames it is gone", 80.0, 0.0, 10_000.0),
+    key("away", "how far away it returns, in pixels to the right", 280.0, -4000.0, 4000.0),
+    NOISE,
+    PLAIN,
+];
+pub(crate) const STATIC_KEYS: &[Key] = &[WIDTH, HEIGHT, FPS, DURATION, SIZE, NOISE, PLAIN];
+
+/// A world in which nothing happens yet: the patch follows `path`.
+fn world(scenery: &Scenery, path: Path) -> World {
+    let seed = scenery.seed;
+    let size = Size::new(scenery.get("width") as usize, scenery.get("height") as usize);
+    World {
+        size,
+        fps: scenery.get("fps"),
+        duration_s: scenery.get("duration"),
+        seed,
+        noise: scenery.get("noise"),
+        backdrop: paint::background(seed, size.width, size.height),
+        camera: Box::new(|_| Point::new(0.0, 0.0)),
+        behind: Vec::new(),
+        target: Thing { look: look(scenery, 0.0), path },
+        before: Vec::new(),
+        light: Box::new(|_| [1.0; 3]),
+    }
+}
+
+fn look(scenery: &Scenery, variation: f64) -> crate::texture::Texture {
+    if scenery.get("plain") >= 0.5 {
+        return paint::plain();
+    }
+    // A texture of about the patch's own resolution: bilinear sampling then neither blurs nor aliases.
+    paint::patch(scenery.seed, scenery.get("size").ceil().clamp(16.0, 256.0) as usize, variation)
+}
+
+/// A smooth endless loop about the picture's middle (two sines whose periods do not divide), at `speed` on average.
+fn wander(scenery: &Scenery, reach: f64) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+    let (width, height) = (scenery.get("width"), scenery.get("height"));
+    let margin = scenery.get("size") * 0.75;
+    let amplitude_x = (width / 2.0 - margin).max(1.0) * reach;
+    let amplitude_y = (height / 2.0 - margin).max(1.0) * reach;
+    let phase = |k| hash::between(scenery.seed, k, 0.0, TAU);
+    let (phase_x, phase_y) = (phase(31), phase(32));
+    // The root mean square speed of two sines is √((a ω_x)² / 2 + (b ω_y)² / 2).
+    let ratio = 0.77;
+    let omega = scenery.get("speed") / (amplitude_x.hypot(amplitude_y * ratio) / 2f64.sqrt());
+    move |t| {
+        let (x, y) = ((omega * t + phase_x).sin(), (ratio * omega * t + phase_y).sin());
+        Point::new(width / 2.0 + amplitude_x * x, height / 2.0 + amplitude_y * y)
+    }
+}
+
+fn boxed(center: impl Fn(f64) -> Point + Send + Sync + 'static, side: f64) -> Path {
+    Box::new(move |t| Some(BBox::from_center_size(center(t), side, side)))
+}
+
+pub(crate) fn drift(scenery: &Scenery) -> Box<dyn Scene> {
+    Box::new(world(scenery, boxed(wander(scenery, 0.9), scenery.get("size"))))
+}
+
+pub(crate) fn motionless(scenery: &Scenery) -> Box<dyn Scene> {
+    let at = wander(scenery, 0.7)(0.0);
+    Box::new(world(scenery, boxed(move |_| at, scenery.get("size"))))
+}
+
+pub(crate) fn low_frame_rate(scenery: &Scenery) -> Box<dyn Scene> {
+    drift(scenery)
+}
+
+pub(crate) fn scale_ramp(scenery: &Scenery) -> Box<dyn Scene> {
+    let (size, growth, duration) = (scenery.get("size"), scenery.get("growth"), scenery.get("duration"));
+    let center = wander(scenery, 0.4);
+    let side = move |t: f64| size * growth.powf((t / duration).clamp(0.0, 1.0));
+    Box::new(world(scenery, Box::new(move |t| Some(BBox::from_center_size(center(t), side(t), side(t))))))
+}
+
+pub(crate) fn occluding_bar(scenery: &Scenery) -> Box<dyn Scene> {
+    let (width, height, size) = (scenery.get("width"), scenery.get("height"), scenery.get("size"));
+    let amplitude = (width / 2.0 - size * 0.75).max(1.0);
+    let omega = scenery.get("speed") / amplitude;
+    let row = height * hash::between(scenery.seed, 41, 0.35, 0.65);
+    // Starts at a turning point beside the bar and passes behind it at full speed.
+    let path =
+        move |t: f64| Point::new(width / 2.0 - amplitude * (omega * t).cos(), row + 0.06 * height * (1.7 * t).sin());
+    let mut world = world(scenery, boxed(path, size));
+    let bar = scenery.get("bar");
+    let place = BBox::from_center_size(Point::new(width / 2.0, height / 2.0), bar, height);
+    let look = paint::bar(scenery.seed, bar.ceil() as usize, height as usize);
+    world.before.push(Thing { look, path: Box::new(move |_| Some(place)) });
+    Box::new(world)
+}
+
+pub(crate) fn lighting_step(scenery: &Scenery) -> Box<dyn Scene> {
+    let mut world = world(scenery, boxed(wander(scenery, 0.8), scenery.get("size")));
+    let (gain, half) = (scenery.get("gain") as f32, scenery.get("duration") / 2.0);
+    world.light = Box::new(move |t| if t < half { [1.0; 3] } else { [gain; 3] });
+    Box::new(world)
+}
+
+pub(crate) fn camera_pan(scenery: &Scenery) -> Box<dyn Scene> {
+    let seed = scenery.seed;
+    let (fps, shake) = (scenery.get("fps"), scenery.get("shake"));
+    // One sweep to and fro in the scene's duration; 2.5 sweeps a minute at most, so that slow pans stay slow.
+    let omega = TAU / scenery.get("duration").clamp(2.0, 24.0);
+    let sweep = scenery.get("pan") / omega;
+    let tremble = move |t: f64, axis: u64| {
+        let frame = (t * fps).round() as i64 as u64;
+        shake * hash::normal(hash::mix(seed, 51 + axis), frame).clamp(-3.0, 3.0)
+    };
+    let margin = sweep + 3.0 * shake + 2.0;
+    let camera =
+        move |t: f64| Point::new(margin - sweep * (omega * t).cos() + tremble(t, 0), 3.0 * shake + 2.0 + tremble(t, 1));
+    // The patch lives in the world: what shakes the camera shakes it, what the camera follows it follows in part.
+    let wander = wander(scenery, 0.55);
+    let path = move |t: f64| {
+        let p = wander(t);
+        Point::new(p.x - tremble(t, 0), p.y - tremble(t, 1))
+    };
+    let mut world = world(scenery, boxed(path, scenery.get("size")));
+    let (width, height) = (world.size.width as f64 + 2.0 * margin, world.size.height as f64 + 6.0 * shake + 4.0);
+    world.backdrop = paint::background(seed, width.ceil() as usize, height.ceil() as usize);
+    world.camera = Box::new(camera);
+    Box::new(world)
+}
+
+pub(crate) fn look_alike(scenery: &Scenery) -> Box<dyn Scene> {
+    let (size, gap, duration) = (scenery.get("size"), scenery.get("gap"), scenery.get("duration"));
+    let target = wander(scenery, 0.35);
+    let center = wander(scenery, 0.35);
+    let mut world = world(scenery, boxed(target, size));
+    let span = world.size.width as f64 * 0.9;
+    // Relative to the target it passes from far left to far right, closest at half time.
+    let path = move |t: f64| {
+        let p = center(t);
+        Point::new(p.x + span * (t / duration - 0.5), p.y + gap * size)
+    };
+    let other = if scenery.get("plain") >= 0.5 { 1.0 } else { scenery.get("difference") };
+    let look = paint::patch(scenery.seed, size.ceil().clamp(16.0, 256.0) as usize, other);
+    world.behind.push(Thing { look, path: boxed(path, size) });
+    Box::new(world)
+}
+
+pub(crate) fn leave_and_return(scenery: &Scenery) -> Box<dyn Scene> {
+    let (size, fps, away) = (scenery.get("size"), scenery.get("fps"), scenery.get("away"));
+    // Frames decide, not seconds: exactly `absent` frames without it at the nominal rate.
+    let gone = (scenery.get("leaves") * fps).round();
+    let back = gone + scenery.get("absent");
+    let (width, height) = (scenery.get("width"), scenery.get("height"));
+    let (speed, phase) = (scenery.get("speed"), hash::between(scenery.seed, 61, 0.0, TAU));
+    let start = Point::new((width - away) / 2.0, height / 2.0);
+    // A small circle: the patch is where it was, `away` further on, whatever the time between.
+    let radius = (start.x.min(height / 2.0) - size * 0.75).clamp(1.0, 30.0);
+    let circle = move |frames: f64| {
+        let angle = phase + speed / radius * frames / fps;
+        (radius * angle.cos(), radius * angle.sin())
+    };
+    let path = move |t: f64| {
+        let frame = (t * fps).round();
+        let before = frame < gone;
+        if !before && frame < back {
+            return None;
+        }
+        // Time stands still while it is gone, so that it returns exactly `away` from where it vanished.
+        let (frames, shift) = if before { (t * fps, 0.0) } else { (t * fps - (back - gone + 1.0), away) };
+        let (x, y) = circle(frames);
+        Some(BBox::from_center_size(Point::new(start.x + x + shift, start.y + y), size, size))
+    };
+    Box::new(world(scenery, Box::new(path)))
+}

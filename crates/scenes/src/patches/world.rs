@@ -1,0 +1,91 @@
+use crate::compose::{Layer, Noise, Shot, compose};
+use crate::texture::{Color, Texture};
+use crate::{Scene, SceneMoment, TargetTruth};
+use pursuit_geometry::{BBox, Point, Size};
+
+/// Where something is at a time: a box, or nowhere.
+pub(super) type Path = Box<dyn Fn(f64) -> Option<BBox> + Send + Sync>;
+
+/// Something rectangular with a look and a path.
+pub(super) struct Thing {
+    pub(super) look: Texture,
+    pub(super) path: Path,
+}
+
+/// A background, the target, things behind and before it, a camera and a light.
+pub(super) struct World {
+    pub(super) size: Size,
+    pub(super) fps: f64,
+    pub(super) duration_s: f64,
+    pub(super) seed: u64,
+    pub(super) noise: f64,
+    pub(super) backdrop: Texture,
+    /// Backdrop point in the picture's top left corner.
+    pub(super) camera: Box<dyn Fn(f64) -> Point + Send + Sync>,
+    pub(super) behind: Vec<Thing>,
+    pub(super) target: Thing,
+    pub(super) before: Vec<Thing>,
+    pub(super) light: Box<dyn Fn(f64) -> Color + Send + Sync>,
+}
+
+impl Thing {
+    fn layer(&self, time_s: f64, size: Size) -> Option<(BBox, Layer)> {
+        let bbox = (self.path)(time_s)?;
+        Some((bbox, textured_box(&self.look, &bbox, size)))
+    }
+}
+
+impl Scene for World {
+    fn size(&self) -> Size {
+        self.size
+    }
+
+    fn fps(&self) -> f64 {
+        self.fps
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn render(&self, time_s: f64) -> SceneMoment {
+        let pixels = |things: &[Thing]| -> Vec<Layer> {
+            things.iter().filter_map(|t| t.layer(time_s, self.size)).map(|(_, layer)| layer).collect()
+        };
+        let mut layers = pixels(&self.behind);
+        let before = pixels(&self.before);
+        let target = self.target.layer(time_s, self.size);
+        let truth = target.as_ref().map_or(TargetTruth::ABSENT, |(bbox, layer)| TargetTruth {
+            extent: Some(*bbox),
+            visible_fraction: (layer.visible_area_px(&before) / bbox.area()).clamp(0.0, 1.0),
+        });
+        layers.extend(target.map(|(_, layer)| layer));
+        layers.extend(before);
+        let image = compose(&Shot {
+            size: self.size,
+            backdrop: &self.backdrop,
+            origin: (self.camera)(time_s),
+            layers: &layers,
+            light: (self.light)(time_s),
+            noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
+        });
+        SceneMoment { image, targets: vec![truth] }
+    }
+}
+
+/// `look` stretched over `bbox`: border pixels covered in part are blended in part, inside each pixel 2 × 2 points are
+/// sampled.
+fn textured_box(look: &Texture, bbox: &BBox, size: Size) -> Layer {
+    let overlap = |low: f64, high: f64, at: i64| (high.min(at as f64 + 1.0) - low.max(at as f64)).clamp(0.0, 1.0);
+    let (gain_x, gain_y) = (look.width() as f64 / bbox.width(), look.height() as f64 / bbox.height());
+    Layer::paint([bbox.left(), bbox.top(), bbox.right(), bbox.bottom()], size, |x, y| {
+        let cover = overlap(bbox.left(), bbox.right(), x) * overlap(bbox.top(), bbox.bottom(), y);
+        let mut color = [0.0; 3];
+        for (i, j) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
+            let sample = look.sample((x as f64 + i - bbox.left()) * gain_x, (y as f64 + j - bbox.top()) * gain_y);
+            color = std::array::from_fn(|c| color[c] + 0.25 * sample[c]);
+        }
+        let cover = cover as f32;
+        [color[0] * cover, color[1] * cover, color[2] * cover, cover]
+    })
+}

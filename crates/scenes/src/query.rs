@@ -1,0 +1,73 @@
+use crate::registry::{self, Scenery};
+use crate::{Scene, SceneError};
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+/// Values for a scene's keys, by name; keys left out keep their defaults.
+pub type SceneParams = BTreeMap<String, f64>;
+
+/// Makes the scene `name`. The same name, seed and parameters always make the same world.
+///
+/// # Errors
+/// [`SceneError::UnknownScene`], [`SceneError::UnknownKey`] (both list what there is) or [`SceneError::BadValue`].
+pub fn scene(name: &str, seed: u64, params: &SceneParams) -> Result<Box<dyn Scene>, SceneError> {
+    let entry = registry::find(name)?;
+    Ok((entry.build)(&Scenery::new(entry, seed, params)?))
+}
+
+/// Makes the scene that a query `scene:NAME[?seed=1&key=value]` describes.
+///
+/// # Errors
+/// As [`scene`], and [`SceneError::Malformed`].
+pub fn open(query: &str) -> Result<Box<dyn Scene>, SceneError> {
+    let query: SceneQuery = query.parse()?;
+    scene(&query.name, query.seed, &query.params)
+}
+
+/// A parsed query `scene:NAME[?seed=1&key=value]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneQuery {
+    /// Name of the scene.
+    pub name: String,
+    /// The seed, 1 unless given.
+    pub seed: u64,
+    /// Values for the scene's keys.
+    pub params: SceneParams,
+}
+
+impl SceneQuery {
+    /// The prefix by which inputs that are scenes are told from files.
+    pub const PREFIX: &'static str = "scene:";
+}
+
+impl FromStr for SceneQuery {
+    type Err = SceneError;
+
+    /// # Errors
+    /// [`SceneError::Malformed`]; an unknown name, key or a value that is no number is reported with what there is.
+    fn from_str(text: &str) -> Result<Self, SceneError> {
+        let malformed = |reason: String| SceneError::Malformed { query: text.to_owned(), reason };
+        let Some(rest) = text.strip_prefix(Self::PREFIX) else {
+            return Err(malformed(format!("it does not begin with `{}`", Self::PREFIX)));
+        };
+        let (name, pairs) = rest.split_once('?').unwrap_or((rest, ""));
+        let entry = registry::find(name)?;
+        let (mut seed, mut params) = (1, SceneParams::new());
+        for pair in pairs.split('&').filter(|p| !p.is_empty()) {
+            let Some((key, value)) = pair.split_once('=') else {
+                return Err(malformed(format!("`{pair}` lacks a value")));
+            };
+            if key == "seed" {
+                let whole = value.parse();
+                seed = whole.map_err(|_| malformed(format!("seed `{value}` is not a whole number from 0 on")))?;
+                continue;
+            }
+            let known = entry.key(key)?;
+            let number = value.parse().map_err(|_| known.bad_value(name, value))?;
+            if params.insert(key.to_owned(), number).is_some() {
+                return Err(malformed(format!("`{key}` is given twice")));
+            }
+        }
+        Ok(Self { name: name.to_owned(), seed, params })
+    }
+}

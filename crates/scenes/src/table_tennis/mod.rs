@@ -1,0 +1,117 @@
+//! A ball on a table, seen from the table's end: the scene of `pursuit demo`.
+//!
+//! A pinhole camera looks at a world measured in metres, so sizes, bounces, shadows and perspective agree with each other.
+//! The clip plays at about 0.6 of real time: gravity is 3.5 m/s², some 2600 px/s² where the ball is.
+
+mod backdrop;
+mod ball;
+mod camera;
+mod hand;
+mod path;
+
+use crate::compose::{Layer, Noise, Shot, compose};
+use crate::registry::{Key, Scenery};
+use crate::texture::{Color, Texture, hsv, smooth_step};
+use crate::{Scene, SceneMoment, TargetTruth};
+use ball::Ball;
+use camera::World;
+use path::Path;
+use pursuit_geometry::{Point, Size};
+
+const fn key(name: &'static str, help: &'static str, default: f64, min: f64, max: f64) -> Key {
+    Key { name, help, default, min, max }
+}
+
+pub(crate) const KEYS: &[Key] = &[
+    key("fps", "the rate in frames per second", 30.0, 1.0, 1000.0),
+    key("duration", "the length in seconds", 10.0, 0.1, 600.0),
+    key("noise", "the sensor noise's standard deviation in grey levels", 4.0, 0.0, 80.0),
+    key("exposure", "the fraction of the frame interval during which the shutter is open", 0.35, 0.0, 1.0),
+    key("hue", "the ball's hue in degrees (24 orange, 50 yellow)", 50.0, 0.0, 360.0),
+    key("like", "by how many degrees of hue the other balls are redder", 14.0, -180.0, 180.0),
+    key("distractors", "how many other balls there are: none, one at rest, and one rolling", 2.0, 0.0, 2.0),
+    key("hand", "1 for the hand that hides the ball, 0 for none", 1.0, 0.0, 1.0),
+    key("light", "the light's gain while it is dimmed", 0.62, 0.1, 1.5),
+];
+
+/// When the light goes down and up again, in seconds: begin and end of each change.
+const DIMMED_S: [(f64, f64); 2] = [(3.0, 3.3), (8.5, 8.8)];
+
+pub(crate) fn build(scenery: &Scenery) -> Box<dyn Scene> {
+    let seed = scenery.seed;
+    let color = |offset: f64| hsv(scenery.get("hue") - offset, 0.88, 0.98);
+    let others = [Path::resting(seed), Path::rolling_by(seed)];
+    let count = scenery.get("distractors").round() as usize;
+    Box::new(TableTennis {
+        fps: scenery.get("fps"),
+        duration_s: scenery.get("duration"),
+        seed,
+        noise: scenery.get("noise"),
+        exposure_s: scenery.get("exposure") / scenery.get("fps"),
+        dimmed: scenery.get("light") as f32,
+        backdrop: backdrop::paint(seed),
+        ball: Ball { path: Path::played(seed), color: color(0.0) },
+        others: others.into_iter().take(count).map(|path| Ball { path, color: color(scenery.get("like")) }).collect(),
+        hand: (scenery.get("hand") >= 0.5).then(|| hand::Hand::new(seed)),
+    })
+}
+
+struct TableTennis {
+    fps: f64,
+    duration_s: f64,
+    seed: u64,
+    noise: f64,
+    exposure_s: f64,
+    dimmed: f32,
+    backdrop: Texture,
+    ball: Ball,
+    others: Vec<Ball>,
+    hand: Option<hand::Hand>,
+}
+
+impl TableTennis {
+    const SIZE: Size = Size::new(640, 480);
+
+    /// Gains of red, green and blue: dimmed light is warmer.
+    fn light(&self, time_s: f64) -> Color {
+        let [down, up] = DIMMED_S.map(|(begin, end)| smooth_step(begin, end, time_s) as f32);
+        let (dim, weight) = (self.dimmed, down - up);
+        [dim * 1.06, dim, dim * 0.9].map(|gain| 1.0 + (gain - 1.0) * weight)
+    }
+}
+
+impl Scene for TableTennis {
+    fn size(&self) -> Size {
+        Self::SIZE
+    }
+
+    fn fps(&self) -> f64 {
+        self.fps
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn render(&self, time_s: f64) -> SceneMoment {
+        let balls = || self.others.iter().chain(std::iter::once(&self.ball));
+        let mut layers: Vec<Layer> = balls().map(|b| b.shadow(time_s, self.exposure_s)).collect();
+        layers.extend(self.others.iter().map(|b| b.layer(time_s, self.exposure_s)));
+        let ball = self.ball.layer(time_s, self.exposure_s);
+        let hand: Vec<Layer> = self.hand.iter().map(|h| h.layer(time_s)).collect();
+        let extent = self.ball.extent(time_s);
+        let full_px = std::f64::consts::PI * extent.area() / 4.0;
+        let visible_fraction = (ball.visible_area_px(&hand) / full_px).clamp(0.0, 1.0);
+        layers.push(ball);
+        layers.extend(hand);
+        let image = compose(&Shot {
+            size: Self::SIZE,
+            backdrop: &self.backdrop,
+            origin: Point::new(0.0, 0.0),
+            layers: &layers,
+            light: self.light(time_s),
+            noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
+        });
+        SceneMoment { image, targets: vec![TargetTruth { extent: Some(extent), visible_fraction }] }
+    }
+}
