@@ -17,6 +17,9 @@ pub trait Scene: Send + Sync {
     /// time may be asked for; before 0 and after [`duration_s`](Self::duration_s) the motion goes on or stands still.
     fn render(&self, time_s: f64) -> SceneMoment;
 
+    /// The truth alone: the same as [`render`](Self::render)'s, many times faster.
+    fn targets(&self, time_s: f64) -> Vec<TargetTruth>;
+
     /// Number of frames at the nominal rate.
     fn frame_count(&self) -> u64 {
         (self.duration_s() * self.fps()).round().max(1.0) as u64

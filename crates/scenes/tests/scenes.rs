@@ -1,8 +1,11 @@
 //! What every scene promises: the same world for the same seed, truth that the pixels bear out, clear errors.
 
+#![allow(clippy::panic)] // a test names the scene it fails on
+
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Image, Rgb8};
-use pursuit_scenes::{SCENES, Scene, SceneError, SceneQuery, open};
+use pursuit_media::{Source, Truth};
+use pursuit_scenes::{SCENES, Scene, SceneError, SceneQuery, SceneSource, open};
 
 fn made(query: &str) -> Box<dyn Scene> {
     open(query).unwrap_or_else(|e| panic!("{query}: {e}"))
@@ -51,6 +54,7 @@ fn every_scene_begins_with_a_visible_target_and_stays_sane() {
         for k in (0..scene.frame_count()).step_by(11) {
             let moment = scene.render(scene.frame_time_s(k));
             assert_eq!(moment.image.size(), scene.size());
+            assert_eq!(moment.targets, scene.targets(scene.frame_time_s(k)));
             let truth = moment.targets[0];
             assert!((0.0..=1.0).contains(&truth.visible_fraction));
             if k == 0 {
@@ -139,7 +143,7 @@ fn motion_blur_is_centred_on_the_truth_and_conserves_the_ball() {
 fn the_hand_hides_the_ball_for_about_four_tenths_of_a_second() {
     for seed in 1..6 {
         let scene = made(&format!("scene:table-tennis?seed={seed}"));
-        let fraction = |k: u64| scene.render(scene.frame_time_s(k)).targets[0].visible_fraction;
+        let fraction = |k: u64| scene.targets(scene.frame_time_s(k))[0].visible_fraction;
         let hidden: Vec<u64> = (140..205).filter(|&k| fraction(k) < 0.01).collect();
         assert!((9..=18).contains(&hidden.len()), "seed {seed}: hidden in {hidden:?}");
         assert_eq!(hidden.len() as u64, hidden[hidden.len() - 1] - hidden[0] + 1, "seed {seed}: in one stretch");
@@ -150,7 +154,7 @@ fn the_hand_hides_the_ball_for_about_four_tenths_of_a_second() {
 fn the_bar_hides_the_patch_and_lets_it_reappear() {
     let scene = made("scene:occluding-bar?seed=1");
     let fractions: Vec<f64> =
-        (0..scene.frame_count()).map(|k| scene.render(scene.frame_time_s(k)).targets[0].visible_fraction).collect();
+        (0..scene.frame_count()).map(|k| scene.targets(scene.frame_time_s(k))[0].visible_fraction).collect();
     let hidden = fractions.iter().filter(|f| **f == 0.0).count();
     assert!((10..60).contains(&hidden), "hidden in {hidden} frames");
     assert!(fractions.iter().rev().take(5).all(|f| *f > 0.9) || fractions[fractions.len() / 2] > 0.9);
@@ -159,14 +163,24 @@ fn the_bar_hides_the_patch_and_lets_it_reappear() {
 #[test]
 fn the_patch_that_leaves_is_gone_for_80_frames_and_returns_280_pixels_away() {
     let scene = made("scene:leave-and-return");
-    let truth: Vec<_> =
-        (0..scene.frame_count()).map(|k| scene.render(scene.frame_time_s(k)).targets[0].visible()).collect();
+    let truth: Vec<_> = (0..scene.frame_count()).map(|k| scene.targets(scene.frame_time_s(k))[0].visible()).collect();
     let gone: Vec<usize> = (0..truth.len()).filter(|&k| truth[k].is_none()).collect();
     assert_eq!((gone.len(), gone[79] - gone[0]), (80, 79));
     let (last, first) = (truth[gone[0] - 1].expect("seen"), truth[gone[79] + 1].expect("seen again"));
     assert!(
         (first.center().x - last.center().x - 280.0).abs() < 1e-6 && (first.center().y - last.center().y).abs() < 1e-6
     );
+}
+
+#[test]
+fn a_scene_is_an_input_like_any_other() {
+    let mut source = SceneSource::open("scene:leave-and-return").expect("a scene").between(58, 62);
+    assert_eq!(source.info().frame_count, Some(4));
+    assert!(matches!(source.info().truth_at(59), Truth::Visible(_)));
+    assert_eq!(source.info().truth_at(60), Truth::Absent);
+    let frames: Vec<_> = std::iter::from_fn(|| source.next_frame().expect("scenes do not break")).collect();
+    assert_eq!(frames.iter().map(|f| f.index()).collect::<Vec<_>>(), [58, 59, 60, 61]);
+    assert!((frames[1].time_s() - 59.0 / 30.0).abs() < 1e-12);
 }
 
 #[test]

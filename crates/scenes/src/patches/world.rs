@@ -49,17 +49,9 @@ impl Scene for World {
     }
 
     fn render(&self, time_s: f64) -> SceneMoment {
-        let pixels = |things: &[Thing]| -> Vec<Layer> {
-            things.iter().filter_map(|t| t.layer(time_s, self.size)).map(|(_, layer)| layer).collect()
-        };
-        let mut layers = pixels(&self.behind);
-        let before = pixels(&self.before);
-        let target = self.target.layer(time_s, self.size);
-        let truth = target.as_ref().map_or(TargetTruth::ABSENT, |(bbox, layer)| TargetTruth {
-            extent: Some(*bbox),
-            visible_fraction: (layer.visible_area_px(&before) / bbox.area()).clamp(0.0, 1.0),
-        });
-        layers.extend(target.map(|(_, layer)| layer));
+        let mut layers = self.layers(&self.behind, time_s);
+        let (target, before, truth) = self.target_and_before(time_s);
+        layers.extend(target);
         layers.extend(before);
         let image = compose(&Shot {
             size: self.size,
@@ -70,6 +62,26 @@ impl Scene for World {
             noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
         });
         SceneMoment { image, targets: vec![truth] }
+    }
+
+    fn targets(&self, time_s: f64) -> Vec<TargetTruth> {
+        vec![self.target_and_before(time_s).2]
+    }
+}
+
+impl World {
+    fn layers(&self, things: &[Thing], time_s: f64) -> Vec<Layer> {
+        things.iter().filter_map(|t| t.layer(time_s, self.size)).map(|(_, layer)| layer).collect()
+    }
+
+    /// The target's layer, those before it, and the truth.
+    fn target_and_before(&self, time_s: f64) -> (Option<Layer>, Vec<Layer>, TargetTruth) {
+        let before = self.layers(&self.before, time_s);
+        let Some((bbox, layer)) = self.target.layer(time_s, self.size) else {
+            return (None, before, TargetTruth::ABSENT);
+        };
+        let visible_fraction = (layer.visible_area_px(&before) / bbox.area()).clamp(0.0, 1.0);
+        (Some(layer), before, TargetTruth { extent: Some(bbox), visible_fraction })
     }
 }
 

@@ -78,6 +78,16 @@ impl TableTennis {
         let (dim, weight) = (self.dimmed, down - up);
         [dim * 1.06, dim, dim * 0.9].map(|gain| 1.0 + (gain - 1.0) * weight)
     }
+
+    /// The ball, the hand where there is one, and how much of the ball the hand leaves to be seen.
+    fn ball_and_hand(&self, time_s: f64) -> (Layer, Option<Layer>, TargetTruth) {
+        let ball = self.ball.layer(time_s, self.exposure_s);
+        let hand = self.hand.as_ref().map(|h| h.layer(time_s));
+        let extent = self.ball.extent(time_s);
+        let full_px = std::f64::consts::PI * extent.area() / 4.0;
+        let visible_fraction = (ball.visible_area_px(hand.as_slice()) / full_px).clamp(0.0, 1.0);
+        (ball, hand, TargetTruth { extent: Some(extent), visible_fraction })
+    }
 }
 
 impl Scene for TableTennis {
@@ -97,11 +107,7 @@ impl Scene for TableTennis {
         let balls = || self.others.iter().chain(std::iter::once(&self.ball));
         let mut layers: Vec<Layer> = balls().map(|b| b.shadow(time_s, self.exposure_s)).collect();
         layers.extend(self.others.iter().map(|b| b.layer(time_s, self.exposure_s)));
-        let ball = self.ball.layer(time_s, self.exposure_s);
-        let hand: Vec<Layer> = self.hand.iter().map(|h| h.layer(time_s)).collect();
-        let extent = self.ball.extent(time_s);
-        let full_px = std::f64::consts::PI * extent.area() / 4.0;
-        let visible_fraction = (ball.visible_area_px(&hand) / full_px).clamp(0.0, 1.0);
+        let (ball, hand, truth) = self.ball_and_hand(time_s);
         layers.push(ball);
         layers.extend(hand);
         let image = compose(&Shot {
@@ -112,6 +118,10 @@ impl Scene for TableTennis {
             light: self.light(time_s),
             noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
         });
-        SceneMoment { image, targets: vec![TargetTruth { extent: Some(extent), visible_fraction }] }
+        SceneMoment { image, targets: vec![truth] }
+    }
+
+    fn targets(&self, time_s: f64) -> Vec<TargetTruth> {
+        vec![self.ball_and_hand(time_s).2]
     }
 }
