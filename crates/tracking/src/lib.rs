@@ -7,6 +7,7 @@
 //! For an implementer: a tracker is a filling of [`SingleTarget`], the one loop *predict → search → judge → correct or
 //! coast → learn*: a [`Localizer`] that finds, a [`Policy`] that judges, a [`MotionFilter`] that predicts and corrects.
 
+pub mod ball;
 pub mod correlation;
 mod error;
 mod estimate;

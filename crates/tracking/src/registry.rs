@@ -110,13 +110,13 @@ pub const DEFAULT_TRACKER: &str = "ball";
 
 /// Every tracker.
 pub const fn trackers() -> &'static [TrackerEntry] {
-    const TRACKERS: &[TrackerEntry] = &[];
+    const TRACKERS: &[TrackerEntry] = &[TrackerEntry::of::<crate::ball::BallParams>()];
     TRACKERS
 }
 
 /// Every detector.
 pub const fn detectors() -> &'static [DetectorEntry] {
-    const DETECTORS: &[DetectorEntry] = &[];
+    const DETECTORS: &[DetectorEntry] = &[DetectorEntry::of::<crate::ball::BallDetectorParams>()];
     DETECTORS
 }
 

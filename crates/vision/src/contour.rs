@@ -56,6 +56,12 @@ fn edges(outline: &[(usize, usize)]) -> impl Iterator<Item = ((f64, f64), (f64, 
     outline.iter().map(real).zip(outline.iter().cycle().skip(1).map(real))
 }
 
+/// Area of a polygon given by its vertices in order (shoelace formula), in square pixels.
+pub fn polygon_area(vertices: &[Point]) -> f64 {
+    let next = vertices.iter().cycle().skip(1);
+    vertices.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y).sum::<f64>().abs() / 2.0
+}
+
 /// Writes the convex hull of the *pixels* of the outline (their four corners, continuous pixels) to `hull`, in order.
 pub fn pixel_hull(outline: &[(usize, usize)], hull: &mut Vec<Point>, scratch: &mut Vec<Point>) {
     scratch.clear();

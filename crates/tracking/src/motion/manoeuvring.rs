@@ -67,6 +67,8 @@ impl ManoeuvreNoise {
 pub struct ManoeuvringBox {
     noise: ManoeuvreNoise,
     models: Imm<STATES, MODES>,
+    /// Whether the last prediction has been followed by a measurement.
+    measured: bool,
 }
 
 impl ManoeuvringBox {
@@ -75,7 +77,7 @@ impl ManoeuvringBox {
     /// # Errors
     /// When the box is not finite or a noise is out of range.
     pub fn new(noise: ManoeuvreNoise, bbox: BBox) -> Result<Self, EstimationError> {
-        Ok(Self { noise, models: start(&noise, bbox)? })
+        Ok(Self { noise, models: start(&noise, bbox)?, measured: true })
     }
 
     /// The belief of the whole about `[x, y, vx, vy, ax, ay, w, h]`.
@@ -195,16 +197,20 @@ impl MotionFilter for ManoeuvringBox {
     fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
         let (transitions, switching) = (self.transitions(dt_s)?, self.switching(dt_s)?);
         self.models.predict(&transitions, &switching)?;
-        // The gate must let pass what a jump can do, however unlikely a jump is.
+        // Right after a measurement the gate must let pass what a jump can do, however unlikely a jump is. In a long
+        // blind stretch, jump upon jump is not to be expected: there the mixture of the modes says what is.
         let [_, _, jump] = self.models.beliefs();
+        let belief = if self.measured { *jump } else { self.models.combined() };
+        self.measured = false;
         let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
-        let innovation_covariance = Some(box_covariance(jump.covariance(), SIZE) + noise);
+        let innovation_covariance = Some(box_covariance(belief.covariance(), SIZE) + noise);
         Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
     }
 
     fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
         let sensor = self.sensor(measurement.sigma_px)?;
         self.models.update(&sensor, &measured(&measurement.bbox))?;
+        self.measured = true;
         Ok(())
     }
 
@@ -212,6 +218,7 @@ impl MotionFilter for ManoeuvringBox {
         // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
         if let Ok(models) = start(&self.noise, bbox) {
             self.models = models;
+            self.measured = true;
         }
     }
 
