@@ -12,7 +12,8 @@ fn main() {
         eprintln!("{e}");
         std::process::exit(3)
     });
-    eprintln!("{:?}", source.info());
+    let info = source.info();
+    eprintln!("{}: {} at {:?} frames per second, {:?} frames", info.decoder, info.size, info.fps, info.frame_count);
     loop {
         match source.next_frame() {
             Ok(Some(frame)) => {

@@ -2,7 +2,7 @@
 ///
 /// Every message is one line, names the thing and says what would mend it. [`is_output`](Self::is_output) tells the two
 /// directions apart, which is all a command line needs to choose its exit code.
-#[derive(Debug, Clone, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MediaError {
     /// An input that cannot be opened or understood at all; no frame was delivered.

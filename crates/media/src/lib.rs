@@ -1,10 +1,11 @@
 //! Where frames come from and where they go to: image folders, video files, cameras and streams on the way in
-//! ([`input`]), wrappers, encoders and drawing on the way
+//! ([`input`]), wrappers that pace, cut, retime, record or spoil them ([`wrappers`]), encoders and drawing on the way
 //! out ([`output`]).
 
 mod error;
 pub mod input;
 pub mod output;
+pub mod wrappers;
 
 pub use error::MediaError;
 pub use input::{OpenOptions, Source, SourceInfo, Truth, open};

@@ -46,6 +46,10 @@ impl FolderSource {
         Ok(Self { rows, info, fps, next: 0, finished: false })
     }
 
+    pub const fn info_mut(&mut self) -> &mut SourceInfo {
+        &mut self.info
+    }
+
     fn read(&self, row: &Row) -> Result<Frame> {
         let index = self.next as u64;
         let broken = |path: &Path, fault: Fault| fault.broken(&path.display().to_string(), index);

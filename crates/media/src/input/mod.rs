@@ -9,26 +9,33 @@
 //! from headers before anything is allocated. Files are read piece by piece, so that memory does not grow with a clip's
 //! length beyond 24 bytes a frame of an MP4's index.
 
+mod annotations;
+mod avi;
 mod bytes;
 mod color;
+#[cfg(feature = "h264")]
+mod fallback;
 mod fault;
+mod ffmpeg;
 mod folder;
 #[cfg(feature = "h264")]
 mod h264;
 mod image;
 mod limits;
+mod mjpeg;
 #[cfg(feature = "h264")]
 mod mp4;
 mod open;
 mod options;
 #[cfg(feature = "h264")]
 mod orientation;
+mod sniff;
 mod source;
 mod truth;
 mod y4m;
 
 pub use limits::MAX_PIXELS;
-pub use open::open;
+pub use open::{open, open_stream};
 pub use options::OpenOptions;
-pub use source::{Source, SourceInfo};
+pub use source::{Source, SourceInfo, StopHandle};
 pub use truth::Truth;

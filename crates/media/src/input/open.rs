@@ -1,14 +1,24 @@
+use super::annotations::{self, Annotated, LIST_NAME};
+use super::avi::AviSource;
+use super::fault::Fault;
+use super::ffmpeg::{FfmpegSource, Target};
 use super::folder::FolderSource;
-use super::image::{ImageSource, JPEG_MAGIC, PNG_MAGIC};
-use super::y4m::{self, Y4mSource};
+use super::image::ImageSource;
+use super::mjpeg::{self, MjpegSource};
+use super::sniff::{Kind, describe, sniff};
+use super::y4m::Y4mSource;
 use crate::{MediaError, OpenOptions, Result, Source};
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read};
-use std::path::Path;
+use std::io::{BufReader, Cursor, ErrorKind, Read};
+use std::path::{Path, PathBuf};
 
-/// Opens an input: a video file, a folder of images, a single image.
+/// Opens an input as the user wrote it:
 ///
-/// What it is, is decided by its content: a JPEG named `clip.mp4` is one image.
+/// - a video file, with the truth in `NAME.csv` beside it where there is one; what it is, is decided by its content, so
+///   that a JPEG named `clip.mp4` is one image;
+/// - a folder with `frames.csv`, or a folder of JPEG or PNG images in natural order; a single image;
+/// - `-` for Y4M or Motion JPEG on standard input;
+/// - `camera:0` or a video device; `rtsp://`, `http://`, `https://` and other streams `ffmpeg` knows.
 ///
 /// # Errors
 /// [`MediaError::Unreadable`] naming the input, what is wrong with it, and what would mend it.
@@ -16,69 +26,141 @@ pub fn open(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
     if input.is_empty() {
         return Err(MediaError::unreadable("the input", "its name is empty"));
     }
+    if input == "-" {
+        return open_stream(Box::new(std::io::stdin()), "standard input", options);
+    }
+    if let Some(camera) = camera(input)? {
+        return open_with_ffmpeg(&camera, "a camera", input, options);
+    }
+    if let Some(stream) = Target::stream(input) {
+        return open_with_ffmpeg(&stream, "a network stream", input, options);
+    }
     let path = Path::new(input);
-    let metadata = std::fs::metadata(path).map_err(|e| {
-        MediaError::unreadable(
-            input,
-            match e.kind() {
-                ErrorKind::NotFound => "there is no such file or folder".to_owned(),
-                _ => e.to_string(),
-            },
-        )
-    })?;
+    let metadata = std::fs::metadata(path).map_err(|e| MediaError::unreadable(input, io_reason(&e)))?;
+    let unreadable = |e: std::io::Error| MediaError::unreadable(input, io_reason(&e));
     if metadata.is_dir() {
-        return Ok(Box::new(FolderSource::list(path, input, options.default_fps)?));
+        return Ok(if path.join(LIST_NAME).is_file() {
+            Box::new(annotations::open_list(path, input, options.default_fps)?)
+        } else {
+            Box::new(FolderSource::list(path, input, options.default_fps)?)
+        });
     }
-    open_file(path, input, options)
-}
-
-/// What a file holds, by its first bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Empty,
-    Y4m,
-    Mp4,
-    Image,
-    Other,
-}
-
-fn sniff(head: &[u8]) -> Kind {
-    match head {
-        [] => Kind::Empty,
-        _ if head.starts_with(y4m::MAGIC) => Kind::Y4m,
-        _ if head.starts_with(JPEG_MAGIC) || head.starts_with(PNG_MAGIC) => Kind::Image,
-        [_, _, _, _, kind @ ..] if is_mp4_box(kind) => Kind::Mp4,
-        _ => Kind::Other,
+    if metadata.is_file() {
+        open_file(path, input, options)
+    } else {
+        open_stream(Box::new(File::open(path).map_err(unreadable)?), input, options)
     }
 }
 
-/// The boxes an MP4 or QuickTime file may begin with.
-fn is_mp4_box(bytes: &[u8]) -> bool {
-    [b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"moof", b"sidx"]
-        .iter()
-        .any(|kind| bytes.starts_with(*kind))
-}
-
-fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
-    let unreadable = |e: std::io::Error| MediaError::unreadable(name, e.to_string());
-    let mut file = File::open(path).map_err(unreadable)?;
+/// Opens Y4M or Motion JPEG that comes from a pipe.
+///
+/// # Errors
+/// [`MediaError::Unreadable`] when it is neither, or ends before its first frame.
+pub fn open_stream(mut reader: Box<dyn Read + Send>, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
     let mut head = Vec::new();
-    file.by_ref().take(16).read_to_end(&mut head).map_err(unreadable)?;
-    let reopen = || File::open(path).map_err(unreadable);
-    match sniff(&head) {
-        Kind::Empty => Err(MediaError::unreadable(name, "the file is empty; record or copy it again")),
-        Kind::Y4m => {
-            let len = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
-            let reader = BufReader::with_capacity(1 << 16, reopen()?);
-            let source = Y4mSource::new(reader, name, len, options.default_fps).map_err(|f| f.unreadable(name))?;
-            Ok(Box::new(source))
-        }
-        Kind::Image => Ok(Box::new(ImageSource::open(path, name).map_err(|f| f.unreadable(name))?)),
+    reader.by_ref().take(16).read_to_end(&mut head).map_err(|e| MediaError::unreadable(name, e.to_string()))?;
+    let kind = sniff(&head);
+    let reader = BufReader::with_capacity(1 << 16, Cursor::new(head).chain(reader));
+    let fps = options.default_fps;
+    let source: Result<Box<dyn Source>, Fault> = match kind {
+        Kind::Y4m => Y4mSource::new(reader, name, None, fps).map(|s| Box::new(s) as _),
+        Kind::Jpeg => MjpegSource::new(reader, name, fps).map(|s| Box::new(s) as _),
+        Kind::Empty => Err(Fault::malformed("nothing came")),
+        _ => Err(Fault::malformed(
+            "it is neither Y4M nor Motion JPEG; convert it on the way, for example with ffmpeg -i INPUT -f yuv4mpegpipe -",
+        )),
+    };
+    source.map_err(|fault| fault.unreadable(name))
+}
+
+/// Opens a regular file by its content.
+fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    let unreadable = |e: std::io::Error| MediaError::unreadable(name, io_reason(&e));
+    let mut file = File::open(path).map_err(unreadable)?;
+    let len = file.metadata().map_err(unreadable)?.len();
+    let mut head = Vec::new();
+    file.by_ref().take(1 << 14).read_to_end(&mut head).map_err(unreadable)?;
+    let truth = annotations::truth_beside(path)?;
+    let file = File::open(path).map_err(unreadable)?;
+    let fps = options.default_fps;
+    let source = match sniff(&head) {
+        Kind::Empty => return Err(MediaError::unreadable(name, "the file is empty; record or copy it again")),
+        Kind::Y4m => Y4mSource::new(BufReader::with_capacity(1 << 16, file), name, Some(len), fps).map(boxed),
+        Kind::Jpeg => open_jpeg(path, name, fps),
+        Kind::Png => ImageSource::open(path, name).map(boxed),
+        Kind::Avi => AviSource::new(Box::new(file), name).map(boxed),
         #[cfg(feature = "h264")]
-        Kind::Mp4 => {
-            let source = super::h264::Mp4Source::new(Box::new(reopen()?), name).map_err(|f| f.unreadable(name))?;
-            Ok(Box::new(source))
-        }
-        _ => Err(MediaError::unreadable(name, "it is no video or image that is decoded here")),
+        Kind::Mp4 => super::h264::Mp4Source::new(Box::new(file), name)
+            .map(|s| boxed(super::fallback::Mp4WithFallback::new(s, path, options))),
+        _ => Err(Fault::unsupported(describe(&head))),
+    };
+    let source = match source {
+        Ok(source) => source,
+        Err(Fault::Unsupported(what)) => open_with_ffmpeg(&Target::File(path.to_owned()), &what, name, options)?,
+        Err(fault) => return Err(fault.unreadable(name)),
+    };
+    Ok(match truth {
+        Some(truth) => Box::new(Annotated::new(source, truth)),
+        None => source,
+    })
+}
+
+/// One photograph, or Motion JPEG without a container.
+fn open_jpeg(path: &Path, name: &str, fps: f64) -> Result<Box<dyn Source>, Fault> {
+    let reader = || File::open(path).map(|file| BufReader::with_capacity(1 << 16, file));
+    if mjpeg::is_stream(&mut reader()?) {
+        MjpegSource::new(reader()?, name, fps).map(boxed)
+    } else {
+        ImageSource::open(path, name).map(boxed)
     }
+}
+
+/// What is not decoded here; `what` says in words what that is.
+fn open_with_ffmpeg(target: &Target, what: &str, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    let Some(program) = options.find_ffmpeg() else {
+        let reason = format!(
+            "{what} is not decoded here and no ffmpeg was found; install ffmpeg (apt install ffmpeg, brew install ffmpeg) \
+             or convert it to H.264 (8-bit 4:2:0) in MP4"
+        );
+        return Err(MediaError::unreadable(name, reason));
+    };
+    let source = FfmpegSource::open(&program, target, name, options.default_fps);
+    source.map(boxed).map_err(|fault| fault.unreadable(name))
+}
+
+/// `camera:N`, or a video device by its path.
+fn camera(input: &str) -> Result<Option<Target>> {
+    let device = match input.strip_prefix("camera:") {
+        Some(number) if number.parse::<u8>().is_ok() && cfg!(target_os = "macos") => {
+            return Ok(Some(Target::Camera(number.into())));
+        }
+        Some(number) if number.parse::<u8>().is_ok() => PathBuf::from(format!("/dev/video{number}")),
+        Some(_) => return Err(MediaError::unreadable(input, "a camera is named by its number, as in camera:0")),
+        None if input.starts_with("/dev/video") => PathBuf::from(input),
+        None => return Ok(None),
+    };
+    if device.exists() {
+        return Ok(Some(Target::Camera(device)));
+    }
+    let mut found: Vec<_> = std::fs::read_dir("/dev")
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.starts_with("video"))
+        .collect();
+    found.sort();
+    let found = if found.is_empty() { "no video device at all".to_owned() } else { found.join(", ") };
+    Err(MediaError::unreadable(input, format!("there is no {}; in /dev there is {found}", device.display())))
+}
+
+fn io_reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file or folder".to_owned(),
+        ErrorKind::PermissionDenied => "it may not be read; check its permissions".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+fn boxed<S: Source + 'static>(source: S) -> Box<dyn Source> {
+    Box::new(source)
 }

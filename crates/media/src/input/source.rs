@@ -1,6 +1,7 @@
 use crate::{Result, Truth};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
+use std::sync::Arc;
 
 /// Anything that delivers frames, one after the other.
 pub trait Source: Send {
@@ -13,6 +14,34 @@ pub trait Source: Send {
     /// [`MediaError::Broken`](crate::MediaError::Broken) when the input breaks off. Everything that could be decoded has
     /// been delivered by then, and what was delivered stays valid; later calls return `None`.
     fn next_frame(&mut self) -> Result<Option<Frame>>;
+
+    /// A way to end the source from another thread while [`next_frame`](Self::next_frame) waits for something that may
+    /// never come. `None` for sources that never wait for long.
+    fn stop_handle(&self) -> Option<StopHandle> {
+        None
+    }
+}
+
+/// Ends a source from another thread; its `next_frame` then returns promptly.
+#[derive(Clone)]
+pub struct StopHandle(Arc<dyn Fn() + Send + Sync>);
+
+impl StopHandle {
+    /// A handle that calls `stop`, which must be harmless when called twice or too late.
+    pub fn new(stop: impl Fn() + Send + Sync + 'static) -> Self {
+        Self(Arc::new(stop))
+    }
+
+    /// Ends the source.
+    pub fn stop(&self) {
+        (self.0)();
+    }
+}
+
+impl std::fmt::Debug for StopHandle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("StopHandle")
+    }
 }
 
 impl<S: Source + ?Sized> Source for Box<S> {
@@ -22,6 +51,10 @@ impl<S: Source + ?Sized> Source for Box<S> {
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
         (**self).next_frame()
+    }
+
+    fn stop_handle(&self) -> Option<StopHandle> {
+        (**self).stop_handle()
     }
 }
 

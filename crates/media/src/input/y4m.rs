@@ -1,9 +1,9 @@
-use super::color::likely_matrix;
+use super::color::ColorInfo;
 use super::fault::Fault;
 use super::limits::check_size;
 use crate::{Result, Source, SourceInfo};
 use pursuit_geometry::Size;
-use pursuit_imaging::{ColorMatrix, ColorRange, Frame, Image, Pixels, Yuv420};
+use pursuit_imaging::{ColorRange, Frame, Image, Pixels, Yuv420};
 use std::io::{BufRead, Read};
 
 /// The first bytes of every Y4M stream.
@@ -26,7 +26,7 @@ pub(crate) struct Header {
     pub size: Size,
     pub fps: Option<f64>,
     layout: Layout,
-    range: ColorRange,
+    pub color: ColorInfo,
     /// Bytes of the header line.
     len: u64,
 }
@@ -40,18 +40,19 @@ impl Header {
             return Err(Fault::malformed("it does not begin with a Y4M header"));
         }
         let (mut width, mut height, mut fps) = (0, 0, None);
-        let (mut layout, mut range) = (Layout::Yuv420, ColorRange::Limited);
+        let (mut layout, mut color) = (Layout::Yuv420, ColorInfo::default());
         for word in words {
             match word.split_at_checked(1) {
                 Some(("W", v)) => width = number(v)?,
                 Some(("H", v)) => height = number(v)?,
                 Some(("F", v)) => fps = rate(v),
                 Some(("C", v)) => layout = layout_of(v)?,
-                Some(("X", "COLORRANGE=FULL")) => range = ColorRange::Full,
+                Some(("X", "COLORRANGE=FULL")) => color.range = Some(ColorRange::Full),
+                Some(("X", "COLORRANGE=LIMITED")) => color.range = Some(ColorRange::Limited),
                 _ => {} // interlacing, pixel aspect, comments: nothing a tracker uses
             }
         }
-        Ok(Self { size: check_size(width, height)?, fps, layout, range, len: line.len() as u64 + 1 })
+        Ok(Self { size: check_size(width, height)?, fps, layout, color, len: line.len() as u64 + 1 })
     }
 
     /// Bytes of one frame's samples.
@@ -102,38 +103,56 @@ fn read_line(reader: &mut impl BufRead) -> Result<Option<Vec<u8>>, Fault> {
     }
 }
 
+/// The samples of one frame, before anything is known about colour.
+pub(crate) enum Planes {
+    Gray8(Image<u8>),
+    Gray16(Image<u16>),
+    Yuv420([Image<u8>; 3]),
+}
+
+impl Planes {
+    /// With what is known about colour.
+    pub fn into_pixels(self, color: ColorInfo) -> Result<Pixels, Fault> {
+        Ok(match self {
+            Self::Gray8(image) => Pixels::Gray8(image),
+            Self::Gray16(image) => Pixels::Gray16(image),
+            Self::Yuv420([y, u, v]) => {
+                let (matrix, range) = color.resolve(y.size());
+                Pixels::Yuv420(Yuv420::new(y, u, v, matrix, range)?)
+            }
+        })
+    }
+}
+
 /// Reads samples from Y4M; also the reader of what an `ffmpeg` process writes.
 pub(crate) struct Y4mReader<R> {
     reader: R,
     pub header: Header,
-    pub matrix: ColorMatrix,
 }
 
 impl<R: BufRead> Y4mReader<R> {
     pub fn new(mut reader: R) -> Result<Self, Fault> {
         let header = Header::read(&mut reader)?;
-        let matrix = likely_matrix(header.size);
-        Ok(Self { reader, header, matrix })
+        Ok(Self { reader, header })
     }
 
-    /// The pixels of the next frame, or `None` at a clean end.
-    pub fn next_pixels(&mut self) -> Result<Option<Pixels>, Fault> {
+    /// The samples of the next frame, or `None` at a clean end.
+    pub fn next_planes(&mut self) -> Result<Option<Planes>, Fault> {
         let Some(line) = read_line(&mut self.reader)? else { return Ok(None) };
         if !line.starts_with(b"FRAME") {
             return Err(Fault::malformed("no Y4M frame header where one should stand; the stream is damaged"));
         }
         let Size { width, height } = self.header.size;
         Ok(Some(match self.header.layout {
-            Layout::Gray8 => Pixels::Gray8(self.plane(width, height)?),
+            Layout::Gray8 => Planes::Gray8(self.plane(width, height)?),
             Layout::Gray16 => {
                 let bytes = self.samples(2 * width * height)?;
                 let data = bytes.as_chunks::<2>().0.iter().map(|&b| u16::from_le_bytes(b)).collect();
-                Pixels::Gray16(Image::from_vec(data, width, height)?)
+                Planes::Gray16(Image::from_vec(data, width, height)?)
             }
             Layout::Yuv420 => {
                 let (cw, ch) = (width.div_ceil(2), height.div_ceil(2));
-                let (y, u, v) = (self.plane(width, height)?, self.plane(cw, ch)?, self.plane(cw, ch)?);
-                Pixels::Yuv420(Yuv420::new(y, u, v, self.matrix, self.header.range)?)
+                Planes::Yuv420([self.plane(width, height)?, self.plane(cw, ch)?, self.plane(cw, ch)?])
             }
         }))
     }
@@ -187,7 +206,8 @@ impl<R: BufRead + Send> Source for Y4mSource<R> {
         if self.finished {
             return Ok(None);
         }
-        match self.reader.next_pixels() {
+        let color = self.reader.header.color;
+        match self.reader.next_planes().and_then(|planes| planes.map(|p| p.into_pixels(color)).transpose()) {
             Ok(Some(pixels)) => {
                 let frame = Frame::new(self.next, self.next as f64 / self.fps, pixels);
                 self.next += 1;

@@ -45,6 +45,9 @@ impl PictureDecoder {
 
     /// The picture of a sample; `None` when the sample holds none.
     pub fn decode(&mut self, sample: &[u8]) -> Result<Option<Yuv420>, Fault> {
+        if !units::are_whole(sample, self.config.length_bytes) {
+            return Err(Fault::malformed("the picture is damaged (its parts do not fit together)"));
+        }
         self.stream.clear();
         if !self.started {
             let sets = self.config.sps.iter().chain(&self.config.pps);

@@ -28,13 +28,15 @@ pub(crate) struct Mp4Source {
     /// Samples without pictures shown so far: they take no frame number.
     skipped: u32,
     fault: Option<(u32, Fault)>,
+    /// Whether frames are missing after the last that the index knows.
+    ends_early: bool,
     buffer: Vec<u8>,
 }
 
 impl Mp4Source {
     /// Reads the index and decodes as far as the first picture, so that what cannot be decoded is known at once.
     pub fn new(reader: Box<dyn ReadSeek>, name: &str) -> Result<Self, Fault> {
-        let Movie { mut input, track } = Movie::read(RandomAccess::new(reader)?)?;
+        let Movie { mut input, track, ends_early } = Movie::read(RandomAccess::new(reader)?)?;
         let config = match track.codec {
             Codec::Avc(config) => config,
             Codec::Other(code) => return Err(Fault::unsupported(format!("the codec {code} in MP4"))),
@@ -65,6 +67,7 @@ impl Mp4Source {
             waiting: BTreeMap::new(),
             skipped: 0,
             fault: None,
+            ends_early,
             buffer,
         };
         source.fill();
@@ -83,7 +86,10 @@ impl Mp4Source {
             self.fill();
             // After a fault the pictures behind the gap are still good.
             let Some((rank, picture)) = self.waiting.pop_first() else {
-                let fault = self.fault.take();
+                let missing = std::mem::take(&mut self.ends_early).then(|| {
+                    (self.next_rank, Fault::malformed("the file ends early; it may not have been copied to its end"))
+                });
+                let fault = self.fault.take().or(missing);
                 return fault
                     .map_or(Ok(None), |(rank, fault)| Err((u64::from(rank.saturating_sub(self.skipped)), fault)));
             };

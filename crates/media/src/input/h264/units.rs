@@ -19,6 +19,18 @@ pub(super) fn units(sample: &[u8], length_bytes: usize) -> impl Iterator<Item = 
     .filter(|unit| !unit.is_empty())
 }
 
+/// Whether the units fill the sample to its end, as they must.
+pub(super) fn are_whole(sample: &[u8], length_bytes: usize) -> bool {
+    let mut rest = sample;
+    while !rest.is_empty() {
+        let Some((length, tail)) = rest.split_at_checked(length_bytes) else { return false };
+        let length = length.iter().fold(0, |value, &byte| value << 8 | usize::from(byte));
+        let Some((_, tail)) = tail.split_at_checked(length) else { return false };
+        rest = tail;
+    }
+    true
+}
+
 /// The type of a unit.
 pub(super) fn kind(unit: &[u8]) -> u8 {
     unit.first().map_or(0, |b| b & 31)
@@ -61,6 +73,7 @@ mod tests {
     fn units_end_where_they_no_longer_fit() {
         let sample = [0, 2, 0x65, 9, 0, 0, 0, 1, 0x41, 0, 9, 1];
         assert_eq!(units(&sample, 2).collect::<Vec<_>>(), [&[0x65, 9][..], &[0x41][..]]);
+        assert!(!are_whole(&sample, 2) && are_whole(&sample[..9], 2) && !are_whole(&sample[..10], 2));
     }
 
     #[test]

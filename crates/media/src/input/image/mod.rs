@@ -4,7 +4,7 @@ mod jpeg;
 mod png;
 mod source;
 
-pub(crate) use jpeg::decode_jpeg;
+pub(crate) use jpeg::{JpegScan, decode_jpeg};
 pub(crate) use source::ImageSource;
 
 use super::fault::Fault;

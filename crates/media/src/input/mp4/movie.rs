@@ -16,6 +16,8 @@ const MAX_INDEX_BYTES: u64 = 64 << 20;
 pub(crate) struct Movie {
     pub input: RandomAccess,
     pub track: VideoTrack,
+    /// Whether the file ends within a fragment's index, so that frames are missing without anything pointing to them.
+    pub ends_early: bool,
 }
 
 /// The first video track.
@@ -33,20 +35,21 @@ pub(crate) struct VideoTrack {
 impl Movie {
     /// Reads the index.
     pub fn read(mut input: RandomAccess) -> Result<Self, Fault> {
-        let (mut moov, mut fragments, mut cut) = (None, Vec::new(), false);
+        let (mut moov, mut fragments, mut cut, mut ends_early) = (None, Vec::new(), false, false);
         let mut at = 0;
         while let Some(found) = file_box(&mut input, at)? {
             cut = found.end > input.len();
             match &found.kind {
                 b"moov" if moov.is_none() => moov = Some(read_body(&mut input, &found)?),
-                b"moof" if !cut => fragments.push(found),
+                b"moof" if cut => ends_early = true,
+                b"moof" => fragments.push(found),
                 _ => {}
             }
             at = found.end.min(input.len());
         }
         let moov = moov.ok_or_else(|| no_index(cut))?;
         let track = VideoTrack::read(&moov, &fragments, &mut input)?;
-        Ok(Self { input, track })
+        Ok(Self { input, track, ends_early })
     }
 }
 

@@ -1,0 +1,126 @@
+use super::fault::Fault;
+use super::image::{JpegScan, decode_jpeg};
+use super::limits::MAX_SAMPLE_BYTES;
+use crate::{Result, Source, SourceInfo};
+use pursuit_geometry::Size;
+use pursuit_imaging::Frame;
+use std::io::{BufRead, Read};
+
+/// JPEG images one after the other, in a file or on standard input. They carry no times: frames are evenly spaced.
+pub(crate) struct MjpegSource<R> {
+    reader: R,
+    first: Option<Frame>,
+    info: SourceInfo,
+    fps: f64,
+    next: u64,
+    finished: bool,
+}
+
+impl<R: BufRead + Send> MjpegSource<R> {
+    pub fn new(mut reader: R, name: &str, fps: f64) -> Result<Self, Fault> {
+        let bytes = next_image(&mut reader)?.ok_or_else(|| Fault::malformed("there is no JPEG in it"))?;
+        let first = Frame::new(0, 0.0, decode_jpeg(&bytes)?);
+        let info = SourceInfo {
+            name: name.to_owned(),
+            size: first.size(),
+            fps: Some(fps),
+            frame_count: None,
+            live: false,
+            decoder: "Motion JPEG (built in)".to_owned(),
+            truth: None,
+        };
+        Ok(Self { reader, first: Some(first), info, fps, next: 0, finished: false })
+    }
+
+    fn read_frame(&mut self) -> Result<Option<Frame>, Fault> {
+        let frame = match self.first.take() {
+            Some(frame) => frame,
+            None => match next_image(&mut self.reader)? {
+                Some(bytes) => Frame::new(self.next, self.next as f64 / self.fps, decode_jpeg(&bytes)?),
+                None => return Ok(None),
+            },
+        };
+        if frame.size() != self.info.size {
+            let (first, size) = (self.info.size, frame.size());
+            return Err(Fault::malformed(format!(
+                "the picture changes from {first} to {size}; give all frames one size"
+            )));
+        }
+        self.next += 1;
+        Ok(Some(frame))
+    }
+}
+
+impl<R: BufRead + Send> Source for MjpegSource<R> {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        if self.finished {
+            return Ok(None);
+        }
+        let frame = self.read_frame();
+        self.finished = !matches!(frame, Ok(Some(_)));
+        frame.map_err(|fault| fault.broken(&self.info.name, self.next))
+    }
+}
+
+/// Whether a second image of the same size follows at once: then a file that begins like a JPEG is a video.
+///
+/// Telephones append further images of other sizes to a photograph; those stay one photograph.
+pub(crate) fn is_stream(reader: &mut impl BufRead) -> bool {
+    let Some(first) = size_of_next(reader) else { return false };
+    let at_once = reader.fill_buf().is_ok_and(|bytes| bytes.starts_with(&[0xFF]));
+    at_once && size_of_next(reader) == Some(first)
+}
+
+fn size_of_next(reader: &mut impl BufRead) -> Option<Size> {
+    Some(JpegScan::read(&next_image(reader).ok()??).ok()?.size)
+}
+
+/// The next image's bytes, from its start to its end marker; `None` when the stream ends between images.
+///
+/// A segment's content is taken by its length, so that thumbnails inside a header do not end the image.
+fn next_image(reader: &mut impl BufRead) -> Result<Option<Vec<u8>>, Fault> {
+    let mut image = Vec::new();
+    // Whatever stands between images (line ends, padding) is skipped up to the next start marker.
+    loop {
+        match byte(reader)? {
+            None => return Ok(None),
+            Some(0xD8) if image.last() == Some(&0xFF) => break,
+            Some(b) => image = vec![b],
+        }
+    }
+    image.push(0xD8);
+    let early = || Fault::malformed("the stream ends in the middle of a frame");
+    loop {
+        reader.by_ref().take(MAX_SAMPLE_BYTES).read_until(0xFF, &mut image)?;
+        let mut marker = byte(reader)?.ok_or_else(early)?;
+        while marker == 0xFF {
+            marker = byte(reader)?.ok_or_else(early)?;
+        }
+        image.push(marker);
+        if image.len() as u64 > MAX_SAMPLE_BYTES {
+            return Err(Fault::malformed(format!("a frame of more than {MAX_SAMPLE_BYTES} bytes cannot be right")));
+        }
+        match marker {
+            0xD9 => return Ok(Some(image)),
+            0x00 | 0x01 | 0xD0..=0xD8 => {}
+            _ => {
+                let length = [byte(reader)?.ok_or_else(early)?, byte(reader)?.ok_or_else(early)?];
+                image.extend(length);
+                let body = u64::from(u16::from_be_bytes(length).saturating_sub(2));
+                if reader.by_ref().take(body).read_to_end(&mut image)? as u64 != body {
+                    return Err(early());
+                }
+            }
+        }
+    }
+}
+
+fn byte(reader: &mut impl BufRead) -> Result<Option<u8>, Fault> {
+    let next = reader.fill_buf()?.first().copied();
+    reader.consume(usize::from(next.is_some()));
+    Ok(next)
+}

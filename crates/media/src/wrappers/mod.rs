@@ -1,0 +1,17 @@
+//! Sources around sources: they compose, and each does one thing.
+
+mod faulty;
+mod prefetch;
+mod recorded;
+mod retimed;
+mod throttled;
+mod trimmed;
+mod with_depth;
+
+pub use faulty::{Faults, Faulty};
+pub use prefetch::{Prefetch, PrefetchStats};
+pub use recorded::{Recorded, write_png};
+pub use retimed::Retimed;
+pub use throttled::Throttled;
+pub use trimmed::Trimmed;
+pub use with_depth::WithDepth;

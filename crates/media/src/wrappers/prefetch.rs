@@ -1,0 +1,200 @@
+use crate::input::StopHandle;
+use crate::{MediaError, Result, Source, SourceInfo};
+use pursuit_imaging::Frame;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Decodes ahead on a thread of its own, through a queue of bounded length.
+///
+/// A source that can wait is made to wait when the queue is full. One that cannot ([`SourceInfo::live`]) loses its oldest
+/// queued frame instead, so that what comes out is never older than the queue is long; [`PrefetchStats`] counts them.
+/// Errors come out in their place, after the frames before them. Dropping ends the thread as soon as the frame it is
+/// decoding is finished, without waiting for it; a source that has a [`StopHandle`] is stopped at once.
+pub struct Prefetch {
+    shared: Arc<Shared>,
+    info: SourceInfo,
+    stop: Option<StopHandle>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    /// Something was put in, or nothing more will be.
+    filled: Condvar,
+    /// Something was taken out, or nobody wants any more.
+    drained: Condvar,
+    stats: PrefetchStats,
+}
+
+#[derive(Default)]
+struct State {
+    queue: VecDeque<Result<Frame>>,
+    finished: bool,
+    unwanted: bool,
+}
+
+/// Running counts of a [`Prefetch`], shared: clones see later changes.
+#[derive(Debug, Clone, Default)]
+pub struct PrefetchStats(Arc<Counters>);
+
+#[derive(Debug, Default)]
+struct Counters {
+    decoded: AtomicU64,
+    dropped: AtomicU64,
+    decode_nanos: AtomicU64,
+}
+
+impl PrefetchStats {
+    /// Frames decoded so far.
+    pub fn decoded_frames(&self) -> u64 {
+        self.0.decoded.load(Ordering::Relaxed)
+    }
+
+    /// Frames of a live source that were dropped because nobody took them in time.
+    pub fn dropped_frames(&self) -> u64 {
+        self.0.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Time spent in the source so far: decoding, and of live sources waiting.
+    pub fn decode_time(&self) -> Duration {
+        Duration::from_nanos(self.0.decode_nanos.load(Ordering::Relaxed))
+    }
+}
+
+impl Prefetch {
+    /// Starts decoding `source` at most `capacity` frames ahead (at least one).
+    ///
+    /// # Errors
+    /// [`MediaError::Unreadable`] when the system gives no thread.
+    pub fn new(source: Box<dyn Source>, capacity: usize) -> Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let (info, stop) = (source.info().clone(), source.stop_handle());
+        let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), live: info.live };
+        let thread = std::thread::Builder::new().name("decoder".to_owned()).spawn(move || producer.run(source));
+        let thread = thread.map_err(|e| MediaError::unreadable(&info.name, format!("no thread to decode on ({e})")))?;
+        Ok(Self { shared, info, stop, thread: Some(thread) })
+    }
+
+    /// Counts that stay readable after the source has been given away.
+    pub fn stats(&self) -> PrefetchStats {
+        self.shared.stats.clone()
+    }
+}
+
+impl Source for Prefetch {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        let waiting = |state: &mut State| state.queue.is_empty() && !state.finished;
+        let waited = self.shared.filled.wait_while(self.shared.lock(), waiting);
+        let item = waited.unwrap_or_else(PoisonError::into_inner).queue.pop_front();
+        self.shared.drained.notify_one();
+        match item {
+            Some(item) => item.map(Some),
+            // The thread has ended; only a defect in a decoder makes it end by a panic.
+            None => match self.thread.take().map(JoinHandle::join) {
+                Some(Err(_)) => {
+                    let frame = self.stats().decoded_frames();
+                    Err(MediaError::broken(&self.info.name, frame, "the decoder failed; please report this file"))
+                }
+                _ => Ok(None),
+            },
+        }
+    }
+
+    fn stop_handle(&self) -> Option<StopHandle> {
+        let (shared, inner) = (Arc::downgrade(&self.shared), self.stop.clone());
+        Some(StopHandle::new(move || {
+            if let Some(shared) = shared.upgrade() {
+                shared.end();
+            }
+            inner.iter().for_each(StopHandle::stop);
+        }))
+    }
+}
+
+impl Drop for Prefetch {
+    fn drop(&mut self) {
+        self.shared.end();
+        self.stop.iter().for_each(StopHandle::stop);
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Nobody wants any more frames: wakes the thread, and whoever waits for it.
+    fn end(&self) {
+        let mut state = self.lock();
+        (state.unwanted, state.finished) = (true, true);
+        drop(state);
+        self.drained.notify_all();
+        self.filled.notify_all();
+    }
+}
+
+/// The thread's half.
+struct Producer {
+    shared: Arc<Shared>,
+    capacity: usize,
+    live: bool,
+}
+
+impl Producer {
+    fn run(self, mut source: Box<dyn Source>) {
+        let stats = self.shared.stats.clone();
+        loop {
+            let started = Instant::now();
+            let item = source.next_frame();
+            let nanos = u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX);
+            stats.0.decode_nanos.fetch_add(nanos, Ordering::Relaxed);
+            let item = match item {
+                Ok(None) => break,
+                Ok(Some(frame)) => Ok(frame),
+                Err(error) => Err(error),
+            };
+            stats.0.decoded.fetch_add(u64::from(item.is_ok()), Ordering::Relaxed);
+            let last = item.is_err();
+            if !self.put(item) || last {
+                break;
+            }
+        }
+    }
+
+    /// Whether anybody still wants frames.
+    fn put(&self, item: Result<Frame>) -> bool {
+        let mut state = self.shared.lock();
+        if self.live {
+            if state.queue.len() >= self.capacity {
+                state.queue.pop_front();
+                self.shared.stats.0.dropped.fetch_add(1, Ordering::Relaxed);
+            }
+        } else {
+            let full = |state: &mut State| state.queue.len() >= self.capacity && !state.unwanted;
+            state = self.shared.drained.wait_while(state, full).unwrap_or_else(PoisonError::into_inner);
+        }
+        if !state.unwanted {
+            state.queue.push_back(item);
+        }
+        let wanted = !state.unwanted;
+        drop(state);
+        self.shared.filled.notify_one();
+        wanted
+    }
+}
+
+impl Drop for Producer {
+    /// However the thread ends, nobody waits for it.
+    fn drop(&mut self) {
+        self.shared.lock().finished = true;
+        self.shared.filled.notify_all();
+    }
+}

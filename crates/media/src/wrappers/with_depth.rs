@@ -1,0 +1,52 @@
+use crate::input::StopHandle;
+use crate::{MediaError, Result, Source, SourceInfo};
+use pursuit_imaging::{Frame, Pixels};
+
+/// Puts the frames of a second source beside those of the first as their depth: 16-bit grey in millimetres, same size,
+/// same order, registered to the picture.
+pub struct WithDepth<S, D> {
+    source: S,
+    depth: D,
+}
+
+impl<S: Source, D: Source> WithDepth<S, D> {
+    /// Pairs `source` with `depth`.
+    ///
+    /// # Errors
+    /// [`MediaError::Unreadable`] when their sizes differ.
+    pub fn new(source: S, depth: D) -> Result<Self> {
+        let (size, depth_size) = (source.info().size, depth.info().size);
+        if size == depth_size {
+            return Ok(Self { source, depth });
+        }
+        let reason = format!("the depth images are {depth_size} pixels, the frames {size}; they must be registered");
+        Err(MediaError::unreadable(&depth.info().name, reason))
+    }
+}
+
+impl<S: Source, D: Source> Source for WithDepth<S, D> {
+    fn info(&self) -> &SourceInfo {
+        self.source.info()
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        let Some(frame) = self.source.next_frame()? else { return Ok(None) };
+        let depth = self.depth.next_frame()?;
+        let broken = |reason: &str| MediaError::broken(&self.depth.info().name, frame.index(), reason);
+        let depth = depth.ok_or_else(|| broken("there are fewer depth images than frames"))?;
+        let Pixels::Gray16(millimetres) = depth.pixels() else {
+            return Err(broken("depth must be 16-bit grey in millimetres"));
+        };
+        if millimetres.size() != frame.size() {
+            return Err(broken("the depth image has another size than its frame"));
+        }
+        let index = frame.index();
+        let frame = frame.with_depth(millimetres.clone());
+        frame.map(Some).map_err(|e| MediaError::broken(&self.depth.info().name, index, e.to_string()))
+    }
+
+    fn stop_handle(&self) -> Option<StopHandle> {
+        let handles = [self.source.stop_handle(), self.depth.stop_handle()];
+        Some(StopHandle::new(move || handles.iter().flatten().for_each(StopHandle::stop)))
+    }
+}

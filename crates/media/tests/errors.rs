@@ -1,0 +1,222 @@
+//! Inputs that cannot be read: each a one-line error that names the thing and what would mend it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{fixture, open_built_in};
+use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_media::wrappers::write_png;
+use pursuit_media::{MediaError, OpenOptions, Source, open};
+use std::path::Path;
+
+fn error_of(input: &str) -> String {
+    let error = open(input, &OpenOptions::default()).err().unwrap_or_else(|| panic!("{input} was opened"));
+    assert!(matches!(error, MediaError::Unreadable { .. }) && !error.is_output(), "{error:?}");
+    let text = error.to_string();
+    assert!(!text.contains('\n') && text.len() < 400, "{text}");
+    text
+}
+
+/// The error of opening a file with this content, which must name the file and hold every word.
+fn assert_refused(file: &str, content: &[u8], words: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(file);
+    std::fs::write(&path, content).unwrap();
+    let text = error_of(path.to_str().unwrap());
+    assert!(text.contains(file), "{text}");
+    words.iter().for_each(|word| assert!(text.contains(word), "{word:?} is not in: {text}"));
+}
+
+/// Frame numbers until the source breaks off, and the error.
+fn read_until_broken(path: &Path) -> (Vec<u64>, MediaError) {
+    let mut source = open_built_in(path);
+    let mut seen = Vec::new();
+    loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => seen.push(frame.index()),
+            Ok(None) => panic!("{} ended without an error", path.display()),
+            Err(error) => {
+                assert!(source.next_frame().unwrap().is_none(), "after an error comes the end");
+                assert!(!error.to_string().contains('\n'), "{error}");
+                return (seen, error);
+            }
+        }
+    }
+}
+
+#[test]
+fn missing_and_misspelt_inputs() {
+    assert!(error_of("no/such/clip.mp4").contains("no such file"));
+    assert!(error_of("-clip.mp4").contains("no such file"), "a leading dash is part of a name");
+    assert!(error_of("").contains("empty"));
+    assert!(error_of("camera:x").contains("camera:0"));
+    assert!(error_of("camera:250").contains("/dev/video250"));
+    assert!(error_of("rtsp://127.0.0.1/x").contains("ffmpeg"));
+}
+
+#[test]
+fn empty_and_foreign_files() {
+    assert_refused("empty.mp4", b"", &["empty"]);
+    assert_refused("notes.mp4", b"hello, this is no video", &["no ffmpeg was found", "install ffmpeg"]);
+    assert_refused("clip.webm", &std::fs::read(fixture("vp9.webm")).unwrap(), &["V_VP9", "Matroska", "install ffmpeg"]);
+}
+
+#[test]
+fn h264_that_is_not_decoded_here_is_named() {
+    let refused = |name| error_of(fixture(name).to_str().unwrap());
+    assert!(refused("high10.mp4").contains("more than 8 bits"));
+    assert!(refused("interlaced.mp4").contains("interlaced"));
+}
+
+#[test]
+fn mp4_without_its_index() {
+    let whole = std::fs::read(fixture("b_frames.mp4")).unwrap();
+    let moov = whole.windows(4).position(|w| w == b"moov").unwrap();
+    assert_refused("cut.mp4", &whole[..moov - 5], &["moov"]);
+    assert_refused("cut.mp4", &whole[..moov + 100], &["moov", "cut off"]);
+    assert_refused("cut.mp4", &whole[..24], &["moov"]);
+}
+
+#[test]
+fn truncated_videos_give_what_they_have_and_name_the_frame() {
+    // Two fragments of eight frames, each with its index before its data.
+    let whole = std::fs::read(fixture("fragmented.mp4")).unwrap();
+    let second = whole.windows(4).rposition(|w| w == b"moof").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mp4");
+
+    std::fs::write(&path, &whole[..second + 40]).unwrap();
+    let (seen, error) = read_until_broken(&path);
+    assert_eq!((seen, error.frame()), ((0..8).collect(), Some(8)));
+
+    std::fs::write(&path, &whole[..whole.len() - 1400]).unwrap();
+    let (seen, error) = read_until_broken(&path);
+    assert!(seen.len() >= 8 && seen.len() < 16, "{seen:?}");
+    assert_eq!(seen[..8], (0..8).collect::<Vec<_>>());
+    let broken_at = error.frame().unwrap();
+    assert!(broken_at >= 8 && !seen.contains(&broken_at), "{seen:?} {error}");
+    assert!(error.to_string().contains("cut.mp4") && error.to_string().contains("ends early"), "{error}");
+}
+
+#[test]
+fn truncated_avi_and_y4m() {
+    for (name, frames) in [("mjpeg.avi", 5), ("color.y4m", 3)] {
+        let whole = std::fs::read(fixture(name)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, &whole[..whole.len() * 6 / 10]).unwrap();
+        let (seen, error) = read_until_broken(&path);
+        assert!(!seen.is_empty() && seen.len() < frames, "{seen:?}");
+        assert_eq!(error.frame(), Some(seen.len() as u64));
+    }
+}
+
+#[test]
+fn a_damaged_frame_is_named_and_those_before_it_are_kept() {
+    let mut avi = std::fs::read(fixture("mjpeg.avi")).unwrap();
+    let chunks: Vec<_> = (0..avi.len() - 8).filter(|&i| avi[i..].starts_with(b"00dc") && avi[i + 8] == 0xFF).collect();
+    avi[chunks[3] + 8..chunks[3] + 200].fill(0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged.avi");
+    std::fs::write(&path, avi).unwrap();
+    let (seen, error) = read_until_broken(&path);
+    assert_eq!((seen, error.frame()), (vec![0, 1, 2], Some(3)));
+}
+
+fn png(folder: &Path, name: &str, width: usize, height: usize) {
+    let pixels = Pixels::Gray8(Image::filled(width, height, 9).unwrap());
+    write_png(&Frame::new(0, 0.0, pixels), &folder.join(name)).unwrap();
+}
+
+#[test]
+fn folders_without_images_and_of_mixed_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("readme.txt"), "nothing").unwrap();
+    assert!(error_of(folder.path().to_str().unwrap()).contains("no JPEG or PNG images"));
+    png(folder.path(), "1.png", 8, 6);
+    png(folder.path(), "2.png", 8, 6);
+    png(folder.path(), "10.png", 9, 6);
+    let (seen, error) = read_until_broken(folder.path());
+    let text = error.to_string();
+    assert_eq!((seen, error.frame()), (vec![0, 1], Some(2)));
+    assert!(["10.png", "9x6", "8x6"].iter().all(|word| text.contains(word)), "{text}");
+}
+
+#[test]
+fn annotated_folders_with_slips() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("frames.csv");
+    let name = folder.path().to_str().unwrap();
+    png(folder.path(), "a.png", 8, 6);
+    std::fs::write(&list, "index,image,x,y,w,h\n0,a.png,1,1,x,1\n").unwrap();
+    assert!(error_of(name).contains("frames.csv: line 2"));
+    std::fs::write(&list, "index,image,x,y,w,h\n").unwrap();
+    assert!(error_of(name).contains("no images"));
+    std::fs::write(&list, "index,image,x,y,w,h\n0,gone.png,1,1,1,1\n").unwrap();
+    assert!(error_of(name).contains("gone.png"));
+    std::fs::write(&list, "index,image,depth,x,y,w,h\n0,a.png,a.png,1,1,1,1\n").unwrap();
+    let (_, error) = read_until_broken(folder.path());
+    assert!(error.to_string().contains("16-bit grey"), "{error}");
+}
+
+/// A PNG's first chunk, with nothing behind it.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
+    png.extend(width.to_be_bytes());
+    png.extend(height.to_be_bytes());
+    png.extend([8, 2, 0, 0, 0]);
+    let crc = crc32(&png[12..]);
+    png.extend(crc.to_be_bytes());
+    png.extend(b"\0\0\0\0IDAT\0\0\0\0");
+    png
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |c, &b| {
+        (0..8).fold(c ^ u32::from(b), |c, _| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 })
+    })
+}
+
+#[test]
+fn images_too_large_to_be_meant_are_refused_by_their_headers() {
+    assert_refused("bomb.png", &png_header(10_000, 10_000), &["10000x10000", "too large", "scale it down"]);
+    assert_refused("wide.png", &png_header(40_000, 1), &["40000x1", "too large"]);
+    assert_refused("bomb.y4m", b"YUV4MPEG2 W60000 H60000 F25:1\nFRAME\n", &["60000x60000", "too large"]);
+    let mut jpeg = vec![0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8];
+    jpeg.extend([0xFF, 0xFF, 0xFF, 0xFF, 1, 1, 0x11, 0, 0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 63, 0]);
+    assert_refused("bomb.jpg", &jpeg, &["65535x65535", "too large"]);
+}
+
+#[test]
+fn damaged_images() {
+    assert_refused("cut.png", &png_header(8, 8), &["PNG"]);
+    assert_refused("cut.jpg", &[0xFF, 0xD8, 0xFF, 0xE0], &["JPEG ends"]);
+    let avi = std::fs::read(fixture("mjpeg.avi")).unwrap();
+    let start = avi.windows(3).position(|w| w == [0xFF, 0xD8, 0xFF]).unwrap();
+    assert_refused("half.jpg", &avi[start..start + 900], &["JPEG"]);
+}
+
+#[test]
+fn y4m_that_is_none() {
+    assert_refused("a.y4m", b"YUV4MPEG2 W8 H8 F25:1 C444\nFRAME\n", &["444", "install ffmpeg"]);
+    assert_refused("b.y4m", b"YUV4MPEG2 W8 Hx\n", &["\"x\""]);
+    let mut endless = b"YUV4MPEG2 ".to_vec();
+    endless.resize(100_000, b'X');
+    assert_refused("c.y4m", &endless, &["header"]);
+}
+
+#[test]
+fn hostile_indexes_cost_no_memory() {
+    // Four thousand million samples of one byte: believed only as far as the file goes.
+    let mut movie = std::fs::read(fixture("baseline.mp4")).unwrap();
+    let stsz = movie.windows(4).position(|w| w == b"stsz").unwrap();
+    movie[stsz + 8..stsz + 12].copy_from_slice(&1u32.to_be_bytes());
+    movie[stsz + 12..stsz + 16].copy_from_slice(&u32::MAX.to_be_bytes());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.mp4");
+    std::fs::write(&path, movie).unwrap();
+    match open(path.to_str().unwrap(), &OpenOptions::default()) {
+        Ok(source) => assert!(source.info().frame_count.unwrap() < 10_000),
+        Err(error) => assert!(error.to_string().contains("hostile.mp4"), "{error}"),
+    }
+}

@@ -1,0 +1,256 @@
+//! What each wrapper does to a source, and that they compose.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use pursuit_geometry::Size;
+use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_media::input::StopHandle;
+use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Throttled, Trimmed, WithDepth};
+use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, open};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// `count` grey frames, 20 ms apart, every pixel the frame's number.
+struct Counting {
+    info: SourceInfo,
+    next: u64,
+    count: u64,
+    fail_at: Option<u64>,
+}
+
+fn info(count: Option<u64>, live: bool) -> SourceInfo {
+    let name = "counting".to_owned();
+    let decoder = "test".to_owned();
+    SourceInfo { name, size: Size::new(4, 3), fps: Some(50.0), frame_count: count, live, decoder, truth: None }
+}
+
+fn counting(count: u64) -> Counting {
+    Counting { info: info(Some(count), false), next: 0, count, fail_at: None }
+}
+
+fn frame(index: u64) -> Frame {
+    Frame::new(index, index as f64 * 0.02, Pixels::Gray8(Image::filled(4, 3, index as u8).unwrap()))
+}
+
+impl Source for Counting {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        if self.fail_at == Some(self.next) {
+            self.count = 0;
+            return Err(MediaError::Broken { name: "counting".into(), frame: self.next, reason: "told to".into() });
+        }
+        if self.next >= self.count {
+            return Ok(None);
+        }
+        self.next += 1;
+        Ok(Some(frame(self.next - 1)))
+    }
+}
+
+fn indices(mut source: impl Source) -> (Vec<u64>, Option<MediaError>) {
+    let mut seen = Vec::new();
+    loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => seen.push(frame.index()),
+            Ok(None) => return (seen, None),
+            Err(error) => {
+                assert!(source.next_frame().unwrap().is_none(), "after an error comes the end");
+                return (seen, Some(error));
+            }
+        }
+    }
+}
+
+#[test]
+fn prefetching_changes_nothing_but_who_waits() {
+    let prefetch = Prefetch::new(Box::new(counting(100)), 3).unwrap();
+    let stats = prefetch.stats();
+    assert_eq!(indices(prefetch), ((0..100).collect(), None));
+    assert_eq!((stats.decoded_frames(), stats.dropped_frames()), (100, 0));
+}
+
+#[test]
+fn prefetched_errors_keep_their_place() {
+    let source = Counting { fail_at: Some(7), ..counting(100) };
+    let (seen, error) = indices(Prefetch::new(Box::new(source), 20).unwrap());
+    assert_eq!(seen, (0..7).collect::<Vec<_>>());
+    assert_eq!(error.unwrap().frame(), Some(7));
+}
+
+#[test]
+fn the_queue_is_bounded() {
+    let prefetch = Prefetch::new(Box::new(counting(100)), 5).unwrap();
+    let stats = prefetch.stats();
+    std::thread::sleep(Duration::from_millis(100));
+    // Five in the queue, one in the thread's hands.
+    assert!(stats.decoded_frames() <= 6, "{}", stats.decoded_frames());
+}
+
+/// A camera: frames come when the test sends them.
+struct Camera {
+    info: SourceInfo,
+    frames: Receiver<Frame>,
+    /// Ends the wait for a frame, as closing a connection does.
+    hang_up: Arc<Mutex<Option<Sender<Frame>>>>,
+}
+
+fn camera() -> Camera {
+    let (sender, frames) = channel();
+    Camera { info: info(None, true), frames, hang_up: Arc::new(Mutex::new(Some(sender))) }
+}
+
+impl Source for Camera {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>> {
+        Ok(self.frames.recv().ok())
+    }
+
+    fn stop_handle(&self) -> Option<StopHandle> {
+        let line = self.hang_up.clone();
+        Some(StopHandle::new(move || drop(line.lock().unwrap().take())))
+    }
+}
+
+#[test]
+fn a_live_source_loses_its_oldest_frames_and_counts_them() {
+    let camera = camera();
+    let line = camera.hang_up.clone();
+    let prefetch = Prefetch::new(Box::new(camera), 4).unwrap();
+    let stats = prefetch.stats();
+    for index in 0..50 {
+        line.lock().unwrap().as_ref().unwrap().send(frame(index)).unwrap();
+    }
+    line.lock().unwrap().take();
+    while stats.decoded_frames() < 50 || stats.dropped_frames() < 46 {
+        std::thread::yield_now();
+    }
+    assert_eq!(indices(prefetch), ((46..50).collect(), None));
+    assert_eq!(stats.dropped_frames(), 46);
+}
+
+#[test]
+fn dropping_stops_a_source_that_waits_for_ever() {
+    let camera = camera();
+    let line = camera.hang_up.clone();
+    let mut prefetch = Prefetch::new(Box::new(camera), 4).unwrap();
+    let stop = prefetch.stop_handle().unwrap();
+    let stopper = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(50));
+        stop.stop();
+    });
+    assert!(prefetch.next_frame().unwrap().is_none(), "stopping ends the wait");
+    stopper.join().unwrap();
+    drop(prefetch);
+    assert!(line.lock().unwrap().is_none());
+}
+
+#[test]
+fn a_panicking_decoder_is_an_error() {
+    struct Panicking(SourceInfo);
+    impl Source for Panicking {
+        fn info(&self) -> &SourceInfo {
+            &self.0
+        }
+        fn next_frame(&mut self) -> Result<Option<Frame>> {
+            panic!("a defect, on purpose")
+        }
+    }
+    let mut prefetch = Prefetch::new(Box::new(Panicking(info(None, false))), 2).unwrap();
+    assert!(prefetch.next_frame().is_err());
+    assert!(prefetch.next_frame().unwrap().is_none());
+}
+
+#[test]
+fn throttling_keeps_time() {
+    let start = Instant::now();
+    // Nine gaps of 20 ms at double speed; only the lower bound can be promised.
+    assert_eq!(indices(Throttled::new(counting(10), 2.0)).0.len(), 10);
+    assert!(start.elapsed() >= Duration::from_millis(90));
+}
+
+#[test]
+fn trimming_keeps_numbers_and_times() {
+    let mut trimmed = Trimmed::new(counting(10), 3, Some(5)).unwrap();
+    assert_eq!(trimmed.info().frame_count, Some(3));
+    let first = trimmed.next_frame().unwrap().unwrap();
+    assert_eq!((first.index(), first.time_s()), (3, 0.06));
+    assert_eq!(indices(trimmed).0, [4, 5]);
+    assert_eq!(indices(Trimmed::new(counting(10), 8, None).unwrap()).0, [8, 9]);
+    for (from, to) in [(10, None), (5, Some(4))] {
+        let error = Trimmed::new(counting(10), from, to).err().unwrap().to_string();
+        assert!(error.contains("counting") && error.contains(&from.to_string()), "{error}");
+    }
+}
+
+#[test]
+fn retiming_replaces_times() {
+    let mut retimed = Retimed::new(counting(3), 10.0).unwrap();
+    assert_eq!(retimed.info().fps, Some(10.0));
+    retimed.next_frame().unwrap();
+    assert_eq!(retimed.next_frame().unwrap().unwrap().time_s(), 0.1);
+    assert!(Retimed::new(counting(3), 0.0).is_err());
+    assert!(Retimed::new(counting(3), f64::NAN).is_err());
+}
+
+#[test]
+fn recordings_read_back_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(indices(Recorded::to_folder(counting(12), folder.path()).unwrap()).0.len(), 12);
+    let mut back = open(folder.path().to_str().unwrap(), &OpenOptions::default()).unwrap();
+    for index in 0..12 {
+        assert_eq!(back.next_frame().unwrap().unwrap().gray().row(2), [index; 4]);
+    }
+    let inside_a_file = folder.path().join("000000.png").join("x");
+    let error = Recorded::to_folder(counting(1), &inside_a_file).err().unwrap();
+    assert!(error.is_output() && error.to_string().contains("000000.png"), "{error}");
+}
+
+#[test]
+fn faults_are_those_asked_for_and_repeat() {
+    let spoil = |faults| indices(Faulty::new(counting(1000), faults));
+    assert_eq!(spoil(Faults::default()).0.len(), 1000);
+    let dropping = Faults { seed: 7, drop: 0.3, ..Faults::default() };
+    let kept = spoil(dropping).0;
+    assert!((600..800).contains(&kept.len()), "{}", kept.len());
+    assert_eq!(kept, spoil(dropping).0);
+    assert_ne!(kept, spoil(Faults { seed: 8, ..dropping }).0);
+    let (seen, error) = spoil(Faults { fail_at: Some(9), ..Faults::default() });
+    assert_eq!((seen.len(), error.unwrap().frame()), (9, Some(9)));
+
+    let pixels = |faults| {
+        let mut source = Faulty::new(Trimmed::new(counting(9), 8, None).unwrap(), faults);
+        source.next_frame().unwrap().unwrap().gray().to_image().into_vec()
+    };
+    assert_eq!(pixels(Faults { black: 1.0, ..Faults::default() }), [0; 12]);
+    let noisy = pixels(Faults { corrupt: 1.0, ..Faults::default() });
+    assert_eq!((&noisy[..4], &noisy[8..]), (&[8; 4][..], &[8; 4][..]));
+    assert_ne!(noisy[4..8], [8; 4]);
+}
+
+#[test]
+fn depth_is_paired_frame_by_frame() {
+    struct Depth(SourceInfo, u16);
+    impl Source for Depth {
+        fn info(&self) -> &SourceInfo {
+            &self.0
+        }
+        fn next_frame(&mut self) -> Result<Option<Frame>> {
+            self.1 += 1;
+            let pixels = || Pixels::Gray16(Image::filled(4, 3, self.1).unwrap());
+            Ok((self.1 <= 2).then(|| Frame::new(0, 0.0, pixels())))
+        }
+    }
+    let mut both = WithDepth::new(counting(3), Depth(info(None, false), 0)).unwrap();
+    assert_eq!(both.next_frame().unwrap().unwrap().depth_mm().unwrap().row(0), [1; 4]);
+    assert_eq!(both.next_frame().unwrap().unwrap().depth_mm().unwrap().row(0), [2; 4]);
+    assert_eq!(both.next_frame().unwrap_err().frame(), Some(2));
+    let small = SourceInfo { size: Size::new(2, 2), ..info(None, false) };
+    assert!(WithDepth::new(counting(3), Depth(small, 0)).is_err());
+}
