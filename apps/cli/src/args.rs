@@ -54,6 +54,8 @@ pub enum Command {
     Demo(Demo),
     /// Track a target, or several, through a video
     Track(Box<Track>),
+    /// Measure trackers on annotated sequences
+    Eval(Eval),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
     /// Print a completion script for a shell
@@ -154,4 +156,37 @@ impl Format {
 pub struct Trackers {
     /// Show the parameters of this tracker or detector
     pub name: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct Eval {
+    /// Folders of annotated sequences, at any depth: `frames.csv`, video with truth beside it, OTB, VOT, GOT-10k, UAV123,
+    /// TLD, MOTChallenge
+    #[arg(required = true, value_name = "DATASET")]
+    pub datasets: Vec<PathBuf>,
+    /// Trackers to measure, separated by commas [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub trackers: Vec<String>,
+    /// Set a parameter of one of the trackers
+    #[arg(long = "set", value_name = "TRACKER.KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// How to run them: `ope` one pass; `long-term` with figures for absence and return; `reset` started again after each
+    /// failure (VOT); `sre`, `tre` started on disturbed boxes or at other times (OTB)
+    #[arg(long, value_name = "PROTOCOL", default_value = "ope", value_parser = ["ope", "long-term", "reset", "sre", "tre"])]
+    pub protocol: String,
+    /// Only the sequences whose names match, for example `OTB_*,VOT_*`
+    #[arg(long, value_name = "GLOB")]
+    pub sequences: Option<String>,
+    /// Sequences to run at once; timings are of one thread each
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub jobs: usize,
+    /// Folder for the results; a second run only adds what is missing
+    #[arg(long, value_name = "DIR", default_value = "pursuit-out/eval")]
+    pub out: PathBuf,
+    /// Write no report.html
+    #[arg(long)]
+    pub no_report: bool,
+    /// Print the results as JSON
+    #[arg(long)]
+    pub json: bool,
 }

@@ -2,6 +2,7 @@
 
 use crate::args::{ColorWhen, Global};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pursuit::media::input::StopHandle;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::level_filters::LevelFilter;
@@ -43,8 +44,8 @@ pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
     let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let bar = ProgressBar::with_draw_target(total, target);
     let template = match total {
-        Some(_) => "{bar:30} {pos}/{len} frames  {per_sec}  {msg}  {eta} left",
-        None => "{spinner} {pos} frames  {per_sec}  {msg}",
+        Some(_) => "{bar:30} {pos}/{len}  {per_sec}  {msg}  {eta} left",
+        None => "{spinner} {pos}  {per_sec}  {msg}",
     };
     // The templates above are fixed and valid.
     bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -53,13 +54,15 @@ pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// A flag that becomes true at Ctrl-C (or when the process is asked to terminate). A second Ctrl-C ends it at once.
-pub fn stop_flag() -> &'static AtomicBool {
-    let handler = || {
+/// A flag that becomes true at Ctrl-C (or when the process is asked to terminate), which also ends a source that is waiting
+/// for a frame. A second Ctrl-C ends the program at once.
+pub fn stop_flag(source: Option<StopHandle>) -> &'static AtomicBool {
+    let handler = move || {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        anstream::eprintln!("\nstopping after this frame (Ctrl-C again to stop at once)");
+        anstream::eprintln!("stopping after this frame (Ctrl-C again to stop at once)");
+        source.iter().for_each(StopHandle::stop);
     };
     if let Err(e) = ctrlc::set_handler(handler) {
         tracing::warn!("Ctrl-C will stop at once, without closing files: {e}");

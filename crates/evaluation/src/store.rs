@@ -32,8 +32,7 @@ impl Store {
         fits.then_some((trajectory, record))
     }
 
-    /// Keeps a pass and returns it as it reads back: the boxes are written first, so that a record never speaks of boxes
-    /// that are not there.
+    /// Keeps a pass: the boxes first, so that a record never speaks of boxes that are not there.
     pub fn write(
         &self,
         tracker: &str,
@@ -41,15 +40,13 @@ impl Store {
         pass: &Pass,
         trajectory: &Trajectory,
         record: &RunRecord,
-    ) -> Result<(Trajectory, RunRecord)> {
+    ) -> Result<()> {
         let boxes = self.boxes(tracker, sequence, pass);
         let beside = boxes.with_extension("json");
         let _ = std::fs::remove_file(&beside);
         write_whole(&boxes, trajectory.to_csv().as_bytes())?;
         let json = serde_json::to_vec_pretty(record).map_err(|e| EvaluationError::output(&beside, e))?;
-        write_whole(&beside, &json)?;
-        let record = serde_json::from_slice(&json).map_err(|e| EvaluationError::output(&beside, e))?;
-        Ok((Trajectory::read(&boxes)?, record))
+        write_whole(&beside, &json)
     }
 
     pub fn write_results(&self, results: &Results) -> Result<()> {

@@ -3,8 +3,6 @@
 //! out ([`output`]).
 
 mod error;
-#[doc(hidden)]
-pub mod fuzzing;
 pub mod input;
 pub mod output;
 pub mod wrappers;

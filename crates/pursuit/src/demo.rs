@@ -3,6 +3,7 @@
 use crate::track::Preference;
 use crate::{Finished, Progress, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
+use pursuit_media::input::StopHandle;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -30,6 +31,11 @@ impl Demo {
     /// How many frames there will be.
     pub fn frame_count(&self) -> Option<u64> {
         self.0.frame_count()
+    }
+
+    /// As [`Run::stop_handle`].
+    pub fn stop_handle(&self) -> Option<StopHandle> {
+        self.0.stop_handle()
     }
 
     /// Runs it.

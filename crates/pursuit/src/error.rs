@@ -1,3 +1,4 @@
+use pursuit_evaluation::EvaluationError;
 use pursuit_media::MediaError;
 use pursuit_tracking::TrackingError;
 use std::path::PathBuf;
@@ -18,6 +19,9 @@ pub enum RunError {
     /// A tracker or detector refuses its parameters, its start box or a frame.
     #[error(transparent)]
     Tracking(#[from] TrackingError),
+    /// An evaluation that cannot be run or kept.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
     /// A file cannot be written.
     #[error("cannot write {}: {source}; what was written before is kept", path.display())]
     Output {
@@ -35,6 +39,9 @@ impl RunError {
             Self::Usage { .. } => 2,
             Self::Input(e) if e.is_output() => 4,
             Self::Input(_) => 3,
+            Self::Evaluation(e) if e.is_output() => 4,
+            Self::Evaluation(EvaluationError::Option(_)) => 2,
+            Self::Evaluation(_) => 3,
             Self::Output { .. } => 4,
             Self::Tracking(e) => match e {
                 TrackingError::FrameSize { .. } | TrackingError::MissingPlane { .. } => 3,

@@ -1,41 +1,65 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
 use crate::{RunConfig, RunError};
-use pursuit_geometry::Size;
-use pursuit_media::{OpenOptions, Source, Truth};
+use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Trimmed, WithDepth};
+use pursuit_media::{OpenOptions, Source, SourceInfo};
+use pursuit_scenes::{SceneQuery, SceneSource};
 
 /// Frames decoded ahead of the tracker.
 const AHEAD_FRAMES: usize = 8;
 
 /// An input ready to be read, decoding ahead on its own thread.
-pub struct OpenedInput {
+pub(crate) struct OpenedInput {
     /// Delivers the frames.
-    pub source: Box<dyn Source>,
-    /// As the user named it.
-    pub name: String,
-    /// What reads it.
-    pub decoder: String,
-    /// Width and height.
-    pub size: Size,
-    /// Frames per second that the input claims.
-    pub nominal_fps: Option<f64>,
-    /// How many frames will be delivered, where that is known.
-    pub frame_count: Option<u64>,
-    /// The truth that came with the input, by frame number.
-    pub truth: Option<Vec<Truth>>,
+    pub source: Prefetch,
+    /// What is known of it.
+    pub info: SourceInfo,
+    /// Counts what was decoded and what a live source dropped.
+    pub stats: PrefetchStats,
 }
 
-pub fn open(name: &str, config: &RunConfig, options: &OpenOptions) -> Result<OpenedInput, RunError> {
-    let source = pursuit_media::open(name, options)?;
-    let info = source.info().clone();
-    let _ = (AHEAD_FRAMES, config);
-    Ok(OpenedInput {
-        source,
-        name: info.name,
-        decoder: info.decoder,
-        size: info.size,
-        nominal_fps: info.fps,
-        frame_count: info.frame_count,
-        truth: info.truth,
-    })
+/// Opens the input of `config`.
+///
+/// # Errors
+/// Senseless options, or an input that cannot be read.
+pub(crate) fn open(name: &str, config: &RunConfig, options: &OpenOptions) -> Result<OpenedInput, RunError> {
+    check(config)?;
+    let mut source = open_one(name, options)?;
+    // Truth is numbered as the frames of the whole input are.
+    let truth = source.info().truth.clone();
+    if let Some(depth) = &config.depth {
+        source = Box::new(WithDepth::new(source, open_one(depth, options)?)?);
+    }
+    if let Some(fps) = config.fps {
+        source = Box::new(Retimed::new(source, fps)?);
+    }
+    if config.from.is_some() || config.to.is_some() {
+        source = Box::new(Trimmed::new(source, config.from.unwrap_or(0), config.to)?);
+    }
+    let info = SourceInfo { truth, ..source.info().clone() };
+    let source = Prefetch::new(source, AHEAD_FRAMES)?;
+    Ok(OpenedInput { stats: source.stats(), source, info })
+}
+
+fn open_one(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
+    if name.starts_with(SceneQuery::PREFIX) {
+        let scene = SceneSource::open(name).map_err(|e| RunError::usage(e.to_string()))?;
+        return Ok(Box::new(scene));
+    }
+    Ok(pursuit_media::open(name, options)?)
+}
+
+fn check(config: &RunConfig) -> Result<(), RunError> {
+    if let Some(fps) = config.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
+        return Err(RunError::usage(format!(
+            "{fps} frames a second make no sense; give a number above 0, for example 25"
+        )));
+    }
+    match (config.from, config.to) {
+        (from, Some(to)) if from.unwrap_or(0) > to => Err(RunError::usage(format!(
+            "no frames from {} to {to}; the first must not come after the last",
+            from.unwrap_or(0)
+        ))),
+        _ => Ok(()),
+    }
 }

@@ -29,8 +29,11 @@ pub use session::{Outcome, Progress, Session, Start};
 pub use timing::{Timing, TimingSummary};
 pub use track::{Finished, Run};
 
+pub use pursuit_estimation as estimation;
+pub use pursuit_evaluation as evaluation;
 pub use pursuit_geometry as geometry;
 pub use pursuit_imaging as imaging;
 pub use pursuit_media as media;
+pub use pursuit_scenes as scenes;
 pub use pursuit_tracking as tracking;
 pub use pursuit_vision as vision;

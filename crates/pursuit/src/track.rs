@@ -8,7 +8,8 @@ use crate::session::{Outcome, Progress, Session, Start};
 use crate::sinks::{CsvSink, JsonlSink, MotSink, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::BBox;
-use pursuit_media::{OpenOptions, Truth};
+use pursuit_media::input::StopHandle;
+use pursuit_media::{OpenOptions, Source, Truth};
 use pursuit_tracking::{Detector, Recipe};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -59,7 +60,7 @@ impl Run {
         let Methods { recipe, detector } = config.methods()?;
         check_formats(&config.formats)?;
         let input = input::open(name, &config, options)?;
-        let (start, boxes) = choose_start(&config, input.truth.as_deref(), detector, prefer, name)?;
+        let (start, boxes) = choose_start(&config, input.info.truth.as_deref(), detector, prefer, name)?;
         let out = config.out.clone().unwrap_or_else(|| default_folder(name));
         std::fs::create_dir_all(&out).map_err(RunError::output(&out))?;
         Ok(Self { input, recipe, start, boxes, config, out })
@@ -67,12 +68,17 @@ impl Run {
 
     /// How many frames there will be, where the input knows.
     pub fn frame_count(&self) -> Option<u64> {
-        self.input.frame_count
+        self.input.info.frame_count
+    }
+
+    /// Ends the run from another thread or a signal handler, even while it waits for a frame; set `stop` first.
+    pub fn stop_handle(&self) -> Option<StopHandle> {
+        self.input.source.stop_handle()
     }
 
     /// The truth that came with the input, one entry a frame.
     pub fn truth(&self) -> Option<&[Truth]> {
-        self.input.truth.as_deref()
+        self.input.info.truth.as_deref()
     }
 
     /// Tracks until the input ends, something breaks, or `stop` becomes true. Results are kept in any case.
@@ -86,9 +92,9 @@ impl Run {
         let sinks = self.sinks()?;
         let mut files: Vec<PathBuf> = sinks.iter().map(|s| s.path().to_path_buf()).collect();
 
-        let truth = self.input.truth;
+        let (truth, stats) = (self.input.info.truth, self.input.stats);
         let mut meter = AccuracyMeter::default();
-        let session = Session::new(self.input.source, self.recipe.as_ref(), self.start, sinks, stop);
+        let session = Session::new(Box::new(self.input.source), self.recipe.as_ref(), self.start, sinks, stop);
         let mut outcome = session.run(|progress| {
             // The truth is of one target: the first.
             if let (Some(truth), Some(record)) = (&truth, progress.records.first()) {
@@ -106,6 +112,7 @@ impl Run {
         facts.error = outcome.failure.as_ref().map(ToString::to_string);
         facts.frame_count = outcome.frames;
 
+        facts.dropped_frames = stats.dropped_frames();
         facts.states = outcome.states;
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
@@ -138,16 +145,17 @@ impl Run {
     }
 
     fn facts(&self) -> Result<RunFile, RunError> {
+        let info = &self.input.info;
         Ok(RunFile {
             version: env!("CARGO_PKG_VERSION"),
             status: "running",
             error: None,
             input: InputFacts {
-                name: self.input.name.clone(),
-                decoder: self.input.decoder.clone(),
-                width: self.input.size.width,
-                height: self.input.size.height,
-                nominal_fps: self.input.nominal_fps,
+                name: info.name.clone(),
+                decoder: info.decoder.clone(),
+                width: info.size.width,
+                height: info.size.height,
+                nominal_fps: info.fps,
             },
             recipe: RecipeFacts {
                 tracker: self.recipe.name().to_owned(),

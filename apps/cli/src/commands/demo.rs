@@ -9,7 +9,8 @@ use std::process::ExitCode;
 pub fn run(args: &Demo, global: &Global) -> anyhow::Result<ExitCode> {
     let demo = pursuit::Demo::prepare(args.seed, &args.out)?;
     let bar = console::progress_bar(demo.frame_count(), global);
-    let finished = demo.run(console::stop_flag(), |progress| bar.set_position(progress.frames))?;
+    let stop = console::stop_flag(demo.stop_handle());
+    let finished = demo.run(stop, |progress| bar.set_position(progress.frames))?;
     bar.finish_and_clear();
     let text = if args.json { track::json(&finished)? } else { summary(&finished)? };
     let code = print(text.as_bytes())?;

@@ -11,7 +11,8 @@ use std::process::ExitCode;
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
     let run = Run::prepare(config(args)?, &open_options())?;
     let bar = console::progress_bar(run.frame_count(), global);
-    let finished = run.run(console::stop_flag(), |progress| {
+    let stop = console::stop_flag(run.stop_handle());
+    let finished = run.run(stop, |progress| {
         bar.set_position(progress.frames);
         if let Some(estimate) = progress.records.first().and_then(|r| r.estimate.as_ref()) {
             bar.set_message(estimate.state.as_str());

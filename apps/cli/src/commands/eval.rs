@@ -1,0 +1,65 @@
+use super::{print, track::open_options};
+use crate::args::{Eval, Global};
+use crate::console;
+use pursuit::RunError;
+use pursuit::config::parse_setting;
+use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
+use pursuit::tracking::registry;
+use std::process::ExitCode;
+
+/// `pursuit eval DATASET…`.
+pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
+    let mut options = EvalOptions::new(args.datasets.clone(), contestants(args)?, args.out.clone());
+    options.protocol = args.protocol.parse().map_err(RunError::from)?;
+    options.sequences = args.sequences.clone();
+    options.jobs = args.jobs;
+    options.report = !args.no_report;
+    options.open = open_options();
+    let bar = console::progress_bar(None, global);
+    let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag(None)).map_err(RunError::from)?;
+    bar.finish_and_clear();
+    let text = match args.json {
+        true => serde_json::to_string_pretty(&results)? + "\n",
+        false => format!("{}\nresults in {}\n", text_table(&results), args.out.display()),
+    };
+    print(text.as_bytes())
+}
+
+/// The trackers named, or all, with their parameters.
+fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
+    let all = || registry::trackers().iter().map(|t| t.name.to_owned()).collect();
+    let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
+    let settings = args.settings.iter().map(|s| parse_setting(s)).collect::<Result<Vec<_>, _>>()?;
+    if let Some((key, _)) = settings.iter().find(|(k, _)| !names.iter().any(|n| k.starts_with(&format!("{n}.")))) {
+        return Err(RunError::usage(format!(
+            "`{key}` belongs to no tracker evaluated; write TRACKER.KEY=VALUE with one of: {}",
+            names.join(", ")
+        )));
+    }
+    let contestant = |name: &String| {
+        let own = |(k, v): &(String, toml::Value)| {
+            Some((k.strip_prefix(name.as_str())?.strip_prefix('.')?.to_owned(), v.clone()))
+        };
+        let parameters = settings.iter().filter_map(own).collect();
+        Ok(Contestant::from(registry::tracker(name)?.recipe(parameters)?))
+    };
+    names.iter().map(contestant).collect()
+}
+
+fn show(bar: &indicatif::ProgressBar, news: Progress) {
+    match news {
+        Progress::Found { sequences, runs, problems } => {
+            problems.iter().for_each(|p| tracing::warn!("left out: {p}"));
+            tracing::info!("{sequences} sequences, {runs} runs");
+            bar.set_length(runs as u64);
+        }
+        Progress::Finished { tracker, sequence, auc, error, done, .. } => {
+            if let Some(error) = error {
+                tracing::warn!("{tracker} stopped on {sequence}: {error}");
+            }
+            bar.set_position(done as u64);
+            bar.set_message(format!("{tracker} {sequence} AUC {auc:.3}"));
+        }
+        _ => {}
+    }
+}
