@@ -251,11 +251,9 @@ impl Session<'_> {
     ) -> Result<Option<(Trajectory, RunRecord)>> {
         let (recipe, build) = (&*contestant.recipe, &self.options.build);
         let run = run_pass(recipe, sequence, film, pass, self.options.protocol, build, self.stop)?;
-        if let Some((trajectory, record)) = &run {
-            self.store.write(&contestant.name, sequence, pass, trajectory, record)?;
-        }
+        let Some((trajectory, record)) = run else { return Ok(None) };
         // What is scored is what the files say, so that scoring again gives the same figures to the last digit.
-        Ok(run.map(|(trajectory, record)| (trajectory.as_written(), record)))
+        self.store.write(&contestant.name, sequence, pass, &trajectory, &record).map(Some)
     }
 
     fn announce(&self, contestant: &Contestant, sequence: &Sequence, passes: &Passes, reused: bool) {

@@ -32,7 +32,8 @@ impl Store {
         fits.then_some((trajectory, record))
     }
 
-    /// Keeps a pass: the boxes first, so that a record never speaks of boxes that are not there.
+    /// Keeps a pass and returns it as it reads back: the boxes are written first, so that a record never speaks of boxes
+    /// that are not there.
     pub fn write(
         &self,
         tracker: &str,
@@ -40,13 +41,15 @@ impl Store {
         pass: &Pass,
         trajectory: &Trajectory,
         record: &RunRecord,
-    ) -> Result<()> {
+    ) -> Result<(Trajectory, RunRecord)> {
         let boxes = self.boxes(tracker, sequence, pass);
         let beside = boxes.with_extension("json");
         let _ = std::fs::remove_file(&beside);
         write_whole(&boxes, trajectory.to_csv().as_bytes())?;
         let json = serde_json::to_vec_pretty(record).map_err(|e| EvaluationError::output(&beside, e))?;
-        write_whole(&beside, &json)
+        write_whole(&beside, &json)?;
+        let record = serde_json::from_slice(&json).map_err(|e| EvaluationError::output(&beside, e))?;
+        Ok((Trajectory::read(&boxes)?, record))
     }
 
     pub fn write_results(&self, results: &Results) -> Result<()> {

@@ -70,19 +70,6 @@ impl Trajectory {
         text
     }
 
-    /// As it reads back from its file: rounded to the digits written.
-    #[must_use]
-    pub fn as_written(&self) -> Self {
-        let again = |text: String, value: f64| text.parse().unwrap_or(value);
-        let px = |v: f64| again(format!("{v:.4}"), v);
-        let rounded = |o: &Output| {
-            let (x, y, w, h) = o.bbox.ltwh();
-            let bbox = BBox::from_ltwh(px(x), px(y), px(w), px(h));
-            Output { bbox, score: again(format!("{:.6}", o.score), o.score), ..*o }
-        };
-        Self { outputs: self.outputs.iter().map(|o| o.as_ref().map(rounded)).collect() }
-    }
-
     /// Reads a file back.
     ///
     /// # Errors

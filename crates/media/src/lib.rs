@@ -3,6 +3,8 @@
 //! out ([`output`]).
 
 mod error;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod input;
 pub mod output;
 pub mod wrappers;

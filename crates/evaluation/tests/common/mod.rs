@@ -3,7 +3,7 @@
 
 use pursuit_evaluation::Contestant;
 use pursuit_geometry::BBox;
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::Frame;
 use pursuit_tracking::{Estimate, Recipe, Result, TrackState, Tracker, TrackingError};
 use std::path::Path;
 use std::sync::Arc;
@@ -96,12 +96,6 @@ impl Tracker for Started {
     fn boxed_clone(&self) -> Box<dyn Tracker> {
         Box::new(self.clone())
     }
-}
-
-/// Frames of plain grey.
-pub fn grey_frames(count: usize, width: usize, height: usize) -> Vec<Frame> {
-    let pixels = || Pixels::Gray8(Image::filled(width, height, 90).unwrap());
-    (0..count).map(|i| Frame::new(i as u64, i as f64 / 30.0, pixels())).collect()
 }
 
 /// Writes `count` small grey PNGs, numbered from `first`, and returns their names.

@@ -39,3 +39,14 @@ pub use open::{open, open_stream};
 pub use options::OpenOptions;
 pub use source::{Source, SourceInfo, StopHandle};
 pub use truth::Truth;
+
+/// What [`fuzzing`](crate::fuzzing) opens.
+pub(crate) mod doors {
+    pub(crate) use super::annotations::{read_list, read_truth};
+    pub(crate) use super::avi::AviSource;
+    #[cfg(feature = "h264")]
+    pub(crate) use super::h264::Mp4Source;
+    pub(crate) use super::image::decode_image;
+    pub(crate) use super::mjpeg::{MjpegSource, is_stream as is_jpeg_stream};
+    pub(crate) use super::y4m::Y4mSource;
+}

@@ -1,0 +1,244 @@
+//! Running, keeping, going on, and what is scored.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+use common::{Scripted, write, write_images};
+use pursuit_evaluation::{EvalOptions, Progress, Protocol, Results, evaluate, text_table};
+use pursuit_tracking::TrackState::{Lost, Occluded, Tracking};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Three sequences of ten frames; the target stays at (2,3) and is 4x5. In `away` it is absent in frames 4 and 5.
+fn dataset(root: &Path) -> PathBuf {
+    for name in ["away", "plain", "third"] {
+        let folder = root.join("data").join(name);
+        let images = write_images(&folder, 10, 1, 4);
+        let mut text = "index,image,x,y,w,h\n".to_owned();
+        for (i, image) in images.iter().enumerate() {
+            let bbox = if name == "away" && (4..6).contains(&i) { "nan,nan,nan,nan" } else { "2,3,4,5" };
+            text += &format!("{i},{image},{bbox}\n");
+        }
+        write(&folder.join("frames.csv"), &text);
+    }
+    root.join("data")
+}
+
+fn options(root: &Path, trackers: &[&Scripted]) -> EvalOptions {
+    let mut options =
+        EvalOptions::new(vec![dataset(root)], trackers.iter().map(|t| t.contestant()).collect(), root.join("out"));
+    options.report = false;
+    options
+}
+
+fn run(options: &EvalOptions) -> Results {
+    evaluate(options, &|_| (), &AtomicBool::new(false)).unwrap()
+}
+
+#[test]
+fn a_perfect_tracker_scores_as_the_contract_says() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let results = run(&options(root.path(), &[&still]));
+    let plain = &results.trackers["still"].sequences["plain"];
+    // Overlap 1 is above every threshold but 1 itself.
+    assert!((plain.auc - 20.0 / 21.0).abs() < 1e-12 && plain.frames == 10);
+    assert_eq!((plain.precision20, plain.success50, plain.average_overlap), (1.0, 1.0, 1.0));
+    let json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(root.path().join("out/results.json")).unwrap()).unwrap();
+    for key in ["auc", "precision20", "success50", "fps"] {
+        assert!(json["trackers"]["still"]["mean"][key].is_number(), "{key}");
+        assert!(json["trackers"]["still"]["sequences"]["plain"][key].is_number(), "{key}");
+    }
+    assert_eq!(json["trackers"]["still"]["sequences"]["plain"]["frames"], 10);
+    for key in ["precision", "recall", "f", "false_alive"] {
+        assert!(json["trackers"]["still"]["sequences"]["away"][key].is_number(), "{key}");
+        assert!(json["trackers"]["still"]["sequences"]["plain"].get(key).is_none(), "{key}");
+    }
+    let boxes = std::fs::read_to_string(root.path().join("out/boxes/still/plain.csv")).unwrap();
+    let lines: Vec<&str> = boxes.lines().collect();
+    assert_eq!(lines[0], "frame,x,y,w,h,state,score");
+    assert_eq!((lines.len(), lines[1]), (11, "0,2.0000,3.0000,4.0000,5.0000,tracking,1.000000"));
+    assert!(text_table(&results).contains("still"));
+}
+
+#[test]
+fn a_second_call_runs_only_what_is_missing_and_says_the_same() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let options = options(root.path(), &[&still]);
+    let first = run(&options);
+    assert_eq!(still.updates(), 27);
+    let second = run(&options);
+    assert_eq!((still.updates(), &first), (27, &second), "nothing was missing");
+
+    let boxes = root.path().join("out/boxes/still");
+    std::fs::remove_file(boxes.join("plain.csv")).unwrap();
+    run(&options);
+    assert_eq!(still.updates(), 36, "the boxes of one sequence were missing");
+    std::fs::write(boxes.join("third.csv"), "frame,x,y,w,h,state,score\n0,1,").unwrap();
+    std::fs::write(boxes.join("away.json"), "{").unwrap();
+    run(&options);
+    assert_eq!(still.updates(), 54, "damaged files are run again");
+
+    let other = Scripted { setting: 1, ..still.clone() };
+    run(&super_options(&options, &other));
+    assert_eq!(still.updates(), 81, "other parameters are another run");
+    let long_term = EvalOptions { protocol: Protocol::LongTerm, ..super_options(&options, &other) };
+    assert!(run(&long_term).trackers["still"].sequences["plain"].long_term.is_some());
+    assert_eq!(still.updates(), 81, "the long-term protocol scores the same run");
+    run(&EvalOptions { build: "another".to_owned(), ..super_options(&options, &other) });
+    assert_eq!(still.updates(), 108, "another build is another run");
+}
+
+fn super_options(options: &EvalOptions, tracker: &Scripted) -> EvalOptions {
+    let mut again = EvalOptions::new(options.datasets.clone(), vec![tracker.contestant()], options.out.clone());
+    again.report = false;
+    again
+}
+
+#[test]
+fn stopping_keeps_what_is_complete_and_the_next_call_goes_on() {
+    let root = tempfile::tempdir().unwrap();
+    let stop = std::sync::Arc::new(AtomicBool::new(false));
+    let seen = stop.clone();
+    let tracker = Scripted::new("stopper", move |frame, first| {
+        // Stops in the middle of the second sequence.
+        static CALLS: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+        if CALLS.fetch_add(1, Ordering::Relaxed) == 12 {
+            seen.store(true, Ordering::Relaxed);
+        }
+        let _ = frame;
+        Some((first, Tracking, 0.8))
+    });
+    let options = options(root.path(), &[&tracker]);
+    let results = evaluate(&options, &|_| (), &stop).unwrap();
+    assert!(results.interrupted);
+    assert_eq!(results.trackers["stopper"].sequences.keys().collect::<Vec<_>>(), ["away"]);
+    let parts = walk(&root.path().join("out"));
+    assert!(parts.iter().all(|p| !p.ends_with(".part")), "{parts:?}");
+    let results = run(&options);
+    assert_eq!((results.interrupted, results.trackers["stopper"].sequences.len()), (false, 3));
+    assert_eq!(tracker.updates(), 13 + 18, "the finished sequence is not run again");
+}
+
+fn walk(folder: &Path) -> Vec<String> {
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        if entry.path().is_dir() {
+            all.extend(walk(&entry.path()));
+        } else {
+            all.push(entry.path().display().to_string());
+        }
+    }
+    all
+}
+
+#[test]
+fn jobs_and_memory_change_nothing_but_time() {
+    let root = tempfile::tempdir().unwrap();
+    let wobble = Scripted::new("wobble", |frame, first| {
+        Some((first.translated((frame % 3) as f64, 0.0), Tracking, 0.1 * (frame % 10) as f64))
+    });
+    let scores = |jobs, frame_memory_bytes, folder: &str| {
+        let out = root.path().join(folder);
+        let mut options = EvalOptions { jobs, frame_memory_bytes, out, ..options(root.path(), &[&wobble]) };
+        options.report = false;
+        run(&options);
+        walk(&options.out)
+            .into_iter()
+            .filter(|p| p.ends_with(".csv"))
+            .map(|p| std::fs::read(p).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let mut all = [scores(1, 1 << 30, "a"), scores(3, 1 << 30, "b"), scores(2, 0, "c")];
+    all.iter_mut().for_each(|s| s.sort());
+    assert_eq!(all[0].len(), 3);
+    assert!(all[0] == all[1] && all[0] == all[2]);
+}
+
+#[test]
+fn an_error_or_a_panic_costs_the_rest_of_the_sequence_only() {
+    let root = tempfile::tempdir().unwrap();
+    let failing = Scripted::new("failing", |frame, first| (frame < 5).then_some((first, Tracking, 1.0)));
+    let panicking = Scripted::new("panicking", |frame, first| {
+        assert!(frame < 5, "on purpose");
+        Some((first, Tracking, 1.0))
+    });
+    let nowhere = Scripted::new("nowhere", |_, first| Some((first.translated(f64::NAN, 0.0), Tracking, 1.0)));
+    let results = run(&options(root.path(), &[&failing, &panicking, &nowhere]));
+    for (name, words, success) in
+        [("failing", "frame 5: ", 0.5), ("panicking", "on purpose", 0.5), ("nowhere", "NaN", 0.1)]
+    {
+        let plain = &results.trackers[name].sequences["plain"];
+        assert!(plain.error.as_ref().unwrap().contains(words), "{:?}", plain.error);
+        assert!((plain.success50 - success).abs() < 1e-12, "{name}: {plain:?}");
+        assert_eq!(results.trackers[name].sequences.len(), 3);
+    }
+}
+
+#[test]
+fn lost_frames_have_no_box_and_coasted_ones_have() {
+    let root = tempfile::tempdir().unwrap();
+    let honest = Scripted::new("honest", |frame, first| match frame {
+        4 | 5 => Some((first, Lost, 0.0)),
+        6 | 7 => Some((first, Occluded, 0.5)),
+        _ => Some((first, Tracking, 0.9)),
+    });
+    let results = run(&options(root.path(), &[&honest]));
+    let plain = &results.trackers["honest"].sequences["plain"];
+    assert!((plain.success50 - 0.8).abs() < 1e-12 && (plain.lost - 0.2).abs() < 1e-12);
+    let away = results.trackers["honest"].sequences["away"].long_term.as_ref().unwrap();
+    assert_eq!((away.false_alive, away.returns, away.reacquired), (Some(0.0), 1, 1));
+    assert_eq!(away.reacquire_frames, Some(0.0));
+    // Seven visible frames after the start, five of them claimed.
+    assert!((away.precision - 1.0).abs() < 1e-12 && (away.recall - 5.0 / 7.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_reset_protocol_starts_again_five_frames_after_a_failure() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("data/drift");
+    let images = write_images(&folder, 40, 1, 4);
+    let rows: Vec<String> = images.iter().enumerate().map(|(i, n)| format!("{i},{n},2,3,4,5")).collect();
+    write(&folder.join("frames.csv"), &format!("index,image,x,y,w,h\n{}\n", rows.join("\n")));
+    let drifting = Scripted::new("drifting", |frame, first| {
+        Some((if frame == 12 { first.translated(9.0, 0.0) } else { first }, Tracking, 1.0))
+    });
+    let mut options =
+        EvalOptions::new(vec![root.path().join("data")], vec![drifting.contestant()], root.path().join("out"));
+    (options.protocol, options.report) = (Protocol::Reset, false);
+    let results = run(&options);
+    let score = results.trackers["drifting"].sequences["drift"].supervised.clone().unwrap();
+    assert_eq!((score.failures, score.accuracy), (1.0, 1.0));
+    assert!((score.robustness - (-30.0f64 / 40.0).exp()).abs() < 1e-12);
+    let record: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(root.path().join("out/boxes/drifting/drift.json")).unwrap()).unwrap();
+    assert_eq!((&record["starts"], &record["failures"]), (&serde_json::json!([0, 17]), &serde_json::json!([12])));
+}
+
+#[test]
+fn robustness_protocols_average_their_passes() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let sre = EvalOptions { protocol: Protocol::Sre, ..options(root.path(), &[&still]) };
+    let results = run(&sre);
+    let plain = &results.trackers["still"].sequences["plain"];
+    assert_eq!((plain.passes, plain.frames), (Some(12), 120));
+    assert!(plain.auc < 20.0 / 21.0 && plain.auc > 0.5, "shifted and scaled starts overlap less: {}", plain.auc);
+    assert!(root.path().join("out/boxes/still/plain@scale-80.csv").is_file());
+    let tre = EvalOptions { protocol: Protocol::Tre, ..options(root.path(), &[&still]) };
+    assert_eq!(run(&tre).trackers["still"].sequences["plain"].passes, None, "ten frames have one segment only");
+}
+
+#[test]
+fn progress_counts_every_run() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let news = Mutex::new(Vec::new());
+    let options = options(root.path(), &[&still]);
+    evaluate(&options, &|p| news.lock().unwrap().push(p), &AtomicBool::new(false)).unwrap();
+    let news = news.into_inner().unwrap();
+    assert_eq!(news[0], Progress::Found { sequences: 3, runs: 3, problems: Vec::new() });
+    assert!(matches!(&news[3], Progress::Finished { done: 3, runs: 3, reused: false, .. }), "{news:?}");
+}
