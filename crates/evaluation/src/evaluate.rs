@@ -141,6 +141,10 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
         results.trackers.insert(contestant.name.clone(), tracker_results(parameters, outcomes));
     }
     session.store.write_results(&results)?;
+    if options.report {
+        progress(Progress::Reporting);
+        crate::report::write(options, &dataset.sequences, &results, &kept, stop)?;
+    }
     Ok(results)
 }
 

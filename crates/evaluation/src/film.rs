@@ -24,9 +24,14 @@ pub(crate) struct Ending {
 }
 
 impl<'a> Film<'a> {
+    /// A film that is decoded as it is shown.
+    pub const fn undecoded(sequence: &'a Sequence, open: &'a OpenOptions) -> Self {
+        Self { sequence, open, decoded: None }
+    }
+
     /// Decodes the whole sequence unless it needs more than `budget` bytes or `stop` is set.
     pub fn load(sequence: &'a Sequence, open: &'a OpenOptions, budget: u64, stop: &AtomicBool) -> Result<Self> {
-        let mut film = Self { sequence, open, decoded: None };
+        let mut film = Self::undecoded(sequence, open);
         if matches!(sequence.footage(), Footage::Memory(_)) {
             return Ok(film);
         }

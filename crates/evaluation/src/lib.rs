@@ -11,6 +11,7 @@ mod evaluate;
 mod film;
 pub mod metrics;
 mod protocol;
+mod report;
 pub mod results;
 mod run;
 mod score;

@@ -1,5 +1,5 @@
 //! Every layout that trackers are published on, made up of a few pixels.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
 use common::{Scripted, write, write_images};

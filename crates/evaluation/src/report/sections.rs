@@ -1,0 +1,347 @@
+//! The parts of the page.
+
+use super::Entry;
+use super::html::{escape, figure};
+use super::svg::{Axis, Chart, HALF, Series, WHOLE};
+use crate::results::{SequenceScore, TrackerResults};
+use crate::{Results, Sequence, Truth};
+use std::fmt::Write as _;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+/// Points of a line over time: more cannot be told apart at the chart's width.
+const TIME_POINTS: usize = 460;
+
+/// Everything before the first table.
+pub(super) fn head(results: &Results, sequences: usize) -> String {
+    let trackers = results.trackers.len();
+    let what = match results.protocol {
+        crate::Protocol::Ope => "one pass, started on the first annotated frame and never helped",
+        crate::Protocol::LongTerm => "one pass with absences; what is claimed while the target is away counts",
+        crate::Protocol::Reset => "started again five frames after every failure",
+        crate::Protocol::Sre => "twelve passes from shifted and scaled starts; the first pass is drawn",
+        crate::Protocol::Tre => "twenty passes from starts spread over the sequence; the first pass is drawn",
+    };
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta name=\"color-scheme\" content=\"light dark\"/>\n<title>pursuit · evaluation</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<header><p class=\"brand\">pursuit · evaluation</p>\
+         <h1>{trackers} {} on {sequences} {}</h1>\
+         <p class=\"lead\"><b>{}</b>: {what}.</p></header>\n<main>\n",
+        plural(trackers, "tracker"),
+        plural(sequences, "sequence"),
+        results.protocol
+    );
+    if results.interrupted {
+        page.push_str("<p class=\"error\">Stopped before everything had run; the same call again finishes it.</p>\n");
+    }
+    page
+}
+
+fn plural(count: usize, word: &str) -> String {
+    if count == 1 { word.to_owned() } else { format!("{word}s") }
+}
+
+/// One line for every tracker.
+pub(super) fn leaderboard(results: &Results, ranking: &[&str]) -> String {
+    let long_term = results.trackers.values().any(|t| t.mean.long_term.is_some());
+    let supervised = results.trackers.values().any(|t| t.mean.supervised.is_some());
+    let mut columns = vec![
+        ("AUC", "area under the success curve"),
+        ("P20", "fraction of frames with a centre error of at most 20 px"),
+        ("SR50", "fraction of frames with overlap above one half"),
+        ("NP", "area under the normalised precision curve"),
+        ("fps", "updates a second on one thread, geometric mean"),
+        ("ECE", "expected calibration error of the score; 0 is honest"),
+    ];
+    if long_term {
+        columns.extend([
+            ("F", "long-term F at the state reported"),
+            ("false alive", "fraction of frames without the target that are reported as tracking"),
+            ("returns", "returns of the target that were noticed"),
+            ("frames", "median frames until a return was noticed"),
+        ]);
+    }
+    if supervised {
+        columns.extend([
+            ("A", "accuracy: mean overlap between resets"),
+            ("failures", "mean failures, weighted by length"),
+            ("R", "exp(−30 · failures / frames)"),
+            ("EAO", "expected average overlap over run lengths 100…356"),
+        ]);
+    }
+    let mut html =
+        "<section><h2>Trackers</h2>\n<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>tracker</th>"
+            .to_owned();
+    for (name, title) in &columns {
+        let _ = write!(html, "<th title=\"{title}\">{name}</th>");
+    }
+    html.push_str("</tr></thead><tbody>\n");
+    for (number, name) in ranking.iter().enumerate() {
+        let Some(tracker) = results.trackers.get(*name) else { continue };
+        let _ = write!(html, "<tr>{}", name_cell(number, name));
+        html.push_str(&leader_cells(tracker, long_term, supervised));
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody></table></div></section>\n");
+    html
+}
+
+fn leader_cells(tracker: &TrackerResults, long_term: bool, supervised: bool) -> String {
+    let mean = &tracker.mean;
+    let mut cells: String =
+        [mean.auc, mean.precision20, mean.success50, mean.normalized_precision].map(|v| figure(Some(v), 3)).concat();
+    cells.push_str(&figure(mean.fps, if mean.fps.is_some_and(|f| f < 100.0) { 1 } else { 0 }));
+    cells.push_str(&figure(mean.calibration_error, 3));
+    if long_term {
+        let long = mean.long_term.as_ref();
+        cells.push_str(&figure(long.map(|l| l.f), 3));
+        cells.push_str(&figure(long.and_then(|l| l.false_alive), 3));
+        cells.push_str(&long.map_or_else(
+            || figure(None, 0),
+            |l| format!("<td data-v=\"{}\">{} of {}</td>", l.reacquired, l.reacquired, l.returns),
+        ));
+        cells.push_str(&figure(long.and_then(|l| l.reacquire_frames), 1));
+    }
+    if supervised {
+        let vot = mean.supervised.as_ref();
+        cells.push_str(&figure(vot.map(|s| s.accuracy), 3));
+        cells.push_str(&figure(vot.map(|s| s.failures), 2));
+        cells.push_str(&figure(vot.map(|s| s.robustness), 3));
+        cells.push_str(&figure(vot.and_then(|s| s.eao), 3));
+    }
+    cells
+}
+
+/// A tracker's name with its colour; pressing it hides and shows its lines everywhere.
+fn button(number: usize, name: &str) -> String {
+    let (colour, name) = (number % 8, escape(name));
+    format!(
+        r#"<button type="button" class="who t{colour}" data-t="{number}" title="hide or show"><i class="dot"></i>{name}</button>"#
+    )
+}
+
+fn name_cell(number: usize, name: &str) -> String {
+    format!("<th scope=\"row\">{}</th>", button(number, name))
+}
+
+/// The plots over all sequences.
+pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
+    let ranked: Vec<(usize, &TrackerResults)> =
+        ranking.iter().enumerate().filter_map(|(number, name)| Some((number, results.trackers.get(*name)?))).collect();
+    let lines = |points: &dyn Fn(&TrackerResults) -> Vec<Option<(f64, f64)>>| -> Vec<Series<'_>> {
+        let line = |(tracker, t): &(usize, &TrackerResults)| Series {
+            name: ranking.get(*tracker).copied().unwrap_or_default(),
+            tracker: *tracker,
+            points: points(t),
+            dots: false,
+        };
+        ranked.iter().map(line).collect()
+    };
+    let spread =
+        |values: &[f64], step: f64| values.iter().enumerate().map(|(i, v)| Some((i as f64 * step, *v))).collect();
+    let share = |label| Axis::linear(label, 0.0, 1.0, 5);
+    let chart = |title: &str, x: Axis, y: Axis, series, diagonal| {
+        Chart { title: title.to_owned(), x, y, width: HALF, height: 360.0, series, bands: Vec::new(), diagonal }
+            .render()
+    };
+    let legend: String = ranking.iter().enumerate().map(|(number, name)| button(number, name)).collect();
+    let mut html = format!("<section><h2>Curves</h2>\n<p class=\"legend\">{legend}</p>\n<div class=\"plots\">\n");
+    let mut add = |title: &str, note: &str, svg: String| {
+        let _ = write!(html, "<figure class=\"plot\"><figcaption><b>{title}</b> {note}</figcaption>{svg}</figure>\n");
+    };
+    let success = lines(&|t| spread(&t.curves.success, 0.05));
+    add(
+        "Success",
+        "fraction of frames whose overlap exceeds a threshold",
+        chart("success plot", share("overlap threshold"), share("success rate"), success, false),
+    );
+    let precision = lines(&|t| spread(&t.curves.precision, 1.0));
+    add(
+        "Precision",
+        "fraction of frames whose centre is this close",
+        chart("precision plot", Axis::linear("centre error, px", 0.0, 50.0, 5), share("precision"), precision, false),
+    );
+    let rates: Vec<f64> = ranked.iter().filter_map(|(_, t)| t.mean.fps).collect();
+    if !rates.is_empty() {
+        let mut dots = lines(&|t| vec![t.mean.fps.map(|fps| (fps, t.mean.auc))]);
+        dots.iter_mut().for_each(|s| s.dots = true);
+        let axis = Axis::logarithmic("updates a second, one thread", &rates);
+        add(
+            "Speed and accuracy",
+            "up and to the right is better",
+            chart("speed against accuracy", axis, share("success AUC"), dots, false),
+        );
+    }
+    let reliability = lines(&|t| {
+        let filled = t.calibration.iter().filter(|b| b.frames > 0);
+        filled.map(|b| Some((b.mean_score, b.hit_rate))).collect()
+    });
+    add(
+        "Reliability",
+        "an honest score lies on the diagonal",
+        chart("reliability diagram", share("score"), share("frames with overlap ≥ ½"), reliability, true),
+    );
+    let longest = ranked.iter().map(|(_, t)| t.curves.eao.len()).max().unwrap_or(0);
+    if longest > 1 {
+        let eao = lines(&|t| spread(&t.curves.eao, 1.0));
+        add(
+            "Expected average overlap",
+            "by the number of frames since a start",
+            chart("expected average overlap", Axis::counts("frames", longest - 1), share("overlap"), eao, false),
+        );
+    }
+    html.push_str("</div></section>\n");
+    html
+}
+
+/// Success AUC of every tracker on every sequence.
+pub(super) fn sequence_table(results: &Results, ranking: &[&str], sequences: &[Sequence]) -> String {
+    let mut html =
+        "<section><h2>Sequences</h2>\n<p class=\"note\">Success AUC; the darker, the better. Press a name for the \
+                    frames, a heading to sort.</p>\n<div class=\"scroll\"><table class=\"sortable heat\"><thead><tr>\
+                    <th>sequence</th><th>frames</th>"
+            .to_owned();
+    for name in ranking {
+        let _ = write!(html, "<th>{}</th>", escape(name));
+    }
+    html.push_str("</tr></thead><tbody>\n");
+    for (i, sequence) in sequences.iter().enumerate() {
+        let length = sequence.truth().len();
+        let _ = write!(
+            html,
+            "<tr><th scope=\"row\"><a href=\"#s{i}\">{}</a></th><td data-v=\"{length}\">{length}</td>",
+            escape(sequence.name())
+        );
+        for name in ranking {
+            let score = results.trackers.get(*name).and_then(|t| t.sequences.get(sequence.name()));
+            html.push_str(&heat_cell(score));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody></table></div></section>\n<section><h2>Frame by frame</h2>\n");
+    html
+}
+
+fn heat_cell(score: Option<&SequenceScore>) -> String {
+    let Some(score) = score else { return figure(None, 0) };
+    let strength = (score.auc * 75.0).clamp(0.0, 75.0);
+    let mark = if score.error.is_some() { " <abbr title=\"stopped early\">!</abbr>" } else { "" };
+    format!("<td class=\"h\" style=\"--h:{strength:.0}%\" data-v=\"{}\">{:.3}{mark}</td>", score.auc, score.auc)
+}
+
+/// One sequence: overlap over time, figures, and the worst frames.
+pub(super) fn drill_down(
+    number: usize,
+    sequence: &Sequence,
+    results: &Results,
+    entries: &[Entry<'_>],
+    pictures: &str,
+) -> String {
+    let best = entries.first().and_then(|e| results.trackers.get(e.name)?.sequences.get(sequence.name()));
+    let summary = best.map_or_else(String::new, |s| format!("{:.3}", s.auc));
+    let mut html = format!(
+        "<details id=\"s{number}\"><summary><span>{}</span><span class=\"note\">{} frames · {summary}</span></summary>\n",
+        escape(sequence.name()),
+        sequence.truth().len()
+    );
+    html.push_str("<figure class=\"plot wide\">");
+    html.push_str(&over_time(sequence, entries));
+    html.push_str("</figure>\n<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>tracker</th><th>AUC</th><th>P20</th>\
+                   <th>SR50</th><th>fps</th><th>p99 ms</th><th>lost</th><th>F</th><th>false alive</th></tr></thead><tbody>\n");
+    for entry in entries {
+        let Some(score) = results.trackers.get(entry.name).and_then(|t| t.sequences.get(sequence.name())) else {
+            continue;
+        };
+        let long = score.long_term.as_ref();
+        let _ = write!(html, "<tr>{}", name_cell(entry.number, entry.name));
+        html.push_str(&[score.auc, score.precision20, score.success50].map(|v| figure(Some(v), 3)).concat());
+        html.push_str(&figure(score.fps, 1));
+        html.push_str(&figure(score.update.map(|u| u.p99_ms), 2));
+        html.push_str(&figure(Some(score.lost), 3));
+        html.push_str(&figure(long.map(|l| l.f), 3));
+        html.push_str(&figure(long.and_then(|l| l.false_alive), 3));
+        html.push_str("</tr>\n");
+        if let Some(error) = &score.error {
+            let _ = write!(html, "<tr class=\"error\"><td colspan=\"9\">{}</td></tr>\n", escape(error));
+        }
+    }
+    html.push_str("</tbody></table></div>\n");
+    if !pictures.is_empty() {
+        let _ = write!(
+            html,
+            "<h3>Worst frames <span class=\"note\">truth dotted in white</span></h3><div class=\"pictures\">{pictures}</div>"
+        );
+    }
+    html.push_str("</details>\n");
+    html
+}
+
+/// Overlap over time, the frames without the target shaded.
+fn over_time(sequence: &Sequence, entries: &[Entry<'_>]) -> String {
+    let length = sequence.truth().len();
+    let series = entries.iter().map(|entry| {
+        let mut by_frame = vec![None; length];
+        for (i, overlap) in entry.judged_frames(sequence) {
+            by_frame[i] = Some(overlap);
+        }
+        Series { name: entry.name, tracker: entry.number, points: thinned(&by_frame), dots: false }
+    });
+    Chart {
+        title: format!("overlap over time on {}", sequence.name()),
+        x: Axis::counts("frame", length.saturating_sub(1)),
+        y: Axis::linear("overlap", 0.0, 1.0, 4),
+        width: WHOLE,
+        height: 250.0,
+        series: series.collect(),
+        bands: absences(sequence.truth()),
+        diagonal: false,
+    }
+    .render()
+}
+
+/// At most so many points that they can be told apart: the worst of every few frames, which is what one looks for.
+fn thinned(by_frame: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
+    let every = by_frame.len().div_ceil(TIME_POINTS).max(1);
+    let worst = |(n, frames): (usize, &[Option<f64>])| {
+        let seen = frames.iter().enumerate().filter_map(|(i, o)| o.map(|o| ((n * every + i) as f64, o)));
+        seen.min_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    by_frame.chunks(every).enumerate().map(worst).collect()
+}
+
+fn absences(truth: &[Truth]) -> Vec<(f64, f64)> {
+    let mut spans: Vec<(f64, f64)> = Vec::new();
+    for (i, _) in truth.iter().enumerate().filter(|(_, t)| **t == Truth::Absent) {
+        let i = i as f64;
+        match spans.last_mut() {
+            Some((_, end)) if *end == i => *end = i + 1.0,
+            _ => spans.push((i, i + 1.0)),
+        }
+    }
+    spans
+}
+
+/// What the figures mean, what was left out, and the end of the page.
+pub(super) fn foot(results: &Results) -> String {
+    let mut html = "</section>\n".to_owned();
+    if !results.problems.is_empty() {
+        html.push_str("<section><h2>Left out</h2>\n<ul class=\"error\">");
+        for problem in &results.problems {
+            let _ = write!(html, "<li>{}</li>", escape(problem));
+        }
+        html.push_str("</ul></section>\n");
+    }
+    let _ = write!(html, "{GLOSSARY}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
+    html
+}
+
+const GLOSSARY: &str = "<section class=\"glossary\"><h2>What the figures mean</h2>\n<p><b>AUC</b> is the mean, over the \
+overlap thresholds 0, .05, …, 1, of the fraction of annotated frames whose overlap exceeds the threshold (OTB). The first \
+frame counts; a frame reported lost has no box and overlap 0; frames without the target do not count. <b>P20</b> is the \
+fraction of frames whose centre is at most 20 pixels off. <b>fps</b> is one over the mean time of an update on one thread, \
+frames decoded beforehand, the start apart; means are geometric. <b>ECE</b>: scores are put into ten bins, and the gap \
+between a bin's mean score and the fraction of its frames with overlap of at least one half is averaged over frames. \
+<b>F</b> joins long-term precision and recall, where a box is claimed in the frames reported as tracking (VOT-LT); \
+<b>false alive</b> is the fraction of the frames without the target in which one is claimed.</p></section>\n";
