@@ -153,8 +153,8 @@ fn find(options: &EvalOptions) -> Result<Dataset> {
         return Err(EvaluationError::Option("no tracker to evaluate; name one or several".to_owned()));
     }
     let mut dataset = Dataset::discover_all(&options.datasets, &options.open)?;
-    if let (true, Some(first)) = (dataset.sequences.is_empty(), dataset.problems.pop()) {
-        return Err(first);
+    if dataset.sequences.is_empty() && !dataset.problems.is_empty() {
+        return Err(dataset.problems.remove(0));
     }
     if dataset.sequences.is_empty() {
         let name = options.datasets.iter().map(|d| d.display().to_string()).collect::<Vec<_>>().join(", ");

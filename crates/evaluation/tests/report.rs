@@ -77,7 +77,8 @@ fn the_page_is_whole_alone_and_escaped() {
             assert!(!page.contains(outside), "{outside} reaches out of the file");
         }
         assert!(page.contains("data:image/jpeg;base64,/9j/"), "worst frames are shown");
-        assert!(page.contains("class=\"away\"") && page.contains("bad/groundtruth.txt:1"));
+        assert!(page.contains("class=\"away\""), "absences are shaded");
+        assert!(page.contains("bad/groundtruth.txt:1"), "what was left out is said");
         assert!(page.contains("frame 20: tracker `scripted` needs a script"), "a tracker's error is shown");
         assert_eq!(page.contains("Expected average overlap"), protocol == Protocol::Reset);
     }

@@ -2,7 +2,7 @@
 
 use super::Entry;
 use super::html::{escape, figure};
-use super::svg::{Axis, Chart, HALF, Series, WHOLE};
+use super::svg::{Axis, Chart, HALF, Points, Series, WHOLE};
 use crate::results::{SequenceScore, TrackerResults};
 use crate::{Results, Sequence, Truth};
 use std::fmt::Write as _;
@@ -130,7 +130,7 @@ fn name_cell(number: usize, name: &str) -> String {
 pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
     let ranked: Vec<(usize, &TrackerResults)> =
         ranking.iter().enumerate().filter_map(|(number, name)| Some((number, results.trackers.get(*name)?))).collect();
-    let lines = |points: &dyn Fn(&TrackerResults) -> Vec<Option<(f64, f64)>>| -> Vec<Series<'_>> {
+    let lines = |points: &dyn Fn(&TrackerResults) -> Points| -> Vec<Series<'_>> {
         let line = |(tracker, t): &(usize, &TrackerResults)| Series {
             name: ranking.get(*tracker).copied().unwrap_or_default(),
             tracker: *tracker,
@@ -149,7 +149,7 @@ pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
     let legend: String = ranking.iter().enumerate().map(|(number, name)| button(number, name)).collect();
     let mut html = format!("<section><h2>Curves</h2>\n<p class=\"legend\">{legend}</p>\n<div class=\"plots\">\n");
     let mut add = |title: &str, note: &str, svg: String| {
-        let _ = write!(html, "<figure class=\"plot\"><figcaption><b>{title}</b> {note}</figcaption>{svg}</figure>\n");
+        let _ = writeln!(html, "<figure class=\"plot\"><figcaption><b>{title}</b> {note}</figcaption>{svg}</figure>");
     };
     let success = lines(&|t| spread(&t.curves.success, 0.05));
     add(
@@ -264,7 +264,7 @@ pub(super) fn drill_down(
         html.push_str(&figure(long.and_then(|l| l.false_alive), 3));
         html.push_str("</tr>\n");
         if let Some(error) = &score.error {
-            let _ = write!(html, "<tr class=\"error\"><td colspan=\"9\">{}</td></tr>\n", escape(error));
+            let _ = writeln!(html, "<tr class=\"error\"><td colspan=\"9\">{}</td></tr>", escape(error));
         }
     }
     html.push_str("</tbody></table></div>\n");
@@ -302,7 +302,7 @@ fn over_time(sequence: &Sequence, entries: &[Entry<'_>]) -> String {
 }
 
 /// At most so many points that they can be told apart: the worst of every few frames, which is what one looks for.
-fn thinned(by_frame: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
+fn thinned(by_frame: &[Option<f64>]) -> Points {
     let every = by_frame.len().div_ceil(TIME_POINTS).max(1);
     let worst = |(n, frames): (usize, &[Option<f64>])| {
         let seen = frames.iter().enumerate().filter_map(|(i, o)| o.map(|o| ((n * every + i) as f64, o)));

@@ -13,6 +13,9 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 44.0;
 
+/// Points in order; `None` interrupts the line.
+pub(super) type Points = Vec<Option<(f64, f64)>>;
+
 /// One axis of a chart.
 pub(super) struct Axis {
     label: &'static str,
@@ -66,8 +69,8 @@ pub(super) struct Series<'a> {
     pub name: &'a str,
     /// Its number, which chooses colour and dashes.
     pub tracker: usize,
-    /// Points in order; `None` interrupts the line.
-    pub points: Vec<Option<(f64, f64)>>,
+    /// Where it goes.
+    pub points: Points,
     /// Whether to draw dots with the name beside them rather than a line.
     pub dots: bool,
 }
