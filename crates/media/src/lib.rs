@@ -5,6 +5,8 @@
 mod error;
 #[doc(hidden)]
 pub mod fuzzing;
+// Without the built-in H.264 some readers of fields are left without a caller.
+#[cfg_attr(not(feature = "h264"), allow(dead_code))]
 pub mod input;
 pub mod output;
 pub mod wrappers;
