@@ -169,6 +169,43 @@ fn mot_objects_become_sequences_of_their_own() {
 }
 
 #[test]
+fn princeton_sequences_have_colour_truth_and_hidden_frames() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("zcup_move_1");
+    let images = write_images(&folder.join("rgb"), 3, 1, 1);
+    for (i, name) in images.iter().enumerate() {
+        let to = folder.join("rgb").join(format!("r-{}-{}.png", i * 33_370, i + 1));
+        std::fs::rename(folder.join("rgb").join(name), to).unwrap();
+    }
+    write_images(&folder.join("depth"), 3, 1, 1);
+    write(&folder.join("init.txt"), "3,4,5,6\n");
+    write(&folder.join("zcup_move_1.txt"), "3,4,5,6,1\nNaN,NaN,NaN,NaN,2\n4,4,5,6,3\n");
+    let dataset = discover(root.path());
+    assert_eq!(names(&dataset), ["zcup_move_1"]);
+    assert_eq!(dataset.sequences[0].truth(), [visible(2.0, 3.0, 5.0, 6.0), Truth::Absent, visible(3.0, 3.0, 5.0, 6.0)]);
+    plays(root.path());
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(48))]
+
+    /// Whatever a truth file holds, the search ends with sequences or with problems.
+    #[test]
+    fn no_truth_file_can_bring_the_search_down(text in "[-0-9naNm.,;\\t \n=e]{0,80}", layout in 0usize..5) {
+        let root = tempfile::tempdir().unwrap();
+        let file = ["groundtruth.txt", "gt.txt", "gt/gt.txt", "groundtruth_rect.txt", "frames.csv"][layout];
+        write_images(&root.path().join("s/img"), 2, 1, 4);
+        let head = if file == "frames.csv" { "index,image,x,y,w,h\n" } else { "" };
+        write(&root.path().join("s").join(file), &format!("{head}{text}"));
+        for sequence in discover(root.path()).sequences {
+            for bbox in sequence.truth().iter().filter_map(Truth::bbox) {
+                proptest::prop_assert!(bbox.is_finite() && !bbox.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
 fn names_that_meet_are_told_apart() {
     let root = tempfile::tempdir().unwrap();
     for part in ["a", "b"] {

@@ -3,13 +3,13 @@
 //! where the object first appears and ends where it is last seen.
 
 use super::text::{self, read_numbers, truth_ltwh};
-use super::{IMAGES, Listing, VIDEOS, has_extension, listing};
+use super::{IMAGES, Listing, VIDEOS, count_images, has_extension, listing};
 use crate::{EvaluationError, Result, Sequence, Truth};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Frame numbers above this are damage.
-const MAX_FRAME: f64 = 10_000_000.0;
+const MAX_FRAME: f64 = 1_000_000.0;
 
 fn setting(folder: &Path, key: &str) -> Option<String> {
     let text = text::read(&folder.join("seqinfo.ini")).ok()?;
@@ -34,6 +34,15 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Vec<Result<Sequence>>> {
     }
     let input = input_of(folder)
         .ok_or_else(|| EvaluationError::dataset(&file, None, "has neither a folder of images nor a video beside it"))?;
+    let images = count_images(&input);
+    let last = objects.values().filter_map(|seen| seen.keys().next_back()).max().map_or(0, |l| l + 1);
+    if input.is_dir() && last > images {
+        return Err(EvaluationError::dataset(
+            &file,
+            None,
+            format!("speaks of frame {last}, there are {images} images"),
+        ));
+    }
     let sequence = |(id, seen): (u64, BTreeMap<usize, Truth>)| {
         let first = seen.keys().next().copied().unwrap_or(0);
         let last = seen.keys().next_back().copied().unwrap_or(0);
