@@ -110,7 +110,13 @@ pub const DEFAULT_TRACKER: &str = "ball";
 
 /// Every tracker.
 pub const fn trackers() -> &'static [TrackerEntry] {
-    const TRACKERS: &[TrackerEntry] = &[TrackerEntry::of::<crate::ball::BallParams>()];
+    const TRACKERS: &[TrackerEntry] = &[
+        TrackerEntry::of::<crate::ball::BallParams>(),
+        TrackerEntry::of::<crate::kcf::KcfParams>(),
+        TrackerEntry::of::<crate::kcf::KcfFixedParams>(),
+        TrackerEntry::of::<crate::kcf::CskParams>(),
+        TrackerEntry::of::<crate::mosse::MosseParams>(),
+    ];
     TRACKERS
 }
 

@@ -44,6 +44,35 @@ impl Features for GrayFeatures {
     }
 }
 
+/// Grey values as MOSSE prepares them (bolme2010, section 3.1): ln (v + 1), less the mean, divided by the standard
+/// deviation, so that neither light nor contrast matters.
+#[derive(Debug, Clone, Default)]
+pub struct LogGrayFeatures {
+    sampler: Sampler,
+}
+
+impl Features for LogGrayFeatures {
+    fn channels(&self) -> usize {
+        1
+    }
+
+    fn cell_px(&self) -> usize {
+        1
+    }
+
+    fn extract(&mut self, frame: &Frame, window: &Window, out: &mut Planes) {
+        self.sampler.gray(frame.gray(), window, out);
+        let values = out.as_mut_slice();
+        values.iter_mut().for_each(|v| *v = v.ln_1p());
+        let n = values.len().max(1) as f32;
+        let mean = values.iter().sum::<f32>() / n;
+        values.iter_mut().for_each(|v| *v -= mean);
+        let variance = values.iter().map(|v| v * v).sum::<f32>() / n;
+        let scale = if variance > 1e-9 { variance.sqrt().recip() } else { 0.0 };
+        values.iter_mut().for_each(|v| *v *= scale);
+    }
+}
+
 /// Histograms of oriented gradients of grey or colour.
 #[derive(Debug, Clone)]
 pub struct HogFeatures {

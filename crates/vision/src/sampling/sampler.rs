@@ -8,7 +8,7 @@ use pursuit_imaging::{ImageView, Rgb8};
 /// are not larger.
 ///
 /// Outside the frame the border pixel is repeated. Values stay 0–255. Shrinking averages (a triangle kernel as wide as
-/// the shrinking), enlarging interpolates bilinearly.
+/// the shrinking), enlarging interpolates bilinearly. Turned windows are interpolated bilinearly whatever their step.
 #[derive(Debug, Clone, Default)]
 pub struct Sampler {
     x: Axis,
@@ -55,6 +55,9 @@ impl Sampler {
         out: &mut Planes,
     ) {
         let Size { width, height } = window.patch;
+        if window.angle_rad != 0.0 {
+            return sample_turned::<N>(frame, row, window, out);
+        }
         self.reserve(frame, window.patch);
         self.x.build(window.center.x, window.step_x, width, frame.width);
         self.y.build(window.center.y, window.step_y, height, frame.height);
@@ -75,6 +78,30 @@ impl Sampler {
                 None => unreachable!("the patch has N planes"),
             });
             gather(&self.line, &self.x.index, &self.x.weight, self.x.taps, lines);
+        }
+    }
+}
+
+/// Pixel by pixel: turned windows are rare (they vary a first sample), so nothing is made of them.
+fn sample_turned<'a, const N: usize>(frame: Size, row: impl Fn(usize) -> &'a [u8], window: &Window, out: &mut Planes) {
+    let Size { width, height } = window.patch;
+    out.reshape(window.patch, N);
+    let (sin, cos) = window.angle_rad.sin_cos();
+    let inside = |v: f64, n: usize| (v as isize).clamp(0, n as isize - 1) as usize;
+    for i in 0..height {
+        for j in 0..width {
+            let u = (j as f64 + 0.5 - width as f64 / 2.0) * window.step_x;
+            let v = (i as f64 + 0.5 - height as f64 / 2.0) * window.step_y;
+            let (x, y) = (window.center.x + cos * u - sin * v - 0.5, window.center.y + sin * u + cos * v - 0.5);
+            let (x0, y0) = (x.floor(), y.floor());
+            let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
+            let columns = [inside(x0, frame.width), inside(x0 + 1.0, frame.width)];
+            let (above, below) = (row(inside(y0, frame.height)), row(inside(y0 + 1.0, frame.height)));
+            for (c, plane) in out.planes_mut().enumerate() {
+                let [a, b] =
+                    columns.map(|x| (1.0 - fy) * f32::from(above[x * N + c]) + fy * f32::from(below[x * N + c]));
+                plane[i * width + j] = if fx.is_finite() && fy.is_finite() { a + fx * (b - a) } else { 0.0 };
+            }
         }
     }
 }
@@ -162,7 +189,7 @@ mod tests {
             cx in -20.0..60.0, cy in -20.0..50.0, step_x in 0.2..7.0, step_y in 0.2..7.0, w in 1usize..20, h in 1usize..20,
         ) {
             let image = noise(41, 29);
-            let window = Window { center: Point::new(cx, cy), step_x, step_y, patch: Size::new(w, h) };
+            let window = Window { center: Point::new(cx, cy), step_x, step_y, angle_rad: 0.0, patch: Size::new(w, h) };
             let mut sampler = Sampler::new();
             let (mut color, mut gray) = (Planes::default(), Planes::default());
             sampler.color(image.view(), &window, &mut color);
@@ -192,13 +219,35 @@ mod tests {
     }
 
     #[test]
+    fn a_quarter_turn_swaps_the_axes() {
+        let image = noise(31, 33);
+        let window = Window::new(Point::new(15.5, 16.5), 1.0, Size::new(9, 7));
+        let (mut straight, mut turned) = (Planes::default(), Planes::default());
+        let upright = Window { patch: Size::new(7, 9), ..window };
+        Sampler::new().color(image.view(), &upright, &mut straight);
+        Sampler::new().color(image.view(), &window.turned(std::f64::consts::FRAC_PI_2), &mut turned);
+        for c in 0..3 {
+            for i in 0..7 {
+                for j in 0..9 {
+                    // Patch x runs along frame y, patch y against frame x.
+                    let (got, want) = (turned.plane(c)[i * 9 + j], straight.plane(c)[j * 7 + 6 - i]);
+                    assert!((got - want).abs() < 1e-3, "{c} {i} {j}: {got} is not {want}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn hostile_windows_do_not_panic() {
         let image = noise(16, 12);
         let mut out = Planes::default();
         for (center, step) in [(1e300, 1.0), (f64::NAN, 1.0), (0.0, 1e9), (3.0, f64::INFINITY), (3.0, 0.0), (3.0, -2.0)]
         {
-            Sampler::new().color(image.view(), &Window::new(Point::new(center, 5.0), step, Size::new(5, 3)), &mut out);
-            assert!(out.as_slice().iter().all(|v| v.is_finite() && (0.0..=255.1).contains(v)), "{center} {step}");
+            for angle_rad in [0.0, 0.3, f64::NAN] {
+                let window = Window::new(Point::new(center, 5.0), step, Size::new(5, 3)).turned(angle_rad);
+                Sampler::new().color(image.view(), &window, &mut out);
+                assert!(out.as_slice().iter().all(|v| (0.0..=255.1).contains(v)), "{center} {step} {angle_rad}");
+            }
         }
     }
 }

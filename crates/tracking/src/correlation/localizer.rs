@@ -1,0 +1,282 @@
+use super::{Features, PeakQuality, ResponsePeak, Template};
+use crate::{Diagnostics, Localizer, Measurement, Search};
+use pursuit_geometry::{BBox, Point, Size};
+use pursuit_imaging::Frame;
+use pursuit_vision::sampling::{Planes, Window};
+use serde::{Deserialize, Serialize};
+
+/// A filter that answers a window's features with a plane whose peak is the target's displacement.
+pub trait ResponseFilter: Clone + Send {
+    /// The response to `features`; `response` has one entry for each cell, the first one means no displacement.
+    fn respond(&mut self, features: &Planes, response: &mut [f32]);
+
+    /// Learns `features` centred on the target, `rate` (0–1) new and the rest as before; 1 forgets everything.
+    fn learn(&mut self, features: &Planes, rate: f64);
+
+    /// Makes plans and scratch anew after a saved state has been read.
+    ///
+    /// # Errors
+    /// What does not fit a grid of `grid` cells and `channels` channels.
+    fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String>;
+}
+
+/// What a correlation tracker is made of: a small value, saved with the tracker.
+pub trait Assembly: Clone + Send {
+    /// Features of a window.
+    type Features: Features;
+    /// The filter on them.
+    type Filter: ResponseFilter;
+
+    /// The template for a target that starts as large as `bbox`.
+    fn template(&self, bbox: &BBox) -> Template;
+
+    /// The features.
+    fn features(&self) -> Self::Features;
+
+    /// An untaught filter for the grid of `template`'s patch.
+    fn filter(&self, template: &Template, grid: Size) -> Self::Filter;
+
+    /// How to search and learn.
+    fn settings(&self) -> &SearchSettings;
+}
+
+/// How a correlation localizer searches and learns.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SearchSettings {
+    /// Sizes tried relative to the last one; 1 first.
+    pub scale_factors: Vec<f64>,
+    /// What the responses of all sizes but the last one are multiplied by.
+    pub scale_penalty: f64,
+    /// How much of a change of size is believed, 0–1.
+    pub scale_gain: f64,
+    /// Share of the new appearance in the model, per update.
+    pub learning_rate: f64,
+    /// Windows looked at per frame while searching all over.
+    pub wide_windows: usize,
+    /// First samples: the target as it is, and turned and resized a little at random (bolme2010, section 3.3). At least 1.
+    pub first_samples: usize,
+    /// How figures of the response become a probability.
+    pub calibration: Calibration,
+}
+
+/// Probability that the box is right, a logistic function of the response's figures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Constant.
+    pub bias: f64,
+    /// Weight of the peak's value.
+    pub peak: f64,
+    /// Weight of ln PSR.
+    pub psr: f64,
+    /// Weight of ln APCE.
+    pub apce: f64,
+}
+
+impl Calibration {
+    /// The probability, in `[0, 1]`.
+    pub fn probability(&self, quality: &PeakQuality) -> f64 {
+        let ln = |v: f64| v.max(1e-3).ln();
+        let z = self.bias + self.peak * quality.peak + self.psr * ln(quality.psr) + self.apce * ln(quality.apce);
+        1.0 / (1.0 + (-z).exp())
+    }
+}
+
+/// Finds the target by correlation: features of a window, weighted by a Hann window, answered by a filter, over a few sizes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "A: Serialize, A::Filter: Serialize",
+    deserialize = "A: Deserialize<'de>, A::Filter: Deserialize<'de>"
+))]
+pub struct CorrelationLocalizer<A: Assembly> {
+    assembly: A,
+    template: Template,
+    filter: A::Filter,
+    /// Where the search all over goes on.
+    wide_cursor: usize,
+    #[serde(skip)]
+    scratch: Option<Scratch<A::Features>>,
+}
+
+/// Not state: made from the assembly, and overwritten at every use.
+#[derive(Debug, Clone)]
+struct Scratch<F> {
+    features: F,
+    hann: Vec<f32>,
+    planes: Planes,
+    response: Vec<f32>,
+}
+
+impl<F: Features> Scratch<F> {
+    fn new(features: F, patch: Size) -> Self {
+        let grid = features.grid(patch);
+        let sine = |i: usize, n: usize| (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin();
+        let hann = |y, x| (sine(y, grid.height) * sine(x, grid.width)).powi(2) as f32;
+        Self {
+            hann: (0..grid.height).flat_map(|y| (0..grid.width).map(move |x| hann(y, x))).collect(),
+            planes: Planes::new(grid, features.channels()),
+            response: vec![0.0; grid.area()],
+            features,
+        }
+    }
+
+    /// Features of the window, weighted.
+    fn extract(&mut self, frame: &Frame, window: &Window) {
+        self.features.extract(frame, window, &mut self.planes);
+        for plane in self.planes.planes_mut() {
+            plane.iter_mut().zip(&self.hann).for_each(|(v, h)| *v *= h);
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    center: Point,
+    scale: f64,
+    value: f64,
+    quality: PeakQuality,
+}
+
+/// Largest turn, radians, and change of size of a first sample.
+const WARP: (f64, f64) = (0.1, 0.1);
+
+/// The `k`-th first sample's window: 0 as it is, the others turned and resized by low-discrepancy amounts, which fill the
+/// range more evenly than random ones and are the same in every run.
+fn perturbed(window: Window, k: usize) -> Window {
+    if k == 0 {
+        return window;
+    }
+    // Additive recurrences with the golden ratio and √2, in [−1, 1).
+    let spread = |irrational: f64| 2.0 * (k as f64 * irrational).fract() - 1.0;
+    let (turn, size) = (WARP.0 * spread(0.618_033_988_75), WARP.1 * spread(std::f64::consts::SQRT_2));
+    Window { step_x: window.step_x * (1.0 + size), step_y: window.step_y * (1.0 + size), ..window }.turned(turn)
+}
+
+impl<A: Assembly> CorrelationLocalizer<A> {
+    /// Starts on the target at `bbox`.
+    pub fn new(assembly: A, frame: &Frame, bbox: &BBox) -> Self {
+        let template = assembly.template(bbox);
+        let mut scratch = Scratch::new(assembly.features(), template.patch());
+        let mut filter = assembly.filter(&template, scratch.planes.size());
+        for k in 0..assembly.settings().first_samples.max(1) {
+            scratch.extract(frame, &perturbed(template.window(bbox.center(), 1.0), k));
+            // Running mean of all samples.
+            filter.learn(&scratch.planes, 1.0 / (k + 1) as f64);
+        }
+        Self { assembly, template, filter, wide_cursor: 0, scratch: Some(scratch) }
+    }
+
+    /// The template.
+    pub const fn template(&self) -> &Template {
+        &self.template
+    }
+
+    /// The filter.
+    pub const fn filter(&self) -> &A::Filter {
+        &self.filter
+    }
+
+    /// Makes plans and scratch anew after a saved state has been read.
+    ///
+    /// # Errors
+    /// What does not hold together in the state.
+    pub fn revive(&mut self) -> Result<(), String> {
+        if !self.template.is_sensible() {
+            return Err("its template has a size that cannot be".into());
+        }
+        let features = self.assembly.features();
+        self.filter.revive(features.grid(self.template.patch()), features.channels())?;
+        self.scratch = Some(Scratch::new(features, self.template.patch()));
+        Ok(())
+    }
+
+    fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
+        let Self { assembly, template, filter, scratch, .. } = self;
+        let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
+        scratch.extract(frame, &template.window(center, scale));
+        filter.respond(&scratch.planes, &mut scratch.response);
+        let width = scratch.planes.size().width;
+        let peak = ResponsePeak::of(&scratch.response, width)?;
+        let cell = template.step(scale) * scratch.features.cell_px() as f64;
+        let center = Point::new(center.x + peak.dx * cell, center.y + peak.dy * cell);
+        Some(Candidate { center, scale, value: peak.value, quality: PeakQuality::of(&scratch.response, width) })
+    }
+
+    fn learn(&mut self, frame: &Frame, bbox: &BBox, rate: f64) {
+        let Self { assembly, template, filter, scratch, .. } = self;
+        let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
+        scratch.extract(frame, &template.window(bbox.center(), template.scale_of(bbox)));
+        filter.learn(&scratch.planes, rate);
+    }
+
+    /// The best of all sizes at one place.
+    fn search_near(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
+        let mut best: Option<(f64, Candidate)> = None;
+        for k in 0..self.assembly.settings().scale_factors.len() {
+            let settings = self.assembly.settings();
+            let (factor, penalty) = (settings.scale_factors[k], settings.scale_penalty);
+            let penalty = if factor == 1.0 { 1.0 } else { penalty };
+            let Some(found) = self.respond(frame, center, scale * factor) else { continue };
+            let value = penalty * found.value;
+            if best.as_ref().is_none_or(|(v, _)| value > *v) {
+                best = Some((value, found));
+            }
+        }
+        let (_, mut found) = best?;
+        found.scale = scale * (found.scale / scale).powf(self.assembly.settings().scale_gain);
+        Some(found)
+    }
+
+    /// The best of some windows over `region`, going on where the last call stopped.
+    fn search_wide(&mut self, frame: &Frame, region: &BBox, scale: f64) -> Option<Candidate> {
+        let window = self.template.window(region.center(), scale).region();
+        let count = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, 256);
+        let (columns, rows) = (count(region.width(), window.width()), count(region.height(), window.height()));
+        let mut best: Option<Candidate> = None;
+        for _ in 0..self.assembly.settings().wide_windows.min(columns * rows) {
+            self.wide_cursor = (self.wide_cursor + 1) % (columns * rows);
+            let (i, j) = (self.wide_cursor / columns, self.wide_cursor % columns);
+            let center = Point::new(
+                region.left() + (j as f64 + 0.5) / columns as f64 * region.width(),
+                region.top() + (i as f64 + 0.5) / rows as f64 * region.height(),
+            );
+            if let Some(found) = self.respond(frame, center, scale)
+                && best.is_none_or(|b| found.value > b.value)
+            {
+                best = Some(found);
+            }
+        }
+        // A second look, centred: what lies at a window's edge is weakened by the Hann window.
+        let rough = best?;
+        self.respond(frame, rough.center, scale)
+    }
+}
+
+impl<A: Assembly> Localizer for CorrelationLocalizer<A> {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> crate::Result<Option<Measurement>> {
+        let scale = self.template.scale_of(&search.expected);
+        let found = if search.wide {
+            self.search_wide(frame, &search.region, scale)
+        } else {
+            self.search_near(frame, search.expected.center(), scale)
+        };
+        Ok(found.map(|Candidate { center, scale, quality, .. }| Measurement {
+            bbox: self.template.bbox(center, scale),
+            confidence: self.assembly.settings().calibration.probability(&quality),
+            sigma_px: None,
+            diagnostics: Diagnostics::default()
+                .with("peak", quality.peak)
+                .with("psr", quality.psr)
+                .with("apce", quality.apce),
+        }))
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
+        self.learn(frame, &bbox, self.assembly.settings().learning_rate);
+        Ok(())
+    }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
+        *self = Self::new(self.assembly.clone(), frame, &bbox);
+        Ok(())
+    }
+}

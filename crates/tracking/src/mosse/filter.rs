@@ -1,0 +1,108 @@
+use crate::correlation::{ResponseFilter, Spectra};
+use pursuit_geometry::Size;
+use pursuit_vision::fourier::spectra::{blend, blend_real};
+use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label};
+use pursuit_vision::sampling::Planes;
+use serde::{Deserialize, Serialize};
+
+/// The filter that minimises the sum of squared errors of its response over all samples (bolme2010, section 3.3):
+/// H* = A / (B + ε) with A = Σ G ⊙ F*, B = Σ F ⊙ F* (eqs. 5, 10–12). Several channels add up.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct MosseFilter {
+    /// Regularisation ε, relative to the mean of B.
+    epsilon: f64,
+    /// Standard deviation of the label in cells.
+    label_sigma: f64,
+    numerator: Spectra,
+    denominator: Vec<f32>,
+    /// Mean of B over all frequencies.
+    mean_power: f32,
+    #[serde(skip)]
+    work: Option<Work>,
+}
+
+/// Plans and what is overwritten at every use.
+#[derive(Debug, Clone)]
+struct Work {
+    fft: RealFft2,
+    scratch: FftScratch,
+    /// G, the spectrum of the wanted response.
+    label: Vec<Complex32>,
+    spectrum: Vec<Complex32>,
+    power: Vec<f32>,
+}
+
+impl Work {
+    fn new(grid: Size, label_sigma: f64) -> Self {
+        let fft = RealFft2::new(grid.width, grid.height);
+        let mut scratch = FftScratch::default();
+        let mut label = vec![Complex32::default(); fft.spectrum_len()];
+        fft.forward(&gaussian_label(grid.width, grid.height, label_sigma, label_sigma), &mut label, &mut scratch);
+        Self { spectrum: label.clone(), power: vec![0.0; label.len()], fft, scratch, label }
+    }
+}
+
+impl MosseFilter {
+    /// An untaught filter for one plane of `grid` cells; the wanted response is a Gaussian of `label_sigma` cells.
+    pub fn new(epsilon: f64, label_sigma: f64, grid: Size) -> Self {
+        let work = Some(Work::new(grid, label_sigma));
+        Self { epsilon, label_sigma, numerator: Spectra::default(), denominator: Vec::new(), mean_power: 0.0, work }
+    }
+
+    /// A filter with any wanted response, for the fixture.
+    #[cfg(test)]
+    pub(super) fn with_label(label: &[f64], epsilon: f64, (width, height): (usize, usize)) -> Self {
+        let mut filter = Self::new(epsilon, 1.0, Size::new(width, height));
+        if let Some(work) = &mut filter.work {
+            let plane: Vec<f32> = label.iter().map(|v| *v as f32).collect();
+            work.fft.forward(&plane, &mut work.label, &mut work.scratch);
+        }
+        filter
+    }
+
+    /// ε in units of B.
+    fn regularization(&self) -> f32 {
+        (self.epsilon as f32 * self.mean_power).max(f32::MIN_POSITIVE)
+    }
+}
+
+impl ResponseFilter for MosseFilter {
+    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
+        let epsilon = self.regularization();
+        let Some(work) = &mut self.work else { return };
+        work.fft.forward(features.plane(0), &mut work.spectrum, &mut work.scratch);
+        for ((f, a), b) in work.spectrum.iter_mut().zip(&self.numerator.0).zip(&self.denominator) {
+            *f = *f * a / (b + epsilon);
+        }
+        work.fft.inverse(&work.spectrum, response, &mut work.scratch);
+    }
+
+    fn learn(&mut self, features: &Planes, rate: f64) {
+        let Some(work) = &mut self.work else { return };
+        work.fft.forward(features.plane(0), &mut work.spectrum, &mut work.scratch);
+        for ((f, b), g) in work.spectrum.iter_mut().zip(&mut work.power).zip(&work.label) {
+            *b = f.norm_sqr();
+            *f = g * f.conj();
+        }
+        if rate >= 1.0 {
+            self.numerator.0.clone_from(&work.spectrum);
+            self.denominator.clone_from(&work.power);
+        } else {
+            blend(&mut self.numerator.0, &work.spectrum, rate as f32);
+            blend_real(&mut self.denominator, &work.power, rate as f32);
+        }
+        let (height, columns) = (work.fft.size().height, work.fft.columns());
+        let power = |(u, bins): (usize, &[f32])| work.fft.multiplicity(u % columns) as f32 * bins.iter().sum::<f32>();
+        let total: f32 = self.denominator.chunks_exact(height).enumerate().map(power).sum();
+        self.mean_power = total / work.fft.size().area() as f32;
+    }
+
+    fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String> {
+        let work = Work::new(grid, self.label_sigma);
+        if channels != 1 || self.numerator.0.len() != work.label.len() || self.denominator.len() != work.label.len() {
+            return Err("its filter does not have the size of its template".into());
+        }
+        self.work = Some(work);
+        Ok(())
+    }
+}

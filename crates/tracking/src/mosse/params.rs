@@ -1,0 +1,43 @@
+use crate::correlation::Calibration;
+
+crate::parameters! {
+    /// Parameters of the filter of minimum output sum of squared error (bolme2010).
+    pub struct MosseParams for "mosse" {
+        /// How much larger the window is than the target: surroundings as a multiple of its size, `[0, 4]`.
+        pub padding: f64 = 1.5,
+        /// Standard deviation of the wanted response in patch pixels (σ, section 3.2: 2), > 0.
+        pub label_sigma_px: f64 = 2.0,
+        /// Share of the new frame in the filter (η, eqs. 10–12: 0.125), `[0, 1]`.
+        pub learning_rate: f64 = 0.125,
+        /// First samples: the target as it is and small random warps of it (section 3.3: 8), 1 to 64.
+        pub first_samples: usize = 8,
+        /// Regularisation ε as a share of the mean energy of a frequency (section 3.3), > 0.
+        pub epsilon: f64 = 0.1,
+        /// Smallest area of the patch in pixels: windows of smaller targets are enlarged, > 0.
+        pub smallest_area_px: f64 = 1024.0,
+        /// Largest area of the patch in pixels: windows of larger targets are shrunk (section 4: 64 × 64), > 0.
+        pub largest_area_px: f64 = 4096.0,
+        /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
+        pub acceleration: f64 = 300.0,
+        /// Below this confidence the target counts as occluded and the filter does not learn, `[0, 1]`.
+        pub occluded_below: f64 = 0.0,
+        /// An occluded target is seen again from this confidence, `[0, 1]`.
+        pub seen_from: f64 = 0.1,
+        /// A target occluded for longer is lost and searched for all over, seconds, > 0.
+        pub lost_after_s: f64 = 2.0,
+    }
+    validate(self) {
+        let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
+        check("padding", (0.0..=4.0).contains(&self.padding), "must be between 0 and 4")?;
+        check("label_sigma_px", self.label_sigma_px > 0.0, "must be above 0")?;
+        check("learning_rate", (0.0..=1.0).contains(&self.learning_rate), "must be between 0 and 1")?;
+        check("first_samples", (1..=64).contains(&self.first_samples), "must be between 1 and 64")?;
+        check("epsilon", self.epsilon > 0.0, "must be above 0")?;
+    }
+}
+
+impl MosseParams {
+    /// What the response's figures say of the box, fitted by logistic regression to the overlap with the truth on real
+    /// sequences, each sequence weighing the same.
+    pub(super) const CALIBRATION: Calibration = Calibration { bias: -3.0, peak: 2.3, psr: 0.75, apce: -0.3 };
+}
