@@ -1,4 +1,5 @@
 //! Sampling and features of a window the size a correlation filter looks at.
+#![allow(clippy::unwrap_used, reason = "a bench may panic")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use pursuit_geometry::{Point, Size};

@@ -78,7 +78,7 @@ fn good_length(cells: usize) -> usize {
     let is_good = |n: &usize| {
         let mut rest = *n;
         for prime in [2, 3, 5] {
-            while rest % prime == 0 {
+            while rest.is_multiple_of(prime) {
                 rest /= prime;
             }
         }

@@ -18,7 +18,7 @@ pub enum KcfFeatures {
     /// Grey values.
     Gray(GrayFeatures),
     /// Histograms of oriented gradients.
-    Hog(HogFeatures),
+    Hog(Box<HogFeatures>),
 }
 
 impl Features for KcfFeatures {
@@ -73,7 +73,7 @@ impl Assembly for KcfAssembly {
 
     fn features(&self) -> KcfFeatures {
         match self.hog_cell_px {
-            Some(cell_px) => KcfFeatures::Hog(HogFeatures::new(HogLayout::Felzenszwalb31, cell_px, false)),
+            Some(cell_px) => KcfFeatures::Hog(Box::new(HogFeatures::new(HogLayout::Felzenszwalb31, cell_px, false))),
             None => KcfFeatures::Gray(GrayFeatures::default()),
         }
     }
@@ -124,7 +124,7 @@ impl KcfParams {
             occluded_below: self.occluded_below,
             seen_from: self.seen_from,
             found_from: self.seen_from,
-            learn_from: self.occluded_below,
+            learn_from: self.learn_from,
             lost_after_s: self.lost_after_s,
         };
         start(name, self.assembly(), self.acceleration, thresholds, frame, bbox)

@@ -58,10 +58,12 @@ crate::parameters! {
         pub scale_penalty: f64 = 0.95,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
-        /// Below this confidence the target counts as occluded and the filter does not learn, `[0, 1]`.
-        pub occluded_below: f64 = 0.0,
+        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
+        pub occluded_below: f64 = 0.2,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.1,
+        pub seen_from: f64 = 0.25,
+        /// Appearance is learned from this confidence, `[0, 1]`.
+        pub learn_from: f64 = 0.25,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -87,6 +89,7 @@ crate::parameters! {
         check("acceleration", positive(self.acceleration), "must be above 0")?;
         check("occluded_below", unit(self.occluded_below), "must be between 0 and 1")?;
         check("seen_from", unit(self.seen_from), "must be between 0 and 1")?;
+        check("learn_from", unit(self.learn_from), "must be between 0 and 1")?;
         check("lost_after_s", positive(self.lost_after_s), "must be above 0")?;
     }
 }
@@ -140,10 +143,12 @@ crate::parameters! {
         pub learning_rate: f64 = 0.02,
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 9216.0,
-        /// Below this confidence the target counts as occluded and the filter does not learn, `[0, 1]`.
-        pub occluded_below: f64 = 0.0,
+        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
+        pub occluded_below: f64 = 0.15,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.1,
+        pub seen_from: f64 = 0.2,
+        /// Appearance is learned from this confidence, `[0, 1]`.
+        pub learn_from: f64 = 0.2,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -164,6 +169,7 @@ impl From<&KcfFixedParams> for KcfParams {
             scale_levels: 0,
             occluded_below: p.occluded_below,
             seen_from: p.seen_from,
+            learn_from: p.learn_from,
             lost_after_s: p.lost_after_s,
             ..Self::default()
         }
@@ -185,10 +191,12 @@ crate::parameters! {
         pub learning_rate: f64 = 0.075,
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 4096.0,
-        /// Below this confidence the target counts as occluded and the filter does not learn, `[0, 1]`.
-        pub occluded_below: f64 = 0.0,
+        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
+        pub occluded_below: f64 = 0.05,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
         pub seen_from: f64 = 0.1,
+        /// Appearance is learned from this confidence, `[0, 1]`.
+        pub learn_from: f64 = 0.05,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -209,6 +217,7 @@ impl From<&CskParams> for KcfParams {
             largest_area_px: p.largest_area_px,
             occluded_below: p.occluded_below,
             seen_from: p.seen_from,
+            learn_from: p.learn_from,
             lost_after_s: p.lost_after_s,
             ..Self::henriques2012()
         }

@@ -70,7 +70,7 @@ impl TrackerRecipe for MosseParams {
             occluded_below: self.occluded_below,
             seen_from: self.seen_from,
             found_from: self.seen_from,
-            learn_from: self.occluded_below,
+            learn_from: self.learn_from,
             lost_after_s: self.lost_after_s,
         };
         let assembly = MosseAssembly { params: self.clone(), settings };

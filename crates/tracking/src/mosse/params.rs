@@ -19,20 +19,33 @@ crate::parameters! {
         pub largest_area_px: f64 = 4096.0,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
-        /// Below this confidence the target counts as occluded and the filter does not learn, `[0, 1]`.
-        pub occluded_below: f64 = 0.0,
+        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
+        pub occluded_below: f64 = 0.1,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.1,
+        pub seen_from: f64 = 0.12,
+        /// Appearance is learned from this confidence, `[0, 1]`.
+        pub learn_from: f64 = 0.12,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
     validate(self) {
         let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
+        let unit = |v: f64| (0.0..=1.0).contains(&v);
+        let positive = |v: f64| v > 0.0 && v.is_finite();
         check("padding", (0.0..=4.0).contains(&self.padding), "must be between 0 and 4")?;
-        check("label_sigma_px", self.label_sigma_px > 0.0, "must be above 0")?;
+        check("label_sigma_px", positive(self.label_sigma_px), "must be above 0")?;
         check("learning_rate", (0.0..=1.0).contains(&self.learning_rate), "must be between 0 and 1")?;
         check("first_samples", (1..=64).contains(&self.first_samples), "must be between 1 and 64")?;
-        check("epsilon", self.epsilon > 0.0, "must be above 0")?;
+        check("epsilon", positive(self.epsilon), "must be above 0")?;
+        let areas = 256.0..=1e6;
+        check("smallest_area_px", areas.contains(&self.smallest_area_px), "must be between 256 and a million")?;
+        let largest = areas.contains(&self.largest_area_px) && self.largest_area_px >= self.smallest_area_px;
+        check("largest_area_px", largest, "must be between smallest_area_px and a million")?;
+        check("acceleration", positive(self.acceleration), "must be above 0")?;
+        check("occluded_below", unit(self.occluded_below), "must be between 0 and 1")?;
+        check("seen_from", unit(self.seen_from), "must be between 0 and 1")?;
+        check("learn_from", unit(self.learn_from), "must be between 0 and 1")?;
+        check("lost_after_s", positive(self.lost_after_s), "must be above 0")?;
     }
 }
 
