@@ -1,0 +1,113 @@
+use super::i420::I420;
+use super::video::VideoOptions;
+use openh264::OpenH264API;
+use openh264::encoder::{
+    BitRate, Complexity, Encoder, EncoderConfig, FrameRate, FrameType, QpRange, RateControlMode, UsageType, VuiConfig,
+};
+use openh264::formats::YUVSource;
+
+/// The greatest picture of H.264 level 5.2 that this encoder takes, either way up.
+const LONGEST_SIDE: usize = 3840;
+const SHORTEST_SIDE: usize = 2160;
+
+/// An H.264 encoder whose every call returns that picture's data: no reordering, no look-ahead.
+pub(super) struct H264Encoder {
+    encoder: Encoder,
+}
+
+/// One encoded picture.
+#[derive(Debug, Default)]
+pub(super) struct Encoded {
+    /// NAL units with 4-byte lengths, as MP4 stores them.
+    pub(super) data: Vec<u8>,
+    /// Whether decoding can begin here.
+    pub(super) keyframe: bool,
+    /// Sequence and picture parameter sets, where the encoder repeated them.
+    pub(super) parameter_sets: Option<(Vec<u8>, Vec<u8>)>,
+}
+
+impl H264Encoder {
+    /// An encoder for pictures of the given (padded) size.
+    ///
+    /// # Errors
+    /// In words, when the size is beyond the encoder's.
+    pub(super) fn new(width: usize, height: usize, options: &VideoOptions) -> Result<Self, String> {
+        if width.max(height) > LONGEST_SIDE || width.min(height) > SHORTEST_SIDE {
+            return Err(format!(
+                "frames of {width}x{height} are larger than the encoder's {LONGEST_SIDE}x{SHORTEST_SIDE}; go without a video, or scale the input down"
+            ));
+        }
+        let config = EncoderConfig::new()
+            .bitrate(BitRate::from_bps(options.bits_per_second(width * height)))
+            .max_frame_rate(FrameRate::from_hz(options.sane_fps() as f32))
+            .usage_type(UsageType::CameraVideoRealTime)
+            .rate_control_mode(RateControlMode::Quality)
+            // Every frame must appear, and none so coarse that small text cannot be read.
+            .skip_frames(false)
+            .qp(QpRange::new(12, 34))
+            .complexity(Complexity::Medium)
+            .vui(VuiConfig::bt709())
+            // More threads would cut the picture into as many slices: other bytes on other machines.
+            .num_threads(1);
+        let encoder = Encoder::with_api_config(OpenH264API::from_source(), config).map_err(|e| e.to_string())?;
+        Ok(Self { encoder })
+    }
+
+    /// Encodes one picture into `out`, from which decoding can begin if `keyframe` is asked for.
+    ///
+    /// # Errors
+    /// What the encoder says, in words.
+    pub(super) fn encode(&mut self, picture: &I420, keyframe: bool, out: &mut Encoded) -> Result<(), String> {
+        if keyframe {
+            self.encoder.force_intra_frame();
+        }
+        let stream = self.encoder.encode(picture).map_err(|e| e.to_string())?;
+        out.data.clear();
+        out.keyframe = matches!(stream.frame_type(), FrameType::IDR);
+        let (mut sequence, mut pictures) = (None, None);
+        for layer in (0..stream.num_layers()).filter_map(|l| stream.layer(l)) {
+            for unit in (0..layer.nal_count()).filter_map(|n| layer.nal_unit(n)) {
+                let unit = without_start_code(unit);
+                // H.264 table 7-1: the lower five bits of a unit's first byte are its type.
+                match unit.first().map_or(0, |b| b & 31) {
+                    7 => sequence = Some(unit.to_vec()),
+                    8 => pictures = Some(unit.to_vec()),
+                    _ => {
+                        out.data.extend_from_slice(&(unit.len() as u32).to_be_bytes());
+                        out.data.extend_from_slice(unit);
+                    }
+                }
+            }
+        }
+        out.parameter_sets = sequence.zip(pictures);
+        if out.data.is_empty() { Err("the encoder returned no data for a frame".to_owned()) } else { Ok(()) }
+    }
+}
+
+/// Annex B: zeros, then a one, then the unit.
+fn without_start_code(unit: &[u8]) -> &[u8] {
+    let zeros = unit.iter().take_while(|b| **b == 0).count();
+    if zeros >= 2 && unit.get(zeros) == Some(&1) { &unit[zeros + 1..] } else { unit }
+}
+
+impl YUVSource for I420 {
+    fn dimensions(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    fn strides(&self) -> (usize, usize, usize) {
+        (self.width, self.width / 2, self.width / 2)
+    }
+
+    fn y(&self) -> &[u8] {
+        &self.y
+    }
+
+    fn u(&self) -> &[u8] {
+        &self.u
+    }
+
+    fn v(&self) -> &[u8] {
+        &self.v
+    }
+}
