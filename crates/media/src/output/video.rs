@@ -25,25 +25,18 @@ pub trait VideoWriter: Send {
 /// How a video is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VideoOptions {
-    /// Frames per second, about: the encoder's rate control plans with it. Shown times are those of the frames.
+    /// Frames per second, about: how long the last picture of a very short video is shown, and what the stream declares.
+    /// Shown times are those of the frames.
     pub nominal_fps: f64,
-    /// Bits spent on a pixel, on average; 0.11 keeps small text readable over footage that moves.
-    pub bits_per_pixel: f64,
 }
 
 impl Default for VideoOptions {
     fn default() -> Self {
-        Self { nominal_fps: 30.0, bits_per_pixel: 0.11 }
+        Self { nominal_fps: 30.0 }
     }
 }
 
 impl VideoOptions {
-    /// The rate in bits per second for pictures of this size: between 0.4 and 25 Mbit/s.
-    pub(crate) fn bits_per_second(&self, pixels: usize) -> u32 {
-        let rate = pixels as f64 * self.sane_fps() * self.bits_per_pixel;
-        rate.clamp(0.4e6, 25e6) as u32
-    }
-
     /// The nominal rate, 30 where it is none.
     pub(crate) fn sane_fps(&self) -> f64 {
         if self.nominal_fps > 0.0 && self.nominal_fps.is_finite() { self.nominal_fps.clamp(1.0, 240.0) } else { 30.0 }
