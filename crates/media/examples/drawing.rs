@@ -43,6 +43,9 @@ fn draw(mut canvas: Canvas, time_s: f64, trail: &mut Vec<Option<Point>>) -> Canv
     let (w, h) = (size.width as f64, size.height as f64);
     let center = Point::new(w * (0.5 + 0.3 * (1.3 * time_s).sin()), h * (0.55 + 0.25 * (2.1 * time_s).cos()));
     trail.push(Some(center));
+    if trail.len() > 60 {
+        trail.remove(0);
+    }
     let measured = BBox::from_center_size(center, 0.13 * w, 0.17 * h);
     canvas.trail(trail, &Stroke::new([250, 210, 60], 2.0 * scale));
     canvas.rectangle(&measured.translated(5.3 * scale, -3.6 * scale), &Stroke::new(red, 2.0 * scale));
@@ -53,7 +56,7 @@ fn draw(mut canvas: Canvas, time_s: f64, trail: &mut Vec<Option<Point>>) -> Canv
     canvas.label(&measured.scaled(1.5), "ball 1  tracking 0.97", white);
     canvas.label(
         &BBox::from_ltwh(4.0, 0.0, 1.0, 0.0),
-        &format!("frame {:04}  {time_s:.2} s", trail.len()),
+        &format!("frame {:04}  {time_s:.2} s", (time_s * 30.0).round()),
         [255, 226, 120],
     );
     canvas

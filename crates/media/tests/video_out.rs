@@ -1,5 +1,6 @@
 //! What is written can be read back: pictures, times, and everything that was on disk when something went wrong.
 #![cfg(all(feature = "encode", feature = "h264"))]
+#![allow(clippy::expect_used)] // the helpers belong to the tests
 
 use pursuit_imaging::{Image, Rgb8};
 use pursuit_media::output::{Mp4Writer, Storage, VideoOptions, VideoWriter};
