@@ -34,6 +34,7 @@ mod matrix;
 mod measurement;
 pub mod motion;
 pub mod nonlinear;
+pub mod particle;
 pub mod qu2010;
 pub mod regression;
 mod transition;

@@ -261,6 +261,25 @@ pub(crate) fn require_semi_definite<const N: usize>(
     Ok(out)
 }
 
+/// A lower factor of a positive semi-definite matrix; a vanishing pivot gives a column of zeros.
+pub(crate) fn semi_definite_factor<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let mut lower = SMatrix::<f64, N, N>::zeros();
+    for c in 0..N {
+        let pivot = matrix[(c, c)] - (0..c).map(|k| lower[(c, k)] * lower[(c, k)]).sum::<f64>();
+        // A relative floor: what is left of a singular direction is rounding, and its column would be noise.
+        if pivot <= 1e-14 * matrix[(c, c)] {
+            continue;
+        }
+        let root = pivot.sqrt();
+        lower[(c, c)] = root;
+        for r in c + 1..N {
+            let sum: f64 = (0..c).map(|k| lower[(r, k)] * lower[(c, k)]).sum();
+            lower[(r, c)] = (matrix[(r, c)] - sum) / root;
+        }
+    }
+    lower
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::matrix::{is_finite, require_finite, times_vector};
+use crate::matrix::{is_finite, require_finite, semi_definite_factor, times_vector};
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Transition};
 
 /// A Gaussian belief held as a mean and the lower triangular factor `L` of its covariance `L Lᵀ`.
@@ -102,25 +102,6 @@ impl<const N: usize> SquareRoot<N> {
         *self = Self { mean, factor };
         Ok(())
     }
-}
-
-/// A lower factor of a positive semi-definite matrix; a vanishing pivot gives a column of zeros.
-fn semi_definite_factor<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    let mut lower = SMatrix::<f64, N, N>::zeros();
-    for c in 0..N {
-        let pivot = matrix[(c, c)] - (0..c).map(|k| lower[(c, k)] * lower[(c, k)]).sum::<f64>();
-        // A relative floor: what is left of a singular direction is rounding, and its column would be noise.
-        if pivot <= 1e-14 * matrix[(c, c)] {
-            continue;
-        }
-        let root = pivot.sqrt();
-        lower[(c, c)] = root;
-        for r in c + 1..N {
-            let sum: f64 = (0..c).map(|k| lower[(r, k)] * lower[(c, k)]).sum();
-            lower[(r, c)] = (matrix[(r, c)] - sum) / root;
-        }
-    }
-    lower
 }
 
 /// Makes `lower lowerᵀ` into `lower lowerᵀ + column columnᵀ`.

@@ -2,8 +2,10 @@
 //! moved against what was predicted.
 
 mod params;
+mod particles;
 
 pub use params::{VarianceParams, VarianceRule};
+pub use particles::{LikelihoodNoiseFilter, bhattacharyya_coefficient, similarity_log_likelihood};
 
 use nalgebra::SVector;
 
