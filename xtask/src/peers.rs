@@ -52,6 +52,7 @@ fn is_debian_like() -> bool {
 }
 
 fn run_all(python: &PathBuf) -> Result<()> {
+    decoding_through_ffmpeg(python)?;
     let mut scripts: Vec<PathBuf> = std::fs::read_dir(run::root().join("xtask/peers"))?
         .filter_map(|e| Some(e.ok()?.path()))
         .filter(|p| {
@@ -67,4 +68,11 @@ fn run_all(python: &PathBuf) -> Result<()> {
             .run()?;
     }
     Ok(())
+}
+
+/// The tests of the path through an `ffmpeg` process, with the one that comes as a Python package.
+fn decoding_through_ffmpeg(python: &PathBuf) -> Result<()> {
+    let ask = run::program(python).args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
+    let ffmpeg = String::from_utf8(ask.output()?)?;
+    run::cargo("test").args(["--locked", "--package", "pursuit-media", "--test", "ffmpeg"]).env("PURSUIT_TEST_FFMPEG", ffmpeg).run()
 }

@@ -5,7 +5,7 @@ use crate::config::{Methods, RunConfig};
 use crate::input::{self, OpenedInput};
 use crate::run_file::{HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
 use crate::session::{Outcome, Progress, Session, Start};
-use crate::sinks::{CsvSink, JsonlSink, MotSink, Sink};
+use crate::sinks::{CsvSink, JsonlSink, MotSink, OverlaySink, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::BBox;
 use pursuit_media::input::StopHandle;
@@ -140,6 +140,10 @@ impl Run {
                 // `csv` is always written; anything else was refused by `check_formats`.
                 _ => {}
             }
+        }
+        if self.config.video != Some(false) {
+            let fps = self.config.fps.or(self.input.info.fps);
+            sinks.push(Box::new(OverlaySink::create(&self.out.join("overlay.mp4"), fps)?));
         }
         Ok(sinks)
     }

@@ -93,10 +93,14 @@ impl Source for Prefetch {
     fn next_frame(&mut self) -> Result<Option<Frame>> {
         let waiting = |state: &mut State| state.queue.is_empty() && !state.finished;
         let waited = self.shared.filled.wait_while(self.shared.lock(), waiting);
-        let item = waited.unwrap_or_else(PoisonError::into_inner).queue.pop_front();
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        let (item, unwanted) = (state.queue.pop_front(), state.unwanted);
+        drop(state);
         self.shared.drained.notify_one();
         match item {
             Some(item) => item.map(Some),
+            // Stopped from outside: the thread may be waiting for a source that never says anything again.
+            None if unwanted => Ok(None),
             // The thread has ended; only a defect in a decoder makes it end by a panic.
             None => match self.thread.take().map(JoinHandle::join) {
                 Some(Err(_)) => {

@@ -3,12 +3,14 @@
 mod csv;
 mod jsonl;
 mod mot;
+mod overlay;
 #[cfg(feature = "parquet")]
 mod parquet;
 
 pub use csv::{CsvSink, TRAJECTORY_COLUMNS};
 pub use jsonl::JsonlSink;
 pub use mot::MotSink;
+pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
 
