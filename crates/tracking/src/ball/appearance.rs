@@ -5,7 +5,7 @@ use pursuit_geometry::BBox;
 use pursuit_vision::color::HUES;
 use serde::{Deserialize, Serialize};
 
-const HUE_BINS: usize = 18;
+const HUE_BINS: usize = 30;
 const SATURATION_BINS: usize = 4;
 const VALUE_BINS: usize = 4;
 /// The inner part of a box that is compared, in half axes: the rim mixes with the background.

@@ -25,7 +25,7 @@ const STREAK_WIDTH: (f64, f64) = (0.6, 1.5);
 const NARROWEST_MARGIN: f64 = -0.06;
 const WIDEST_MARGIN: f64 = 0.35;
 /// Standard deviation of a measured centre as a fraction of the size: seen whole, partly seen.
-const CENTRE_SIGMA: (f64, f64) = (0.015, 0.1);
+const CENTRE_SIGMA: (f64, f64) = (0.015, 0.25);
 /// A candidate's solidity may fall to this fraction of that of the region started on.
 const SOLIDITY: f64 = 0.8;
 /// What the distance of a partly seen ball from its prediction counts.

@@ -9,6 +9,11 @@ use serde::{Deserialize, Serialize};
 /// Of the ball's size: looked at on every side beyond the gate.
 const MARGIN: f64 = 1.0;
 
+/// Confidence asked of what shows up at the gate's edge after the ball was missed: like-coloured things pass by.
+const FAR_AND_UNSEEN: f64 = 0.85;
+/// What a frame counts in which the ball is predicted outside of the picture.
+const OUTSIDE: u32 = 4;
+
 /// Looks where the gate reaches while the ball is tracked or coasted, everywhere once it is lost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BallProposer {
@@ -66,12 +71,19 @@ impl BallPolicy {
 impl Policy for BallPolicy {
     fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict {
         // The nearer to the prediction, the less need the looks prove; what lies at the gate must look right.
-        let away = evidence
-            .found
-            .and_then(|f| f.diagnostics.get("gate_distance"))
-            .map_or(1.0, |d| (d / self.gate_chi2).min(1.0));
-        let more = if self.misses == 0 { away.sqrt() } else { 1.0 };
-        let needed = self.min_confidence + more * (self.min_confidence_unseen - self.min_confidence).max(0.0);
+        let distance = evidence.found.and_then(|f| f.diagnostics.get("gate_distance"));
+        let away = distance.map_or(1.0, |d| (d / self.gate_chi2).clamp(0.0, 1.0)).sqrt();
+        let (near, far) = if self.misses == 0 {
+            (self.min_confidence, self.min_confidence_unseen)
+        } else {
+            (self.min_confidence_unseen, f64::midpoint(self.min_confidence_unseen, 1.0).max(FAR_AND_UNSEEN))
+        };
+        // Once lost there is no prediction to be near to; the localizer's own conditions are strict then.
+        let needed = if evidence.search.gate.is_none() {
+            self.min_confidence_unseen
+        } else {
+            near + away * (far - near).max(0.0)
+        };
         if let Some(found) = evidence.found.filter(|f| f.confidence >= needed) {
             self.misses = 0;
             // A colour region inside the gate is the ball nearly always; what is left is whether its box fits.
@@ -82,7 +94,9 @@ impl Policy for BallPolicy {
                 learn: found.confidence >= self.min_confidence_unseen,
             };
         }
-        self.misses = self.misses.saturating_add(1);
+        // Where the frame does not reach, waiting is of no use.
+        let outside = evidence.prior.bbox.clipped_to(evidence.frame.size()).is_none();
+        self.misses = self.misses.saturating_add(if outside { OUTSIDE } else { 1 });
         let lost = evidence.state == TrackState::Lost || self.misses > self.misses_before_lost;
         // Coasting loses its worth as the uncertainty outgrows the box.
         let spread = evidence.prior.innovation_covariance.map_or(1.0, |s| {
