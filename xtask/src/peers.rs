@@ -72,7 +72,11 @@ fn run_all(python: &PathBuf) -> Result<()> {
 
 /// The tests of the path through an `ffmpeg` process, with the one that comes as a Python package.
 fn decoding_through_ffmpeg(python: &PathBuf) -> Result<()> {
-    let ask = run::program(python).args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
+    let ask =
+        run::program(python).args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
     let ffmpeg = String::from_utf8(ask.output()?)?;
-    run::cargo("test").args(["--locked", "--package", "pursuit-media", "--test", "ffmpeg"]).env("PURSUIT_TEST_FFMPEG", ffmpeg).run()
+    run::cargo("test")
+        .args(["--locked", "--package", "pursuit-media", "--test", "ffmpeg"])
+        .env("PURSUIT_TEST_FFMPEG", ffmpeg)
+        .run()
 }

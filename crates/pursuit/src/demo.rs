@@ -22,7 +22,7 @@ impl Demo {
             out: Some(out.to_path_buf()),
             plots: Some(true),
             seed: Some(seed),
-            parameters: toml::Table::from_iter([("color".to_owned(), "orange".into())]),
+            parameters: toml::Table::from_iter([("color".to_owned(), "yellow".into())]),
             ..RunConfig::default()
         };
         Ok(Self(Run::prepare_with(config, &OpenOptions::default(), Preference::Detector)?))

@@ -46,7 +46,8 @@ impl OverlaySink {
             }
             Ok(video.finish()?)
         };
-        let thread = std::thread::Builder::new().name("overlay".into()).spawn(encode).map_err(RunError::output(path))?;
+        let thread =
+            std::thread::Builder::new().name("overlay".into()).spawn(encode).map_err(RunError::output(path))?;
         Ok(Self { path: path.to_path_buf(), queue: Some(queue), thread: Some(thread) })
     }
 
@@ -56,7 +57,9 @@ impl OverlaySink {
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(result)) => result,
-            Some(Err(_)) => Err(RunError::output(&self.path)(std::io::Error::other("the encoder failed; please report this"))),
+            Some(Err(_)) => {
+                Err(RunError::output(&self.path)(std::io::Error::other("the encoder failed; please report this")))
+            }
         }
     }
 }
@@ -122,7 +125,10 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, many:
     }
     let color = if estimate.state == TrackState::Tracking { ESTIMATE } else { COASTING };
     let stroke = Stroke::new(color, 0.75 * width);
-    canvas.rectangle(&estimate.bbox, &if estimate.state == TrackState::Lost { stroke.dashed(3.0 * width, 2.0 * width) } else { stroke });
+    canvas.rectangle(
+        &estimate.bbox,
+        &if estimate.state == TrackState::Lost { stroke.dashed(3.0 * width, 2.0 * width) } else { stroke },
+    );
     let name = if many { format!("{target} ") } else { String::new() };
     canvas.label(&estimate.bbox, &format!("{name}{} {:.2}", estimate.state, estimate.score), color);
 }

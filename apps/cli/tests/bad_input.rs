@@ -1,0 +1,191 @@
+//! Bad input and bad output: a one-line error that names the thing and the mend, the right exit status, nothing lost.
+
+mod common;
+
+use common::{command, fails, pursuit, rows, stderr};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Output, Stdio};
+
+fn track(input: &Path, more: &[&str]) -> Output {
+    let out = tempfile::tempdir().unwrap();
+    let args = ["track", input.to_str().unwrap(), "--out", out.path().to_str().unwrap(), "--no-video"];
+    pursuit(&[&args[..], more].concat())
+}
+
+fn detect(input: &Path) -> Output {
+    track(input, &["--detect", "ball", "--set", "color=orange"])
+}
+
+/// A binary PGM is not among what we read; these are PNGs made by hand, grey, of one value.
+fn png(width: u32, height: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header().unwrap().into_stream_writer().unwrap();
+    let row = vec![90; 3 * width as usize];
+    (0..height).for_each(|_| writer.write_all(&row).unwrap());
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn files_that_are_not_video() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    fails(&detect(&folder.path().join("absent.mp4")), 3, &["absent.mp4"]);
+    fails(&detect(&file("empty.mp4", b"")), 3, &["empty.mp4", "empty"]);
+    fails(&detect(&file("words.mp4", b"these are words, not a video, and quite a few of them")), 3, &["words.mp4"]);
+    fails(&detect(&file("box.mp4", b"\0\0\0\x18ftypisom\0\0\x02\0isomiso2")), 3, &["box.mp4"]);
+    fails(&detect(folder.path().join("nothing").as_path()), 3, &["nothing"]);
+    let empty = folder.path().join("no-images");
+    std::fs::create_dir(&empty).unwrap();
+    fails(&detect(&empty), 3, &["no-images"]);
+}
+
+#[test]
+fn a_png_bomb_is_refused_from_its_header() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("0001.png"), png(10_000, 10_000)).unwrap();
+    fails(&detect(folder.path()), 3, &["0001.png", "10000"]);
+}
+
+#[test]
+fn a_folder_of_mixed_sizes_keeps_what_was_tracked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (images, out) = (folder.path().join("images"), folder.path().join("out"));
+    std::fs::create_dir(&images).unwrap();
+    for (i, size) in [(64, 48), (64, 48), (80, 48), (64, 48)].into_iter().enumerate() {
+        std::fs::write(images.join(format!("{i}.png")), png(size.0, size.1)).unwrap();
+    }
+    let args = [
+        "track",
+        images.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--box",
+        "10,10,20,20",
+        "--tracker",
+        "ball",
+    ];
+    fails(&pursuit(&args), 3, &["2.png", "80x48", "64x48"]);
+    assert_eq!(rows(&out.join("trajectory.csv")).len(), 2);
+    let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+    assert_eq!(run["status"], "broken");
+    assert!(std::fs::metadata(out.join("overlay.mp4")).unwrap().len() > 500);
+}
+
+#[test]
+fn boxes_that_cannot_be_started_on() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("1.png"), png(64, 48)).unwrap();
+    for (bbox, problem) in [
+        ("10,10,0,5", "empty"),
+        ("10,10,-4,5", "empty"),
+        ("100,10,5,5", "outside"),
+        ("-50,-50,20,20", "outside"),
+        ("NaN,1,5,5", "finite"),
+    ] {
+        fails(&track(folder.path(), &["--box", bbox, "--tracker", "ball"]), 2, &[problem, "64x48"]);
+    }
+    fails(&track(folder.path(), &[]), 2, &["--box", "--detect"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "in the way").unwrap();
+    let to = |out: &Path| {
+        let out = out.to_str().unwrap();
+        pursuit(&[
+            "track",
+            "scene:table-tennis",
+            "--detect",
+            "ball",
+            "--set",
+            "color=yellow",
+            "--to",
+            "30",
+            "--out",
+            out,
+        ])
+    };
+    fails(&to(&file.join("under")), 4, &["file"]);
+    // Read-only even for the administrator.
+    if Path::new("/proc/self").exists() {
+        fails(&to(Path::new("/proc/pursuit")), 4, &["/proc/pursuit"]);
+    }
+}
+
+/// A full disk: the file is there, writing to it fails. Everything written elsewhere is kept.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_loses_nothing_that_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |full: &str| {
+        let out = folder.path().join(full);
+        std::fs::create_dir(&out).unwrap();
+        std::os::unix::fs::symlink("/dev/full", out.join(full)).unwrap();
+        let args = ["track", "scene:table-tennis", "--detect", "ball", "--set", "color=yellow", "--to", "30", "--out"];
+        fails(&pursuit(&[&args[..], &[out.to_str().unwrap()]].concat()), 4, &[full]);
+        out
+    };
+    run("trajectory.csv");
+    let out = run("overlay.mp4");
+    assert!(out.join("trajectory.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_closes_every_file() {
+    let out = tempfile::tempdir().unwrap();
+    let mut child =
+        command(&["track", "-", "--tracker", "ball", "--box", "4,4,16,16", "--out", out.path().to_str().unwrap()])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    input.write_all(b"YUV4MPEG2 W64 H48 F30:1 Ip C420jpeg\n").unwrap();
+    for i in 0..40u8 {
+        input.write_all(b"FRAME\n").unwrap();
+        let frame: Vec<u8> = (0..64 * 48 * 3 / 2).map(|p| (p as u8).wrapping_mul(31).wrapping_add(i)).collect();
+        input.write_all(&frame).unwrap();
+    }
+    input.flush().unwrap();
+    // The source stays open: the program must not wait for it. It has seen frames once the trajectory has rows.
+    let trajectory = out.path().join("trajectory.csv");
+    let seen = || std::fs::read_to_string(&trajectory).is_ok_and(|t| t.lines().count() > 5);
+    (0..600).take_while(|_| !seen()).for_each(|_| std::thread::sleep(std::time::Duration::from_millis(50)));
+    assert!(seen());
+    let id = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    drop(input);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.path().join("run.json")).unwrap()).unwrap();
+    assert_eq!(run["status"], "interrupted");
+    assert_eq!(run["frame_count"].as_u64().unwrap() as usize, rows(&trajectory).len());
+    assert!(common::stdout(&output).contains("overlay.mp4"), "it says where the files are");
+}
+
+#[test]
+fn configurations_with_nonsense() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.toml");
+    std::fs::write(&file, "inputt = 'x'").unwrap();
+    let output = pursuit(&["track", "--config", file.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("inputt") && stderr(&output).contains("run.toml"), "{}", stderr(&output));
+    fails(&pursuit(&["track", "--config", "absent.toml"]), 2, &["absent.toml"]);
+    for (flag, value) in [("--fps", "0"), ("--fps", "NaN"), ("--fps", "-5")] {
+        fails(&pursuit(&["track", "scene:table-tennis", "--detect", "ball", flag, value]), 2, &["frames"]);
+    }
+}

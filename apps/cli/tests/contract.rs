@@ -1,0 +1,132 @@
+//! What scripts rely on: commands, names, exit status.
+
+mod common;
+
+use common::{fails, pursuit, rows, stderr, stdout};
+
+#[test]
+fn help_man_and_completions_name_every_command() {
+    let commands = ["demo", "track", "trackers", "completions", "man"];
+    for args in [&["--help"][..], &["man"], &["completions", "bash"], &["completions", "zsh"], &["completions", "fish"]]
+    {
+        let output = pursuit(args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(output.stderr.is_empty());
+        for command in commands {
+            assert!(stdout(&output).contains(command), "{args:?} lacks {command}");
+        }
+    }
+}
+
+#[test]
+fn wrong_usage_is_two() {
+    for args in [&["fly"][..], &[], &["track"], &["track", "scene:table-tennis", "--bix"]] {
+        assert_eq!(pursuit(args).status.code(), Some(2), "{args:?}");
+    }
+    fails(&pursuit(&["track", "scene:table-tennis", "--tracker", "bal"]), 2, &["bal", "there are:", "ball"]);
+    fails(
+        &pursuit(&["track", "scene:table-tennis", "--detect", "ball", "--set", "colour=orange"]),
+        2,
+        &["colour", "color"],
+    );
+    fails(
+        &pursuit(&["track", "scene:table-tennis", "--detect", "ball", "--set", "color=mauve"]),
+        2,
+        &["mauve", "orange"],
+    );
+    fails(&pursuit(&["track", "scene:table-tennis", "--box", "1,2,3"]), 2, &["1,2,3", "LEFT,TOP,WIDTH,HEIGHT"]);
+    fails(&pursuit(&["trackers", "nobody"]), 2, &["nobody", "ball"]);
+}
+
+#[test]
+fn trackers_print_configuration_files_that_can_be_used() {
+    let list = stdout(&pursuit(&["trackers"]));
+    assert!(list.contains("ball"), "{list}");
+    let names = list.lines().skip(1).take_while(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next());
+    for name in names {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("configuration.toml");
+        let output = pursuit(&["trackers", name]);
+        std::fs::write(&file, stdout(&output)).unwrap();
+        let out = folder.path().join("out");
+        let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+        let output =
+            pursuit(&["track", "scene:table-tennis", "--config", file, "--out", out, "--no-video", "--to", "2"]);
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_run_leaves_what_the_contract_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let args = [
+        "track",
+        "scene:table-tennis?seed=3",
+        "--detect",
+        "ball",
+        "--set",
+        "color=yellow",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let more = ["--plots", "--json", "--to", "40", "--format", "jsonl,mot"];
+    let output = pursuit(&[&args[..], &more].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(output.stderr.is_empty(), "no progress bar when piped: {}", stderr(&output));
+
+    let header =
+        "frame,time_s,target,state,x,y,w,h,score,pred_x,pred_y,pred_w,pred_h,meas_x,meas_y,meas_w,meas_h,update_ms";
+    assert!(std::fs::read_to_string(out.join("trajectory.csv")).unwrap().starts_with(header));
+    let rows = rows(&out.join("trajectory.csv"));
+    assert_eq!(rows.len(), 41);
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row["frame"], i.to_string());
+        assert!(["tracking", "occluded", "lost"].contains(&row["state"].as_str()));
+        if row["state"] == "tracking" {
+            assert!(["x", "y", "w", "h", "score", "meas_x"].iter().all(|c| row[*c].parse::<f64>().is_ok()), "{row:?}");
+            assert!(row["x"].split_once('.').is_some_and(|(_, decimals)| decimals.len() >= 3));
+        }
+    }
+    let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+    assert_eq!((&run["status"], &run["frame_count"]), (&"done".into(), &41.into()));
+    assert_eq!(run["recipe"]["parameters"]["color"], "yellow");
+    assert!(run["timing"]["update_ms"]["p99"].as_f64().unwrap() > 0.0);
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["frame_count"], 41);
+    for plot in ["x", "y", "width", "height", "score"] {
+        assert!(std::fs::read_to_string(out.join(format!("plots/{plot}.svg"))).unwrap().starts_with("<svg"));
+    }
+    assert_eq!(std::fs::read_to_string(out.join("trajectory.jsonl")).unwrap().lines().count(), 41);
+    assert!(out.join("trajectory.txt").exists());
+    assert_eq!(&std::fs::read(out.join("overlay.mp4")).unwrap()[4..8], b"ftyp");
+}
+
+#[test]
+fn runs_repeat_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, threads: &str| {
+        let out = folder.path().join(name);
+        let boxes = ["--box", "100,100,40,40", "--box", "300,200,60,40"];
+        let args = [
+            "track",
+            "scene:table-tennis",
+            "--tracker",
+            "ball",
+            "--no-video",
+            "--to",
+            "20",
+            "--threads",
+            threads,
+            "--out",
+        ];
+        let output = pursuit(&[&args[..], &[out.to_str().unwrap()], &boxes].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let mut rows = rows(&out.join("trajectory.csv"));
+        rows.iter_mut().for_each(|r| drop(r.remove("update_ms")));
+        rows
+    };
+    let first = run("a", "1");
+    assert_eq!(first.len(), 42);
+    assert_eq!(first, run("b", "2"));
+}
