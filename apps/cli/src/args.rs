@@ -126,7 +126,7 @@ pub struct Track {
     #[arg(long, value_name = "N")]
     pub to: Option<u64>,
     /// Assume this many frames a second instead of the input's own times
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
     /// Seed of everything random
     #[arg(long, value_name = "N")]

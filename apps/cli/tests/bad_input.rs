@@ -17,16 +17,18 @@ fn detect(input: &Path) -> Output {
     track(input, &["--detect", "ball", "--set", "color=orange"])
 }
 
-/// A binary PGM is not among what we read; these are PNGs made by hand, grey, of one value.
+/// A grey PNG, made row by row.
 fn png(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::Fast);
-    let mut writer = encoder.write_header().unwrap().into_stream_writer().unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    let mut rows = writer.stream_writer().unwrap();
     let row = vec![90; 3 * width as usize];
-    (0..height).for_each(|_| writer.write_all(&row).unwrap());
-    writer.finish().unwrap();
+    (0..height).for_each(|_| rows.write_all(&row).unwrap());
+    rows.finish().unwrap();
+    drop(writer);
     bytes
 }
 
