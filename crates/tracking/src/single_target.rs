@@ -1,4 +1,4 @@
-use crate::roles::{Evidence, Localizer, MotionFilter, Policy, Proposer};
+use crate::roles::{Evidence, Localizer, MotionFilter, Policy, Prior, Proposer, Verdict};
 use crate::{Estimate, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
@@ -90,6 +90,7 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
         let found = self.localizer.locate(frame, &search)?;
         let evidence = Evidence { frame, prior: &prior, search: &search, found: found.as_ref(), state: self.state };
         let verdict = self.policy.judge(&evidence);
+        let verdict = self.within_reach(verdict, frame, &prior);
         let believed = found.as_ref().filter(|_| verdict.state == TrackState::Tracking);
         if let Some(measurement) = believed {
             if self.state == TrackState::Lost {
@@ -113,6 +114,17 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
             covariance: self.motion.covariance(),
             diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
         })
+    }
+
+    /// A target coasted out of the picture's neighbourhood (long unseen, or after a gap in time) is lost, whatever the
+    /// policy says: nobody can search for it there, and nobody should steer by it.
+    fn within_reach(&self, verdict: Verdict, frame: &Frame, prior: &Prior) -> Verdict {
+        let Size { width, height } = frame.size();
+        let reach = frame.size().bounds().expanded(width.max(height) as f64);
+        if verdict.state != TrackState::Occluded || reach.contains(prior.bbox.center()) {
+            return verdict;
+        }
+        Verdict { state: TrackState::Lost, score: 0.0, learn: false }
     }
 
     /// Seconds since the last frame, after checking that this one fits.
