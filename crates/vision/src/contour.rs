@@ -79,7 +79,7 @@ pub fn pixel_hull(outline: &[(usize, usize)], hull: &mut Vec<Point>, scratch: &m
 /// Writes the convex hull of `points` (which get sorted) to `hull`, in order, without collinear points.
 pub fn convex_hull(points: &mut Vec<Point>, hull: &mut Vec<Point>) {
     hull.clear();
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     if points.len() < 3 {
         hull.extend_from_slice(points);

@@ -71,7 +71,7 @@ impl RegionFinder {
         self.regions.clear();
         let large = self.sums.iter().flatten().filter(|s| s.area >= least_area as u64);
         self.regions.extend(large.map(Sums::region));
-        self.regions.sort_by_key(|r| (r.first.1, r.first.0));
+        self.regions.sort_unstable_by_key(|r| (r.first.1, r.first.0));
         &self.regions
     }
 

@@ -16,7 +16,9 @@ const SHAPE_OVER_OPENING: f64 = 3.0;
 /// A detection this convincing ends the search.
 const CONVINCING: f64 = 0.85;
 /// Chance of a region of clutter to look round.
-const CHANCE: f64 = 0.05;
+const CHANCE: f64 = 0.06;
+/// What the likeness of a region that touches the frame's border is worth: part of its outline is the border's.
+const CUT: f64 = 0.9;
 /// Distance in RGB codes between the ball and its surroundings at which the border is plain.
 const PLAIN_STEP: f64 = 40.0;
 /// 4π area / perimeter² of a disk of pixels, outline through their centres.
@@ -95,8 +97,18 @@ impl BallDetector {
                 } else {
                     self.eye.find_opened(frame, radius, least_area / 2.0, keep)?;
                 }
+                if self.eye.count_of_at_least(0.0) == 0 {
+                    // Stricter ranges and wider openings leave less still.
+                    if step == 0 {
+                        return Ok(false);
+                    }
+                    break;
+                }
                 for candidate in self.eye.candidates().iter().filter(|c| c.area >= least_area) {
-                    let likeness = ball_likeness(&self.eye, candidate) * uniqueness(&self.eye, candidate);
+                    let inside = candidate.bbox.expanded(1.0).fraction_inside(&frame.size().bounds()) == 1.0;
+                    let likeness = ball_likeness(&self.eye, candidate)
+                        * uniqueness(&self.eye, candidate)
+                        * if inside { 1.0 } else { CUT };
                     if likeness >= self.params.min_likeness_again.min(self.params.min_likeness) {
                         found.push(Detection { bbox: candidate.bbox, confidence: likeness });
                     }

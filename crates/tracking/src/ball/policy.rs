@@ -11,6 +11,8 @@ const MARGIN: f64 = 1.0;
 
 /// Confidence asked of what shows up at the gate's edge after the ball was missed: like-coloured things pass by.
 const FAR_AND_UNSEEN: f64 = 0.85;
+/// The gate's covariance is shrunk to this fraction while the ball is coasted.
+const UNSEEN: f64 = 0.5;
 /// What a frame counts in which the ball is predicted outside of the picture.
 const OUTSIDE: u32 = 4;
 
@@ -33,6 +35,8 @@ impl Proposer for BallProposer {
         let Some(gate) = prior.innovation_covariance.filter(|_| state != TrackState::Lost) else {
             return Search { expected, region: frame.size().bounds(), gate: None, wide: true };
         };
+        // A hidden ball may bounce behind what hides it, but far more often what shows up far away is something else.
+        let gate = if state == TrackState::Occluded { gate * UNSEEN } else { gate };
         let extent = expected.area().sqrt();
         let reach = |variance: f64| {
             let slack = self.gate_slack * extent;
