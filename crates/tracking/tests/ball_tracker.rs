@@ -89,6 +89,16 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
             let found = detector(name).detect(&picture).unwrap();
             assert_eq!(found.len(), 1, "{name}, radius {radius}: {found:?}");
             assert!(found[0].bbox.iou(&truth) > 0.7, "{name}, radius {radius}: {found:?}");
+            for color in [name, "auto"] {
+                let mut tracker = recipe(color).init(&picture, found[0].bbox).unwrap();
+                let moved = Point::new(center.x + 3.0, center.y - 2.0);
+                let estimate = tracker.update(&ball_frame(1, moved, moved, radius, rgb)).unwrap();
+                let overlap = estimate.bbox.iou(&truth.translated(3.0, -2.0));
+                assert!(
+                    estimate.state == TrackState::Tracking && overlap > 0.7,
+                    "{color}, radius {radius}: {estimate:?}"
+                );
+            }
             let other = if name == "blue" { "red" } else { "blue" };
             assert_eq!(detector(other).detect(&picture).unwrap(), [], "{other} is not {name}");
             if name != "white" {

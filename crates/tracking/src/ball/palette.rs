@@ -114,14 +114,17 @@ fn hue_range(core: &[Hsv8], around: &[Hsv8], prior: Option<HsvRange>) -> HsvRang
     let middle = mean_hue(core);
     let apart = quantile(core.iter().filter(|c| c[1] >= GRAY / 2).map(|c| hue_distance(c[0], middle)), 0.9);
     let reach = apart.unwrap_or(8).saturating_add(4).clamp(8, 16);
-    let mut range =
-        HsvRange { hue_low: (middle + HUES - reach) % HUES, hue_high: (middle + reach) % HUES, ..HsvRange::ALL };
+    let mut range = HsvRange {
+        hue_low: hue_at(middle, -i16::from(reach)),
+        hue_high: hue_at(middle, i16::from(reach)),
+        ..HsvRange::ALL
+    };
     if let Some(prior) = prior {
         // Walk each end inwards to the prior's hues.
         let inside = |hue| prior.contains([hue, prior.saturation_low, prior.value_low]);
-        let ends = |from: u8, step: u8| (0..=reach).map(move |k| (from + k * step % HUES) % HUES).find(|h| inside(*h));
-        range.hue_low = ends(range.hue_low, 1).unwrap_or(prior.hue_low);
-        range.hue_high = ends(range.hue_high, HUES - 1).unwrap_or(prior.hue_high);
+        let end = |from: u8, step: i16| (0..=i16::from(reach)).map(|k| hue_at(from, k * step)).find(|h| inside(*h));
+        range.hue_low = end(range.hue_low, 1).unwrap_or(prior.hue_low);
+        range.hue_high = end(range.hue_high, -1).unwrap_or(prior.hue_high);
     }
     let value = quantile(core.iter().map(|c| c[2]), 0.1).unwrap_or(80);
     range.value_low = (value / 2).max(25);
@@ -147,6 +150,11 @@ fn mean_hue(colors: &[Hsv8]) -> u8 {
         .fold((0.0, 0.0), |(x, y), &[h, s, _]| (x + f64::from(s) * angle(h).cos(), y + f64::from(s) * angle(h).sin()));
     let hue = y.atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * f64::from(HUES);
     hue.round() as u8 % HUES
+}
+
+/// The hue `offset` codes on, around the circle.
+fn hue_at(hue: u8, offset: i16) -> u8 {
+    (i16::from(hue) + offset).rem_euclid(i16::from(HUES)) as u8
 }
 
 fn hue_distance(a: u8, b: u8) -> u8 {
@@ -181,6 +189,7 @@ mod tests {
         assert_eq!(quantile([].into_iter(), 0.5), None);
         assert_eq!(mean_hue(&[[178, 200, 9], [4, 200, 9]]), 1, "red wraps");
         assert_eq!(hue_distance(178, 4), 6);
+        assert_eq!((hue_at(179, 16), hue_at(4, -16), hue_at(120, 16)), (15, 168, 136));
     }
 
     #[test]
