@@ -1,4 +1,4 @@
-use crate::roles::{Evidence, Localizer, MotionFilter, Policy, Prior, Proposer, Verdict};
+use crate::roles::{Evidence, Localizer, Measurement, MotionFilter, Policy, Prior, Proposer, Verdict};
 use crate::{Estimate, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
@@ -90,7 +90,7 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
         let found = self.localizer.locate(frame, &search)?;
         let evidence = Evidence { frame, prior: &prior, search: &search, found: found.as_ref(), state: self.state };
         let verdict = self.policy.judge(&evidence);
-        let verdict = self.within_reach(verdict, frame, &prior);
+        let verdict = Self::within_reach(verdict, frame, &prior, found.as_ref());
         let believed = found.as_ref().filter(|_| verdict.state == TrackState::Tracking);
         if let Some(measurement) = believed {
             if self.state == TrackState::Lost {
@@ -116,15 +116,20 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
         })
     }
 
-    /// A target coasted out of the picture's neighbourhood (long unseen, or after a gap in time) is lost, whatever the
-    /// policy says: nobody can search for it there, and nobody should steer by it.
-    fn within_reach(&self, verdict: Verdict, frame: &Frame, prior: &Prior) -> Verdict {
+    /// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
+    /// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there,
+    /// and nobody should steer by it.
+    fn within_reach(verdict: Verdict, frame: &Frame, prior: &Prior, found: Option<&Measurement>) -> Verdict {
         let Size { width, height } = frame.size();
+        let outside = found.is_none_or(|f| f.bbox.clipped_to(frame.size()).is_none());
+        let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
         let reach = frame.size().bounds().expanded(width.max(height) as f64);
-        if verdict.state != TrackState::Occluded || reach.contains(prior.bbox.center()) {
-            return verdict;
-        }
-        Verdict { state: TrackState::Lost, score: 0.0, learn: false }
+        let state = if state == TrackState::Occluded && !reach.contains(prior.bbox.center()) {
+            TrackState::Lost
+        } else {
+            state
+        };
+        if state == verdict.state { verdict } else { Verdict { state, score: 0.0, learn: false } }
     }
 
     /// Seconds since the last frame, after checking that this one fits.
