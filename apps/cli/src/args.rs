@@ -56,6 +56,8 @@ pub enum Command {
     Track(Box<Track>),
     /// Measure trackers on annotated sequences
     Eval(Eval),
+    /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
+    Reproduce(Reproduce),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
     /// Print a completion script for a shell
@@ -148,6 +150,53 @@ impl Format {
             Self::Jsonl => "jsonl",
             Self::Mot => "mot",
             Self::Parquet => "parquet",
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// The paper
+    #[arg(value_enum)]
+    pub paper: Paper,
+    /// Folder for the results and pictures [default: pursuit-out/reproduce-PAPER]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// How many seeds to average over [default: what the bars ask for]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: Option<u32>,
+    /// Exit with 1 when a figure misses its bar
+    #[arg(long)]
+    pub check: bool,
+    /// Print the results as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Paper {
+    /// A ball followed by its colour and a linear Kalman filter
+    Ball,
+    /// A constant-acceleration filter that predicts a walking person
+    Qu2010,
+    /// Depth, a correlation filter and a particle filter (the filter part)
+    Zhai2024,
+    /// TLD with a Kalman filter that corrects at manoeuvres (the filter part)
+    Zhu2014,
+    /// A Kalman filter whose transition is learnt by support vector regression
+    Gao2007,
+}
+
+impl Paper {
+    /// The facade's name for it.
+    pub const fn of_library(self) -> pursuit::reproduce::Paper {
+        use pursuit::reproduce::Paper as Library;
+        match self {
+            Self::Ball => Library::Ball,
+            Self::Qu2010 => Library::Qu2010,
+            Self::Zhai2024 => Library::Zhai2024,
+            Self::Zhu2014 => Library::Zhu2014,
+            Self::Gao2007 => Library::Gao2007,
         }
     }
 }

@@ -1,3 +1,4 @@
+use pursuit_estimation::EstimationError;
 use pursuit_evaluation::EvaluationError;
 use pursuit_media::MediaError;
 use pursuit_tracking::TrackingError;
@@ -22,6 +23,9 @@ pub enum RunError {
     /// An evaluation that cannot be run or kept.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
+    /// A filter refuses its parameters or a measurement.
+    #[error(transparent)]
+    Estimation(#[from] EstimationError),
     /// A file cannot be written.
     #[error("cannot write {}: {source}; what was written before is kept", path.display())]
     Output {
@@ -43,6 +47,7 @@ impl RunError {
             Self::Evaluation(EvaluationError::Option(_)) => 2,
             Self::Evaluation(_) => 3,
             Self::Output { .. } => 4,
+            Self::Estimation(_) => 1,
             Self::Tracking(e) => match e {
                 TrackingError::FrameSize { .. } | TrackingError::MissingPlane { .. } => 3,
                 TrackingError::StartBox { .. }

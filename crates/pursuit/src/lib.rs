@@ -12,6 +12,7 @@ mod error;
 mod input;
 pub mod plot;
 mod record;
+pub mod reproduce;
 mod run_file;
 mod session;
 pub mod sinks;

@@ -2,6 +2,7 @@
 
 pub mod demo;
 pub mod eval;
+pub mod reproduce;
 pub mod track;
 pub mod trackers;
 

@@ -1,0 +1,31 @@
+use super::print;
+use crate::args::Reproduce;
+use pursuit::reproduce::{self, Options, Reproduction};
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// `pursuit reproduce PAPER`.
+pub fn run(args: &Reproduce) -> anyhow::Result<ExitCode> {
+    let paper = args.paper.of_library();
+    let out = match &args.out {
+        Some(folder) => folder.clone(),
+        None => PathBuf::from(format!("pursuit-out/reproduce-{}", paper.name())),
+    };
+    let reproduction = reproduce::run(paper, &Options { seeds: args.seeds })?;
+    reproduction.write(&out)?;
+    let text = if args.json { reproduction.to_json()? } else { summary(&reproduction, &out)? };
+    print(text.as_bytes())?;
+    let missed = reproduction.missed().count();
+    if args.check && missed > 0 {
+        anstream::eprintln!("{}: {missed} figures of {} miss their bar", crate::console::ERROR, paper.name());
+        return Ok(ExitCode::FAILURE);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn summary(reproduction: &Reproduction, out: &std::path::Path) -> anyhow::Result<String> {
+    let mut text = reproduction.to_string();
+    writeln!(text, "Results and pictures: {}", out.display())?;
+    Ok(text)
+}
