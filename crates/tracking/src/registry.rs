@@ -106,7 +106,7 @@ impl DetectorEntry {
 }
 
 /// The tracker used where none is named.
-pub const DEFAULT_TRACKER: &str = "ball";
+pub const DEFAULT_TRACKER: &str = "kcf";
 
 /// Every tracker.
 pub const fn trackers() -> &'static [TrackerEntry] {
