@@ -1,4 +1,5 @@
 //! Bad input and bad output: a one-line error that names the thing and the mend, the right exit status, nothing lost.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! What scripts rely on: commands, names, exit status.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

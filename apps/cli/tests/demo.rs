@@ -1,4 +1,5 @@
 //! The README's first command.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

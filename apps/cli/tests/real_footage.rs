@@ -1,4 +1,5 @@
 //! The first main job on real footage: follow a coloured ball. Skipped, saying so, where the footage is not there.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 
