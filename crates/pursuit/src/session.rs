@@ -94,11 +94,7 @@ impl<'a> Session<'a> {
             }
             let waited = Instant::now();
             let Some(frame) = self.source.next_frame()? else {
-                return if run.frames == 0 && self.stop.load(Ordering::Relaxed) {
-                    Ok(Ended::Stopped)
-                } else {
-                    Ok(Ended::Input)
-                };
+                return Ok(if self.stop.load(Ordering::Relaxed) { Ended::Stopped } else { Ended::Input });
             };
             run.decode.add(ms_since(waited));
             let frame = Arc::new(frame);
