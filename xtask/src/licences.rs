@@ -66,8 +66,10 @@ fn conjunction(words: &[&str], at: &mut usize) -> bool {
 }
 
 fn one(words: &[&str], at: &mut usize) -> bool {
-    let Some(word) = words.get(*at) else { return false };
+    let word = words.get(*at);
+    // Also past the end, so that an expression that breaks off is not taken for a whole one.
     *at += 1;
+    let Some(word) = word else { return false };
     if *word == "(" {
         let met = alternatives(words, at);
         let closed = words.get(*at) == Some(&")");
