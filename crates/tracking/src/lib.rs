@@ -20,6 +20,7 @@ pub mod registry;
 mod roles;
 mod single_target;
 mod snapshot;
+pub mod staple;
 mod target_set;
 mod tracker;
 

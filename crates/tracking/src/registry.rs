@@ -116,6 +116,7 @@ pub const fn trackers() -> &'static [TrackerEntry] {
         TrackerEntry::of::<crate::kcf::KcfFixedParams>(),
         TrackerEntry::of::<crate::kcf::CskParams>(),
         TrackerEntry::of::<crate::mosse::MosseParams>(),
+        TrackerEntry::of::<crate::staple::StapleParams>(),
     ];
     TRACKERS
 }

@@ -6,7 +6,7 @@ use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_tracking::registry;
 use pursuit_tracking::{TargetSet, TrackState, Tracker};
 
-const NAMES: [&str; 4] = ["kcf", "kcf-fixed", "csk", "mosse"];
+const NAMES: [&str; 5] = ["kcf", "kcf-fixed", "csk", "mosse", "staple"];
 const SIZE: Size = Size::new(240, 180);
 
 /// A value in 0–255 that depends on the place alone and is smooth over a few pixels.
@@ -182,6 +182,20 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
         });
         assert!(counted.bytes_current < 2 << 20, "{name}: {} bytes", counted.bytes_current);
         println!("{name}: {} bytes", counted.bytes_current);
+    }
+}
+
+#[test]
+fn a_target_that_vanishes_is_no_longer_reported_as_tracked() {
+    for name in NAMES {
+        let frame = |k: u64, there: bool| color(k, there.then(|| path(k, 40.0, 40.0)));
+        let mut tracker = start(name, &frame(0, true), path(0, 40.0, 40.0));
+        for k in 1..20 {
+            assert_eq!(tracker.update(&frame(k, true)).unwrap().state, TrackState::Tracking, "{name} frame {k}");
+        }
+        let states: Vec<_> = (20..40).map(|k| tracker.update(&frame(k, false)).unwrap().state).collect();
+        let blind = states.iter().filter(|s| **s == TrackState::Tracking).count();
+        assert!(blind <= 2, "{name}: tracked nothing in {blind} of 20 frames: {states:?}");
     }
 }
 

@@ -21,6 +21,11 @@ pub trait Features: Clone + Send {
 
     /// Features of `window`; `out` becomes [`channels`](Self::channels) planes of the size of [`grid`](Self::grid).
     fn extract(&mut self, frame: &Frame, window: &Window, out: &mut Planes);
+
+    /// The patch the features were last made of, values 0–255, where it is kept.
+    fn patch(&self) -> Option<&Planes> {
+        None
+    }
 }
 
 /// Raw grey values in `[-0.5, 0.5]` (henriques2015, section 7: pixels, less ½), one cell a pixel.
@@ -88,11 +93,6 @@ impl HogFeatures {
     pub fn new(layout: HogLayout, cell_px: usize, color: bool) -> Self {
         Self { sampler: Sampler::new(), hog: Hog::new(layout, cell_px), patch: Planes::default(), color }
     }
-
-    /// The patch the features were last made of, values 0–255: one plane, or three of colour.
-    pub const fn patch(&self) -> &Planes {
-        &self.patch
-    }
 }
 
 impl Features for HogFeatures {
@@ -111,6 +111,11 @@ impl Features for HogFeatures {
             self.sampler.gray(frame.gray(), window, &mut self.patch);
         }
         self.hog.extract(&self.patch, out);
+    }
+
+    /// One plane, or three of colour.
+    fn patch(&self) -> Option<&Planes> {
+        Some(&self.patch)
     }
 }
 
@@ -131,7 +136,7 @@ mod tests {
             features.extract(&frame, &window, &mut out);
             assert_eq!((out.size(), out.channels()), (Size::new(5, 4), 31));
             assert_eq!(features.grid(window.patch), out.size());
-            assert_eq!(features.patch().channels(), if color { 3 } else { 1 });
+            assert_eq!(features.patch().unwrap().channels(), if color { 3 } else { 1 });
         }
         GrayFeatures::default().extract(&frame, &window, &mut out);
         assert_eq!((out.size(), out.channels()), (window.patch, 1));

@@ -1,17 +1,26 @@
-use super::{Features, PeakQuality, ResponsePeak, Template};
+use super::{Features, PeakQuality, ResponsePeak, ScaleFilter, ScaleFilterSettings, Template};
 use crate::{Diagnostics, Localizer, Measurement, Search};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
 
+/// What a filter is shown of a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// Features, weighted by the Hann window.
+    pub features: &'a Planes,
+    /// The pixels they were made of, values 0–255, where the features keep them.
+    pub patch: Option<&'a Planes>,
+}
+
 /// A filter that answers a window's features with a plane whose peak is the target's displacement.
 pub trait ResponseFilter: Clone + Send {
-    /// The response to `features`; `response` has one entry for each cell, the first one means no displacement.
-    fn respond(&mut self, features: &Planes, response: &mut [f32]);
+    /// The response to what is seen; `response` has one entry for each cell, the first one means no displacement.
+    fn respond(&mut self, seen: Seen<'_>, response: &mut [f32]);
 
-    /// Learns `features` centred on the target, `rate` (0–1) new and the rest as before; 1 forgets everything.
-    fn learn(&mut self, features: &Planes, rate: f64);
+    /// Learns what is seen, centred on the target, `rate` (0–1) new and the rest as before; 1 forgets everything.
+    fn learn(&mut self, seen: Seen<'_>, rate: f64);
 
     /// Makes plans and scratch anew after a saved state has been read.
     ///
@@ -36,6 +45,11 @@ pub trait Assembly: Clone + Send {
     /// An untaught filter for the grid of `template`'s patch.
     fn filter(&self, template: &Template, grid: Size) -> Self::Filter;
 
+    /// The filter along scale, where sizes are not simply tried.
+    fn scale_filter(&self) -> Option<ScaleFilterSettings> {
+        None
+    }
+
     /// How to search and learn.
     fn settings(&self) -> &SearchSettings;
 }
@@ -59,6 +73,14 @@ pub struct SearchSettings {
     pub calibration: Calibration,
 }
 
+impl SearchSettings {
+    /// The last size first, then `levels` sizes on either side of it, each `step` times the next smaller.
+    pub fn scale_ladder(step: f64, levels: usize) -> Vec<f64> {
+        let exponents = std::iter::once(0).chain((1..=levels as i32).flat_map(|k| [-k, k]));
+        exponents.map(|k| step.powi(k)).collect()
+    }
+}
+
 /// Probability that the box is right, a logistic function of the response's figures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -70,13 +92,29 @@ pub struct Calibration {
     pub psr: f64,
     /// Weight of ln APCE.
     pub apce: f64,
+    /// Weight of ln (peak / 0.6 of the mean peak so far) where that is negative: a peak as usual says nothing new, one that
+    /// collapses tells of an occlusion (wang2017, section 3.3, with the same 0.6).
+    pub collapse: f64,
 }
 
+/// Share of a new response in the means that later ones are compared with.
+const MEMORY: f64 = 0.05;
+
+/// A peak below this share of the usual one has collapsed (β₁ of wang2017).
+const COLLAPSED: f64 = 0.6;
+
 impl Calibration {
+    /// Knows nothing: one half, whatever the response.
+    pub const NONE: Self = Self { bias: 0.0, peak: 0.0, psr: 0.0, apce: 0.0, collapse: 0.0 };
+
     /// The probability, in `[0, 1]`.
-    pub fn probability(&self, quality: &PeakQuality) -> f64 {
+    fn probability(&self, quality: &PeakQuality, peak_ratio: f64) -> f64 {
         let ln = |v: f64| v.max(1e-3).ln();
-        let z = self.bias + self.peak * quality.peak + self.psr * ln(quality.psr) + self.apce * ln(quality.apce);
+        let z = self.bias
+            + self.peak * quality.peak
+            + self.psr * ln(quality.psr)
+            + self.apce * ln(quality.apce)
+            + self.collapse * (ln(peak_ratio) - ln(COLLAPSED)).min(0.0);
         1.0 / (1.0 + (-z).exp())
     }
 }
@@ -91,8 +129,13 @@ pub struct CorrelationLocalizer<A: Assembly> {
     assembly: A,
     template: Template,
     filter: A::Filter,
+    scale_filter: Option<ScaleFilter>,
     /// Where the search all over goes on.
     wide_cursor: usize,
+    /// Mean peak while the target was believed to be seen.
+    usual_peak: Option<f64>,
+    /// The peak of the last frame, which becomes part of the usual if it is believed.
+    last_peak: Option<f64>,
     #[serde(skip)]
     scratch: Option<Scratch<A::Features>>,
 }
@@ -117,6 +160,11 @@ impl<F: Features> Scratch<F> {
             response: vec![0.0; grid.area()],
             features,
         }
+    }
+
+    /// What was extracted last.
+    fn seen(&self) -> Seen<'_> {
+        Seen { features: &self.planes, patch: self.features.patch() }
     }
 
     /// Features of the window, weighted.
@@ -160,9 +208,19 @@ impl<A: Assembly> CorrelationLocalizer<A> {
         for k in 0..assembly.settings().first_samples.max(1) {
             scratch.extract(frame, &perturbed(template.window(bbox.center(), 1.0), k));
             // Running mean of all samples.
-            filter.learn(&scratch.planes, 1.0 / (k + 1) as f64);
+            filter.learn(scratch.seen(), 1.0 / (k + 1) as f64);
         }
-        Self { assembly, template, filter, wide_cursor: 0, scratch: Some(scratch) }
+        let scale_filter = assembly.scale_filter().map(|settings| ScaleFilter::new(settings, frame, bbox));
+        Self {
+            assembly,
+            template,
+            filter,
+            scale_filter,
+            wide_cursor: 0,
+            usual_peak: None,
+            last_peak: None,
+            scratch: Some(scratch),
+        }
     }
 
     /// The template.
@@ -184,6 +242,9 @@ impl<A: Assembly> CorrelationLocalizer<A> {
             return Err("its template has a size that cannot be".into());
         }
         let features = self.assembly.features();
+        if let Some(scale_filter) = &mut self.scale_filter {
+            scale_filter.revive()?;
+        }
         self.filter.revive(features.grid(self.template.patch()), features.channels())?;
         self.scratch = Some(Scratch::new(features, self.template.patch()));
         Ok(())
@@ -193,7 +254,8 @@ impl<A: Assembly> CorrelationLocalizer<A> {
         let Self { assembly, template, filter, scratch, .. } = self;
         let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
         scratch.extract(frame, &template.window(center, scale));
-        filter.respond(&scratch.planes, &mut scratch.response);
+        let Scratch { features, planes, response, .. } = &mut *scratch;
+        filter.respond(Seen { features: planes, patch: features.patch() }, response);
         let width = scratch.planes.size().width;
         let peak = ResponsePeak::of(&scratch.response, width)?;
         let cell = template.step(scale) * scratch.features.cell_px() as f64;
@@ -202,10 +264,14 @@ impl<A: Assembly> CorrelationLocalizer<A> {
     }
 
     fn learn(&mut self, frame: &Frame, bbox: &BBox, rate: f64) {
-        let Self { assembly, template, filter, scratch, .. } = self;
+        let Self { assembly, template, filter, scale_filter, scratch, .. } = self;
         let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
-        scratch.extract(frame, &template.window(bbox.center(), template.scale_of(bbox)));
-        filter.learn(&scratch.planes, rate);
+        let scale = template.scale_of(bbox);
+        scratch.extract(frame, &template.window(bbox.center(), scale));
+        filter.learn(scratch.seen(), rate);
+        if let Some(filter) = scale_filter {
+            filter.learn(frame, &template.bbox(bbox.center(), scale));
+        }
     }
 
     /// The best of all sizes at one place.
@@ -223,6 +289,9 @@ impl<A: Assembly> CorrelationLocalizer<A> {
         }
         let (_, mut found) = best?;
         found.scale = scale * (found.scale / scale).powf(self.assembly.settings().scale_gain);
+        if let Some(filter) = &mut self.scale_filter {
+            found.scale *= filter.locate(frame, &self.template.bbox(found.center, found.scale));
+        }
         Some(found)
     }
 
@@ -259,19 +328,28 @@ impl<A: Assembly> Localizer for CorrelationLocalizer<A> {
         } else {
             self.search_near(frame, search.expected.center(), scale)
         };
-        Ok(found.map(|Candidate { center, scale, quality, .. }| Measurement {
-            bbox: self.template.bbox(center, scale),
-            confidence: self.assembly.settings().calibration.probability(&quality),
-            sigma_px: None,
-            diagnostics: Diagnostics::default()
-                .with("peak", quality.peak)
-                .with("psr", quality.psr)
-                .with("apce", quality.apce),
+        self.last_peak = found.map(|f| f.quality.peak);
+        Ok(found.map(|Candidate { center, scale, quality, .. }| {
+            let ratio = self.usual_peak.map_or(1.0, |usual| quality.peak / usual.max(1e-6));
+            Measurement {
+                bbox: self.template.bbox(center, scale),
+                confidence: self.assembly.settings().calibration.probability(&quality, ratio),
+                sigma_px: None,
+                diagnostics: Diagnostics::default()
+                    .with("peak", quality.peak)
+                    .with("psr", quality.psr)
+                    .with("apce", quality.apce)
+                    .with("peak_ratio", ratio),
+            }
         }))
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
         self.learn(frame, &bbox, self.assembly.settings().learning_rate);
+        if let Some(peak) = self.last_peak {
+            let usual = self.usual_peak.get_or_insert(peak);
+            *usual += MEMORY * (peak - *usual);
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@ mod features;
 mod localizer;
 mod proposer;
 mod response;
+mod scale_filter;
 mod spectrum;
 mod template;
 #[cfg(test)]
@@ -14,8 +15,9 @@ pub(crate) mod twin;
 pub use assemble::CorrelationTracker;
 pub(crate) use assemble::{revive, start};
 pub use features::{Features, GrayFeatures, HogFeatures, LogGrayFeatures};
-pub use localizer::{Assembly, Calibration, CorrelationLocalizer, ResponseFilter, SearchSettings};
+pub use localizer::{Assembly, Calibration, CorrelationLocalizer, ResponseFilter, SearchSettings, Seen};
 pub use proposer::NearThenWide;
 pub use response::{PeakQuality, ResponsePeak};
+pub use scale_filter::{ScaleFilter, ScaleFilterSettings};
 pub use spectrum::Spectra;
 pub use template::Template;

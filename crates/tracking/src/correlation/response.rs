@@ -1,6 +1,7 @@
 use pursuit_vision::fourier::{
     average_peak_to_correlation_energy, highest, parabola_peak, peak_to_sidelobe_ratio, signed_shift,
 };
+use serde::{Deserialize, Serialize};
 
 /// What a response plane says: where its peak is and how clearly it stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +15,7 @@ pub struct ResponsePeak {
 }
 
 /// How clearly a response's peak stands out.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PeakQuality {
     /// Largest value.
     pub peak: f64,

@@ -94,8 +94,6 @@ pub type KcfTracker = CorrelationTracker<KcfAssembly>;
 
 impl KcfParams {
     fn assembly(&self) -> KcfAssembly {
-        let levels = self.scale_levels as i32;
-        let factor = |k: i32| self.scale_step.powi(k);
         KcfAssembly {
             padding: self.padding,
             hog_cell_px: (self.features == KcfFeatureKind::Hog).then_some(self.cell_px),
@@ -108,7 +106,7 @@ impl KcfParams {
             lambda: self.lambda,
             label_sigma: self.label_sigma,
             settings: SearchSettings {
-                scale_factors: std::iter::once(0).chain((1..=levels).flat_map(|k| [-k, k])).map(factor).collect(),
+                scale_factors: SearchSettings::scale_ladder(self.scale_step, self.scale_levels),
                 scale_penalty: self.scale_penalty,
                 scale_gain: 1.0,
                 learning_rate: self.learning_rate,

@@ -1,5 +1,5 @@
 use super::Kernel;
-use crate::correlation::{ResponseFilter, Spectra};
+use crate::correlation::{ResponseFilter, Seen, Spectra};
 use pursuit_geometry::Size;
 use pursuit_vision::fourier::spectra::{add_conj_product, blend};
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label};
@@ -88,7 +88,8 @@ impl Work {
 }
 
 impl ResponseFilter for KernelFilter {
-    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
+    fn respond(&mut self, seen: Seen<'_>, response: &mut [f32]) {
+        let features = seen.features;
         let Some(work) = &mut self.work else { return };
         work.transform(features);
         let norms = self.model_norm + square_norm(features.as_slice());
@@ -98,7 +99,8 @@ impl ResponseFilter for KernelFilter {
         work.fft.inverse(&work.sum, response, &mut work.scratch);
     }
 
-    fn learn(&mut self, features: &Planes, rate: f64) {
+    fn learn(&mut self, seen: Seen<'_>, rate: f64) {
+        let features = seen.features;
         let Some(work) = &mut self.work else { return };
         work.transform(features);
         work.kernel_correlation(self.kernel, None, 2.0 * square_norm(features.as_slice()));

@@ -4,7 +4,7 @@
 use super::filter::Work;
 use super::{Kernel, KernelFilter};
 use crate::correlation::twin::{C, assert_close, complex, conj, dft, div, fixture, mul, numbers, real};
-use crate::correlation::{ResponseFilter, ResponsePeak};
+use crate::correlation::{ResponseFilter, ResponsePeak, Seen};
 use pursuit_geometry::Size;
 use pursuit_vision::sampling::Planes;
 use serde_json::Value;
@@ -171,9 +171,9 @@ fn training_and_detection_equal_the_fixture() {
         // The fast path.
         let (h, w) = case.size;
         let mut filter = KernelFilter::new(case.kernel, lambda, label_sigma, Size::new(w, h));
-        filter.learn(&case.planes(&case.x), 1.0);
+        filter.learn(Seen { features: &case.planes(&case.x), patch: None }, 1.0);
         let mut fast = vec![0.0_f32; h * w];
-        filter.respond(&case.planes(&case.z), &mut fast);
+        filter.respond(Seen { features: &case.planes(&case.z), patch: None }, &mut fast);
         // A kernel value off by δ moves a bin of its spectrum by at most N δ; α̂ = ŷ/(k̂ + λ) passes that on.
         let n = case.area() as f64;
         let (dxx, dxz) = (case.kernel_tolerance(&case.x, &case.x), case.kernel_tolerance(&case.x, &case.z));

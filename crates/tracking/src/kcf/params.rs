@@ -59,11 +59,11 @@ crate::parameters! {
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
         /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.2,
+        pub occluded_below: f64 = 0.1,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.25,
+        pub seen_from: f64 = 0.15,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.25,
+        pub learn_from: f64 = 0.15,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -99,9 +99,9 @@ impl KcfParams {
     /// sequences, each sequence weighing the same.
     pub(super) const fn calibration(&self) -> Calibration {
         match (self.features, self.scale_levels) {
-            (KcfFeatureKind::Gray, _) => Calibration { bias: -2.8, peak: 0.3, psr: 1.8, apce: -1.0 },
-            (KcfFeatureKind::Hog, 0) => Calibration { bias: -3.2, peak: -0.15, psr: 0.0, apce: 0.9 },
-            (KcfFeatureKind::Hog, _) => Calibration { bias: -3.3, peak: -0.6, psr: 0.2, apce: 0.86 },
+            (KcfFeatureKind::Gray, _) => Calibration { bias: -2.4, psr: 0.7, collapse: 3.0, ..Calibration::NONE },
+            (KcfFeatureKind::Hog, 0) => Calibration { bias: 0.2, peak: 1.0, collapse: 3.2, ..Calibration::NONE },
+            (KcfFeatureKind::Hog, _) => Calibration { bias: 0.3, psr: 0.2, collapse: 4.0, ..Calibration::NONE },
         }
     }
 
@@ -144,11 +144,11 @@ crate::parameters! {
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 9216.0,
         /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.15,
+        pub occluded_below: f64 = 0.07,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.2,
+        pub seen_from: f64 = 0.1,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.2,
+        pub learn_from: f64 = 0.1,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -192,11 +192,11 @@ crate::parameters! {
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 4096.0,
         /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.05,
+        pub occluded_below: f64 = 0.02,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.1,
+        pub seen_from: f64 = 0.04,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.05,
+        pub learn_from: f64 = 0.04,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }

@@ -1,12 +1,12 @@
-use crate::correlation::{ResponseFilter, Spectra};
+use crate::correlation::{ResponseFilter, Seen, Spectra};
 use pursuit_geometry::Size;
-use pursuit_vision::fourier::spectra::{blend, blend_real};
+use pursuit_vision::fourier::spectra::{add_power, add_product, blend, blend_real};
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label};
-use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
 
 /// The filter that minimises the sum of squared errors of its response over all samples (bolme2010, section 3.3):
-/// H* = A / (B + ε) with A = Σ G ⊙ F*, B = Σ F ⊙ F* (eqs. 5, 10–12). Several channels add up.
+/// H* = A / (B + ε) with A = Σ G ⊙ F*, B = Σ F ⊙ F* (eqs. 5, 10–12). With
+/// several channels each has its A, B is the sum of their energies and the responses add up (danelljan2014, eq. 4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MosseFilter {
     /// Regularisation ε, relative to the mean of B.
@@ -28,24 +28,26 @@ struct Work {
     scratch: FftScratch,
     /// G, the spectrum of the wanted response.
     label: Vec<Complex32>,
-    spectrum: Vec<Complex32>,
+    spectra: Vec<Complex32>,
+    sum: Vec<Complex32>,
     power: Vec<f32>,
 }
 
 impl Work {
-    fn new(grid: Size, label_sigma: f64) -> Self {
+    fn new(grid: Size, label_sigma: f64, channels: usize) -> Self {
         let fft = RealFft2::new(grid.width, grid.height);
         let mut scratch = FftScratch::default();
         let mut label = vec![Complex32::default(); fft.spectrum_len()];
         fft.forward(&gaussian_label(grid.width, grid.height, label_sigma, label_sigma), &mut label, &mut scratch);
-        Self { spectrum: label.clone(), power: vec![0.0; label.len()], fft, scratch, label }
+        let spectra = vec![Complex32::default(); label.len() * channels.max(1)];
+        Self { spectra, sum: label.clone(), power: vec![0.0; label.len()], fft, scratch, label }
     }
 }
 
 impl MosseFilter {
-    /// An untaught filter for one plane of `grid` cells; the wanted response is a Gaussian of `label_sigma` cells.
+    /// An untaught filter for planes of `grid` cells; the wanted response is a Gaussian of `label_sigma` cells.
     pub fn new(epsilon: f64, label_sigma: f64, grid: Size) -> Self {
-        let work = Some(Work::new(grid, label_sigma));
+        let work = Some(Work::new(grid, label_sigma, 1));
         Self { epsilon, label_sigma, numerator: Spectra::default(), denominator: Vec::new(), mean_power: 0.0, work }
     }
 
@@ -67,28 +69,34 @@ impl MosseFilter {
 }
 
 impl ResponseFilter for MosseFilter {
-    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
+    fn respond(&mut self, seen: Seen<'_>, response: &mut [f32]) {
         let epsilon = self.regularization();
         let Some(work) = &mut self.work else { return };
-        work.fft.forward(features.plane(0), &mut work.spectrum, &mut work.scratch);
-        for ((f, a), b) in work.spectrum.iter_mut().zip(&self.numerator.0).zip(&self.denominator) {
-            *f = *f * a / (b + epsilon);
+        work.sum.fill(Complex32::default());
+        let bins = work.sum.len();
+        for (plane, numerator) in seen.features.planes().zip(self.numerator.0.chunks_exact(bins)) {
+            work.fft.forward(plane, &mut work.spectra[..bins], &mut work.scratch);
+            add_product(&mut work.sum, &work.spectra[..bins], numerator);
         }
-        work.fft.inverse(&work.spectrum, response, &mut work.scratch);
+        work.sum.iter_mut().zip(&self.denominator).for_each(|(sum, b)| *sum /= b + epsilon);
+        work.fft.inverse(&work.sum, response, &mut work.scratch);
     }
 
-    fn learn(&mut self, features: &Planes, rate: f64) {
+    fn learn(&mut self, seen: Seen<'_>, rate: f64) {
         let Some(work) = &mut self.work else { return };
-        work.fft.forward(features.plane(0), &mut work.spectrum, &mut work.scratch);
-        for ((f, b), g) in work.spectrum.iter_mut().zip(&mut work.power).zip(&work.label) {
-            *b = f.norm_sqr();
-            *f = g * f.conj();
+        let bins = work.label.len();
+        work.spectra.resize(bins * seen.features.channels().max(1), Complex32::default());
+        work.power.fill(0.0);
+        for (plane, spectrum) in seen.features.planes().zip(work.spectra.chunks_exact_mut(bins)) {
+            work.fft.forward(plane, spectrum, &mut work.scratch);
+            add_power(&mut work.power, spectrum);
+            spectrum.iter_mut().zip(&work.label).for_each(|(f, g)| *f = g * f.conj());
         }
         if rate >= 1.0 {
-            self.numerator.0.clone_from(&work.spectrum);
+            self.numerator.0.clone_from(&work.spectra);
             self.denominator.clone_from(&work.power);
         } else {
-            blend(&mut self.numerator.0, &work.spectrum, rate as f32);
+            blend(&mut self.numerator.0, &work.spectra, rate as f32);
             blend_real(&mut self.denominator, &work.power, rate as f32);
         }
         let (height, columns) = (work.fft.size().height, work.fft.columns());
@@ -98,8 +106,9 @@ impl ResponseFilter for MosseFilter {
     }
 
     fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String> {
-        let work = Work::new(grid, self.label_sigma);
-        if channels != 1 || self.numerator.0.len() != work.label.len() || self.denominator.len() != work.label.len() {
+        let work = Work::new(grid, self.label_sigma, channels);
+        let bins = work.label.len();
+        if self.numerator.0.len() != bins * channels || self.denominator.len() != bins {
             return Err("its filter does not have the size of its template".into());
         }
         self.work = Some(work);

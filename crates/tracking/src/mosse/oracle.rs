@@ -1,8 +1,8 @@
 //! The fixture `mosse`: an `f64` twin to 1e-9 and the `f32` path.
 
 use super::MosseFilter;
-use crate::correlation::ResponseFilter;
 use crate::correlation::twin::{C, assert_close, complex, conj, dft, div, fixture, mul, numbers, real};
+use crate::correlation::{ResponseFilter, Seen};
 
 /// A = Σ G ⊙ F*, B = Σ F ⊙ F*.
 fn sums(samples: &[Vec<C>], label: &[C]) -> (Vec<C>, Vec<C>) {
@@ -64,10 +64,10 @@ fn filter_and_response_equal_the_fixture() {
         let mean_energy = b.iter().map(|c| c.0).sum::<f64>() / b.len() as f64;
         let mut fast = MosseFilter::with_label(&numbers(&case["g"]), epsilon / mean_energy, (w, h));
         for (k, sample) in samples.iter().enumerate() {
-            fast.learn(&plane(sample), 1.0 / (k + 1) as f64);
+            fast.learn(Seen { features: &plane(sample), patch: None }, 1.0 / (k + 1) as f64);
         }
         let mut got = vec![0.0_f32; h * w];
-        fast.respond(&plane(&numbers(&case["test"])), &mut got);
+        fast.respond(Seen { features: &plane(&numbers(&case["test"])), patch: None }, &mut got);
         let got: Vec<f64> = got.into_iter().map(f64::from).collect();
         // Relative error of a quotient of transforms: rounding of each bin against the smallest denominator.
         let smallest = b.iter().map(|c| c.0 + epsilon).fold(f64::INFINITY, f64::min);

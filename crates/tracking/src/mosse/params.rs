@@ -22,9 +22,9 @@ crate::parameters! {
         /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
         pub occluded_below: f64 = 0.1,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.12,
+        pub seen_from: f64 = 0.15,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.12,
+        pub learn_from: f64 = 0.15,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -52,5 +52,6 @@ crate::parameters! {
 impl MosseParams {
     /// What the response's figures say of the box, fitted by logistic regression to the overlap with the truth on real
     /// sequences, each sequence weighing the same.
-    pub(super) const CALIBRATION: Calibration = Calibration { bias: -3.0, peak: 2.3, psr: 0.75, apce: -0.3 };
+    pub(super) const CALIBRATION: Calibration =
+        Calibration { bias: -1.4, peak: 1.25, psr: 0.17, collapse: 3.1, ..Calibration::NONE };
 }
