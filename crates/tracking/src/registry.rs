@@ -106,12 +106,15 @@ impl DetectorEntry {
 }
 
 /// The tracker used where none is named.
-pub const DEFAULT_TRACKER: &str = "kcf";
+pub const DEFAULT_TRACKER: &str = "pursuit";
 
 /// Every tracker.
 pub const fn trackers() -> &'static [TrackerEntry] {
     const TRACKERS: &[TrackerEntry] = &[
+        TrackerEntry::of::<crate::pursuit::PursuitParams>(),
         TrackerEntry::of::<crate::ball::BallParams>(),
+        TrackerEntry::of::<crate::regularised::BacfParams>(),
+        TrackerEntry::of::<crate::regularised::StrcfParams>(),
         TrackerEntry::of::<crate::kcf::KcfParams>(),
         TrackerEntry::of::<crate::kcf::KcfFixedParams>(),
         TrackerEntry::of::<crate::kcf::CskParams>(),

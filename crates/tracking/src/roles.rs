@@ -100,6 +100,12 @@ pub trait Policy: Send {
     /// The judgement of this frame.
     fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict;
 
+    /// Whether a measurement moves the box although its verdict is `state` and not `Tracking`: the best guess of where the
+    /// target is, apart from whether it is seen. Nothing is learned from it.
+    fn follows(&self, _state: TrackState) -> bool {
+        false
+    }
+
     /// Forgets everything: a new target.
     fn restart(&mut self);
 }

@@ -103,6 +103,8 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
                 self.localizer.adapt(frame, self.motion.bbox())?;
             }
             self.last_believed = self.motion.bbox();
+        } else if let Some(guess) = found.as_ref().filter(|_| self.policy.follows(verdict.state)) {
+            self.motion.correct(guess).map_err(failed)?;
         }
         self.state = verdict.state;
         Ok(Estimate {

@@ -6,7 +6,7 @@ use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_tracking::registry;
 use pursuit_tracking::{TargetSet, TrackState, Tracker};
 
-const NAMES: [&str; 5] = ["kcf", "kcf-fixed", "csk", "mosse", "staple"];
+const NAMES: [&str; 8] = ["kcf", "kcf-fixed", "csk", "mosse", "staple", "bacf", "strcf", "pursuit"];
 const SIZE: Size = Size::new(240, 180);
 
 /// A value in 0–255 that depends on the place alone and is smooth over a few pixels.
@@ -180,7 +180,9 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
             let _ = tracker.update(&frame);
             kept = Some(tracker);
         });
-        assert!(counted.bytes_current < 2 << 20, "{name}: {} bytes", counted.bytes_current);
+        // Filters on 43 channels over a large window take more.
+        let most = if ["bacf", "strcf", "pursuit"].contains(&name) { 8 << 20 } else { 2 << 20 };
+        assert!(counted.bytes_current < most, "{name}: {} bytes", counted.bytes_current);
         println!("{name}: {} bytes", counted.bytes_current);
     }
 }

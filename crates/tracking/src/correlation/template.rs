@@ -31,6 +31,14 @@ impl Template {
         Self { width_px, height_px, step, patch: Size::new(side(width), side(height)) }
     }
 
+    /// For a target that starts as large as `bbox`: a square window whose side is `search` times that of the square of
+    /// equal area, sampled to `cells` × `cells` cells of `cell_px`.
+    pub fn square(bbox: &BBox, search: f64, cell_px: usize, cells: usize) -> Self {
+        let side = cells.max(FEWEST_CELLS) * cell_px;
+        let step = search * bbox.area().sqrt() / side as f64;
+        Self { width_px: bbox.width(), height_px: bbox.height(), step, patch: Size::new(side, side) }
+    }
+
     /// Size of the patch in pixels.
     pub const fn patch(&self) -> Size {
         self.patch

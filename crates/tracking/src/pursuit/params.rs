@@ -1,0 +1,94 @@
+crate::parameters! {
+    /// Parameters of the default tracker. What is not said to be ours is that of the paper it names.
+    pub struct PursuitParams for "pursuit" {
+        /// Side of a feature cell in patch pixels (galoogahi2017, section 4: 4), 2 to 16.
+        pub cell_px: usize = 4,
+        /// Cells along a side of the window (galoogahi2017: 50; ours: 40, as accurate and faster), an even number of the
+        /// form 2ᵃ3ᵇ5ᶜ is fastest, 16 to 128.
+        pub cells: usize = 40,
+        /// Side of the window as a multiple of the side of a square as large as the target (galoogahi2017, released code: 5),
+        /// 2 to 8.
+        pub search: f64 = 5.0,
+        /// Standard deviation of the label as a share of the target's side (galoogahi2017, section 4: 1/16), `(0, 1)`.
+        pub label_sigma: f64 = 0.0625,
+        /// Share of the new sample per frame, η (galoogahi2017, section 4: 0.013), `[0, 1]`.
+        pub learning_rate: f64 = 0.013,
+        /// First penalty of the alternating directions (galoogahi2017, section 4: 1), > 0.
+        pub penalty: f64 = 1.0,
+        /// Growth of the penalty per iteration (galoogahi2017, section 4: 10), 1 to 1000.
+        pub penalty_growth: f64 = 10.0,
+        /// Iterations per frame (galoogahi2017, section 4: 2), 1 to 10.
+        pub iterations: usize = 2,
+        /// Share of the new sample in the scale filter per frame (danelljan2017, section 5.2: 0.025), `[0, 1]`.
+        pub scale_learning_rate: f64 = 0.025,
+        /// Largest area of a scale sample in pixels (danelljan2017: 512; ours: 1024), 64 to 16384.
+        pub scale_area_px: f64 = 1024.0,
+        /// Views of the target remembered, the first one for good (ours), 1 to 64.
+        pub views: usize = 8,
+        /// Frames learned from one remembered view to the next (ours), at least 1.
+        pub view_every: usize = 15,
+        /// Windows looked at per frame while searching all over (ours), 1 to 1000.
+        pub wide_windows: usize = 5,
+        /// How far the predicted motion moves the search: 0 looks where the target was, 1 where it is predicted (ours),
+        /// `[0, 1]`.
+        pub lead: f64 = 0.0,
+        /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³ (ours), > 0.
+        pub acceleration: f64 = 30.0,
+        /// Score: constant of the logistic regression (ours, fitted).
+        pub score_bias: f64 = -7.5,
+        /// Score: weight of ln of the response's peak relative to what is usual (ours, fitted).
+        pub score_peak: f64 = 2.0,
+        /// Score: weight of ln of the PSR relative to what is usual (ours, fitted).
+        pub score_psr: f64 = 4.0,
+        /// Score: weight of the similarity with the most similar remembered view (ours, fitted).
+        pub score_likeness: f64 = 0.0,
+        /// Score: weight of the similarity with the first view (ours, fitted).
+        pub score_first_likeness: f64 = 13.0,
+        /// Below this score the target counts as occluded (ours), `[0, 1]`.
+        pub occluded_below: f64 = 0.2,
+        /// An occluded target counts as seen again from this score (ours), `[0, 1]`.
+        pub seen_from: f64 = 0.3,
+        /// A lost target counts as found from this score (ours), `[0, 1]`.
+        pub found_from: f64 = 0.5,
+        /// Appearance is learned from this score (ours), `[0, 1]`.
+        pub learn_from: f64 = 0.2,
+        /// A target occluded for longer is lost and searched for all over, seconds (ours), ≥ 0.
+        pub lost_after_s: f64 = 0.5,
+    }
+    validate(self) {
+        let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
+        check("cell_px", (2..=16).contains(&self.cell_px), "must be between 2 and 16")?;
+        check("cells", (16..=128).contains(&self.cells), "must be between 16 and 128")?;
+        check("search", (2.0..=8.0).contains(&self.search), "must be between 2 and 8")?;
+        check("label_sigma", self.label_sigma > 0.0 && self.label_sigma < 1.0, "must be above 0 and below 1")?;
+        check("penalty", self.penalty > 0.0 && self.penalty.is_finite(), "must be above 0")?;
+        check("penalty_growth", (1.0..=1000.0).contains(&self.penalty_growth), "must be between 1 and 1000")?;
+        check("iterations", (1..=10).contains(&self.iterations), "must be between 1 and 10")?;
+        check("scale_area_px", (64.0..=16384.0).contains(&self.scale_area_px), "must be between 64 and 16384")?;
+        check("views", (1..=64).contains(&self.views), "must be between 1 and 64")?;
+        check("view_every", self.view_every >= 1, "must be at least 1")?;
+        check("wide_windows", (1..=1000).contains(&self.wide_windows), "must be between 1 and 1000")?;
+        check("acceleration", self.acceleration > 0.0 && self.acceleration.is_finite(), "must be above 0")?;
+        for (name, share) in [
+            ("learning_rate", self.learning_rate),
+            ("scale_learning_rate", self.scale_learning_rate),
+            ("lead", self.lead),
+            ("occluded_below", self.occluded_below),
+            ("seen_from", self.seen_from),
+            ("found_from", self.found_from),
+            ("learn_from", self.learn_from),
+        ] {
+            check(name, (0.0..=1.0).contains(&share), "must be between 0 and 1")?;
+        }
+        for (name, weight) in [
+            ("score_bias", self.score_bias),
+            ("score_peak", self.score_peak),
+            ("score_psr", self.score_psr),
+            ("score_likeness", self.score_likeness),
+            ("score_first_likeness", self.score_first_likeness),
+        ] {
+            check(name, weight.is_finite(), "must be a finite number")?;
+        }
+        check("lost_after_s", self.lost_after_s >= 0.0, "must not be negative")?;
+    }
+}

@@ -1,0 +1,292 @@
+use super::solve::{Support, Weights, confine, scale, solve_bins};
+use crate::correlation::{ResponseFilter, Spectra};
+use pursuit_geometry::Size;
+use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label, spectra};
+use pursuit_vision::sampling::Planes;
+use serde::{Deserialize, Serialize};
+
+/// How a [`RegularisedFilter`] is solved. Spectra are scaled such that a feature's energy per cell is the unit of all
+/// weights.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SolverSettings {
+    /// Weight μ of staying near the last filter, ≥ 0 (li2018, eq. 4).
+    pub temporal_weight: f64,
+    /// Weight w² of the filter's energy inside the target, ≥ 0.
+    pub spatial_weight: f64,
+    /// First penalty γ of the alternating directions, > 0.
+    pub penalty: f64,
+    /// What the penalty is multiplied by from one iteration to the next, ≥ 1.
+    pub penalty_growth: f64,
+    /// Iterations per update, ≥ 1.
+    pub iterations: usize,
+}
+
+/// A filter of the target's size, trained on every shift over a much larger window; see the [module](super).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RegularisedFilter {
+    settings: SolverSettings,
+    grid: Size,
+    channels: usize,
+    support: Support,
+    label_sigma: f64,
+    /// f, all channels one after the other.
+    filter: Spectra,
+    /// The sample trained on, a running average.
+    model: Spectra,
+    taught: bool,
+    #[serde(skip)]
+    work: Option<Box<Work>>,
+}
+
+/// Plans and scratch; not state.
+#[derive(Debug, Clone)]
+struct Work {
+    plan: RealFft2,
+    fft: FftScratch,
+    label: Vec<Complex32>,
+    sample: Vec<Complex32>,
+    target: Vec<Complex32>,
+    dual: Vec<f32>,
+    plane: Vec<f32>,
+    power: Vec<f32>,
+    dots: Vec<Complex32>,
+}
+
+impl Work {
+    fn new(grid: Size, channels: usize, label_sigma: f64) -> Self {
+        let plan = RealFft2::new(grid.width, grid.height);
+        let (bins, zero, mut fft) = (plan.spectrum_len(), Complex32::default(), FftScratch::default());
+        let mut label = vec![zero; bins];
+        plan.forward(&gaussian_label(grid.width, grid.height, label_sigma, label_sigma), &mut label, &mut fft);
+        scale(&mut label, unit(grid));
+        Self {
+            fft,
+            label,
+            sample: vec![zero; bins * channels],
+            target: vec![zero; bins * channels],
+            dual: vec![0.0; grid.area() * channels],
+            plane: vec![0.0; grid.area()],
+            power: vec![0.0; bins],
+            dots: vec![zero; bins],
+            plan,
+        }
+    }
+
+    /// The spectra of `features`, scaled.
+    fn transform(&mut self, features: &Planes) {
+        let bins = self.plan.spectrum_len();
+        for (plane, out) in features.planes().zip(self.sample.chunks_exact_mut(bins)) {
+            self.plan.forward(plane, out, &mut self.fft);
+        }
+        scale(&mut self.sample, unit(self.plan.size()));
+    }
+}
+
+/// Makes the transform keep energies.
+fn unit(grid: Size) -> f32 {
+    1.0 / (grid.area().max(1) as f32).sqrt()
+}
+
+impl RegularisedFilter {
+    /// An untaught filter on `channels` planes of `grid` cells, for a target of `target` cells (width, height) in the middle,
+    /// with a Gaussian label of `label_sigma` cells.
+    pub fn new(settings: SolverSettings, grid: Size, channels: usize, target: (f64, f64), label_sigma: f64) -> Self {
+        let (left, right) = middle(target.0, grid.width);
+        let (top, bottom) = middle(target.1, grid.height);
+        let work = Work::new(grid, channels, label_sigma);
+        let zero = vec![Complex32::default(); work.sample.len()];
+        Self {
+            settings,
+            grid,
+            channels,
+            support: Support { left, right, top, bottom },
+            label_sigma,
+            filter: Spectra(zero.clone()),
+            model: Spectra(zero),
+            taught: false,
+            work: Some(Box::new(work)),
+        }
+    }
+
+    /// The cells the filter is confined to.
+    pub const fn support(&self) -> Support {
+        self.support
+    }
+
+    /// As [`respond`](ResponseFilter::respond), and reads the response's plan and spectrum, for sub-pixel peaks.
+    pub fn respond_with<R>(
+        &mut self,
+        features: &Planes,
+        response: &mut [f32],
+        read: impl FnOnce(&[f32], &RealFft2, &[Complex32]) -> R,
+    ) -> R {
+        let work = self.work.get_or_insert_with(|| Box::new(Work::new(self.grid, self.channels, self.label_sigma)));
+        work.transform(features);
+        let Work { plan, fft, sample, dots, .. } = &mut **work;
+        let bins = plan.spectrum_len();
+        dots.fill(Complex32::default());
+        for (f, x) in self.filter.0.chunks_exact(bins).zip(sample.chunks_exact(bins)) {
+            spectra::add_conj_product(dots, f, x);
+        }
+        scale(dots, 1.0 / unit(self.grid));
+        plan.inverse(dots, response, fft);
+        read(response, plan, dots)
+    }
+}
+
+/// The `cells` (rounded, at least three, leaving as many on either side) in the middle of `n`.
+fn middle(cells: f64, n: usize) -> (usize, usize) {
+    let most = n.saturating_sub(2).max(1);
+    let cells = (cells.round() as usize).clamp(3.min(most), most);
+    let margin = (n - cells) / 2;
+    (margin, n - margin)
+}
+
+impl ResponseFilter for RegularisedFilter {
+    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
+        self.respond_with(features, response, |_, _, _| ());
+    }
+
+    /// The first call teaches from nothing; later ones stay near the last filter, even with a rate of 1.
+    fn learn(&mut self, features: &Planes, rate: f64) {
+        let work = self.work.get_or_insert_with(|| Box::new(Work::new(self.grid, self.channels, self.label_sigma)));
+        work.transform(features);
+        let Work { plan, fft, label, sample, target, dual, plane, power, dots } = &mut **work;
+        let (bins, model, settings) = (plan.spectrum_len(), &mut self.model.0, &self.settings);
+        spectra::blend(model, sample, if self.taught { rate as f32 } else { 1.0 });
+        power.fill(0.0);
+        model.chunks_exact(bins).for_each(|x| spectra::add_power(power, x));
+
+        target.fill(Complex32::default());
+        dual.fill(0.0);
+        let mut penalty = settings.penalty as f32;
+        let temporal = if self.taught { settings.temporal_weight as f32 } else { 0.0 };
+        for iteration in 1.. {
+            solve_bins(model, label, &self.filter.0, target, power, dots, Weights { temporal, penalty });
+            if iteration >= settings.iterations {
+                break;
+            }
+            let inside = penalty / (penalty + settings.spatial_weight as f32);
+            let rescale = (1.0 / settings.penalty_growth) as f32;
+            for (spectrum, dual) in target.chunks_exact_mut(bins).zip(dual.chunks_exact_mut(plane.len())) {
+                plan.inverse(spectrum, plane, fft);
+                confine(plane, dual, self.grid.width, self.support, inside, rescale);
+                plan.forward(plane, spectrum, fft);
+            }
+            penalty *= settings.penalty_growth as f32;
+        }
+        self.filter.0.copy_from_slice(target);
+        self.taught = true;
+    }
+
+    fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String> {
+        let bins = (grid.width / 2 + 1) * grid.height * channels;
+        let Support { left, right, top, bottom } = self.support;
+        if self.grid != grid || self.channels != channels {
+            return Err("its filter is made for another grid".into());
+        }
+        if self.filter.0.len() != bins || self.model.0.len() != bins {
+            return Err("its filter has the wrong number of bins".into());
+        }
+        if !(left < right && right <= grid.width && top < bottom && bottom <= grid.height && self.label_sigma > 0.0) {
+            return Err("its filter is confined to cells that are not there".into());
+        }
+        self.work = Some(Box::new(Work::new(grid, channels, self.label_sigma)));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::twin::Twin;
+    use super::*;
+
+    const GRID: Size = Size::new(12, 10);
+    const SETTINGS: SolverSettings =
+        SolverSettings { temporal_weight: 0.7, spatial_weight: 0.2, penalty: 0.5, penalty_growth: 4.0, iterations: 3 };
+
+    fn noise(seed: u64) -> Planes {
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut planes = Planes::new(GRID, 3);
+        planes.as_mut_slice().iter_mut().for_each(|v| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            *v = (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5;
+        });
+        planes
+    }
+
+    fn doubles(planes: &Planes) -> Vec<Vec<f64>> {
+        planes.planes().map(|p| p.iter().copied().map(f64::from).collect()).collect()
+    }
+
+    #[test]
+    fn equals_dense_algebra_over_two_updates() {
+        let mut filter = RegularisedFilter::new(SETTINGS, GRID, 3, (4.0, 4.0), 0.8);
+        let label = gaussian_label(GRID.width, GRID.height, 0.8, 0.8).into_iter().map(f64::from).collect();
+        let twin = Twin {
+            width: GRID.width,
+            label,
+            temporal: SETTINGS.temporal_weight,
+            spatial: SETTINGS.spatial_weight,
+            penalty: SETTINGS.penalty,
+            growth: SETTINGS.penalty_growth,
+            iterations: SETTINGS.iterations,
+        };
+        let Support { left, right, top, bottom } = filter.support();
+        assert_eq!((left, right, top, bottom), (4, 8, 3, 7));
+        let inside = |x: usize, y: usize| (left..right).contains(&x) && (top..bottom).contains(&y);
+        let (a, b, rate) = (noise(1), noise(2), 0.3);
+        let mixed: Vec<Vec<f64>> = doubles(&a)
+            .iter()
+            .zip(doubles(&b))
+            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + rate * (b - a)).collect())
+            .collect();
+        let first = twin.train(&doubles(&a), None, inside);
+        let second = twin.train(&mixed, Some(&first), inside);
+
+        let mut response = vec![0.0; GRID.area()];
+        for (step, slow) in [(&a, &first), (&b, &second)] {
+            filter.learn(step, rate);
+            filter.respond(&noise(3), &mut response);
+            let want = twin.respond(slow, &doubles(&noise(3)));
+            let scale = want.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            for (got, want) in response.iter().zip(&want) {
+                assert!((f64::from(*got) - want).abs() < 1e-4 * scale, "{got} is not {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_filter_is_nearly_confined_and_answers_its_own_sample_with_the_label() {
+        let settings =
+            SolverSettings { temporal_weight: 0.0, spatial_weight: 0.0, penalty: 0.01, iterations: 6, ..SETTINGS };
+        let mut filter = RegularisedFilter::new(settings, GRID, 3, (6.0, 6.0), 0.8);
+        filter.learn(&noise(4), 1.0);
+        let mut response = vec![0.0; GRID.area()];
+        filter.respond(&noise(4), &mut response);
+        let (peak, rest) = (response[0], response[1..].iter().copied().fold(0.0, f32::max));
+        assert!(peak > 0.5 && rest < 0.5 * peak, "{peak} {rest}");
+        let (work, support) = (filter.work.as_mut().unwrap(), filter.support);
+        let (mut inside, mut outside) = (0.0, 0.0);
+        for spectrum in filter.filter.0.chunks_exact(work.plan.spectrum_len()) {
+            work.plan.inverse(spectrum, &mut work.plane, &mut work.fft);
+            for (i, v) in work.plane.iter().enumerate() {
+                let (x, y) = (i % GRID.width, i / GRID.width);
+                let kept = (support.left..support.right).contains(&x) && (support.top..support.bottom).contains(&y);
+                *(if kept { &mut inside } else { &mut outside }) += v * v;
+            }
+        }
+        assert!(outside < 0.02 * inside, "{outside} outside, {inside} inside");
+    }
+
+    #[test]
+    fn states_that_do_not_fit_are_refused() {
+        let mut filter = RegularisedFilter::new(SETTINGS, GRID, 3, (4.0, 4.0), 0.8);
+        assert!(filter.revive(GRID, 3).is_ok());
+        assert!(filter.revive(GRID, 2).is_err());
+        filter.filter.0.pop();
+        assert!(filter.revive(GRID, 3).is_err());
+    }
+}
