@@ -1,6 +1,6 @@
 use super::Memory;
 use super::scratch::Scratch;
-use crate::correlation::{PeakQuality, ResponseFilter, Template};
+use crate::correlation::{PeakQuality, ResponseFilter, Seen, Template};
 use crate::regularised::{RegularisedFilter, SolverSettings};
 use crate::scale::{ScaleFilter, ScaleSettings};
 use crate::{Diagnostics, Localizer, Measurement, Result, Search};
@@ -202,7 +202,7 @@ impl PursuitLocalizer {
         let scratch =
             scratch.get_or_insert_with(|| Box::new(Scratch::new(settings.cell_px, settings.color, template.patch())));
         scratch.extract(frame, &template.window(bbox.center(), template.scale_of(bbox)));
-        filter.learn(&scratch.windowed, settings.learning_rate);
+        filter.learn(Seen { features: &scratch.windowed, patch: None }, settings.learning_rate);
         if learned.is_multiple_of(settings.view_every.max(1)) {
             memory.remember(&scratch.plain);
         }

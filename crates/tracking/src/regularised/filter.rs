@@ -1,5 +1,5 @@
 use super::solve::{Support, Weights, confine, scale, solve_bins};
-use crate::correlation::{ResponseFilter, Spectra};
+use crate::correlation::{ResponseFilter, Seen, Spectra};
 use pursuit_geometry::Size;
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label, spectra};
 use pursuit_vision::sampling::Planes;
@@ -143,12 +143,14 @@ fn middle(cells: f64, n: usize) -> (usize, usize) {
 }
 
 impl ResponseFilter for RegularisedFilter {
-    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
+    fn respond(&mut self, seen: Seen<'_>, response: &mut [f32]) {
+        let features = seen.features;
         self.respond_with(features, response, |_, _, _| ());
     }
 
     /// The first call teaches from nothing; later ones stay near the last filter, even with a rate of 1.
-    fn learn(&mut self, features: &Planes, rate: f64) {
+    fn learn(&mut self, seen: Seen<'_>, rate: f64) {
+        let features = seen.features;
         let work = self.work.get_or_insert_with(|| Box::new(Work::new(self.grid, self.channels, self.label_sigma)));
         work.transform(features);
         let Work { plan, fft, label, sample, target, dual, plane, power, dots } = &mut **work;
@@ -248,8 +250,8 @@ mod tests {
 
         let mut response = vec![0.0; GRID.area()];
         for (step, slow) in [(&a, &first), (&b, &second)] {
-            filter.learn(step, rate);
-            filter.respond(&noise(3), &mut response);
+            filter.learn(Seen { features: step, patch: None }, rate);
+            filter.respond(Seen { features: &noise(3), patch: None }, &mut response);
             let want = twin.respond(slow, &doubles(&noise(3)));
             let scale = want.iter().fold(0.0f64, |m, v| m.max(v.abs()));
             for (got, want) in response.iter().zip(&want) {
@@ -263,9 +265,9 @@ mod tests {
         let settings =
             SolverSettings { temporal_weight: 0.0, spatial_weight: 0.0, penalty: 0.01, iterations: 6, ..SETTINGS };
         let mut filter = RegularisedFilter::new(settings, GRID, 3, (6.0, 6.0), 0.8);
-        filter.learn(&noise(4), 1.0);
+        filter.learn(Seen { features: &noise(4), patch: None }, 1.0);
         let mut response = vec![0.0; GRID.area()];
-        filter.respond(&noise(4), &mut response);
+        filter.respond(Seen { features: &noise(4), patch: None }, &mut response);
         let (peak, rest) = (response[0], response[1..].iter().copied().fold(0.0, f32::max));
         assert!(peak > 0.5 && rest < 0.5 * peak, "{peak} {rest}");
         let (work, support) = (filter.work.as_mut().unwrap(), filter.support);

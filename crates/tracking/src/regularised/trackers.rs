@@ -182,7 +182,7 @@ fn search_settings(levels: usize, step: f64, learning_rate: f64) -> SearchSettin
 }
 
 /// Fitted with the command on the page of `bacf`.
-const CALIBRATION: Calibration = Calibration { bias: -3.0, peak: 4.0, psr: 1.2, apce: 0.0 };
+const CALIBRATION: Calibration = Calibration { bias: -3.0, peak: 4.0, psr: 1.2, collapse: 6.0, ..Calibration::NONE };
 
 impl TrackerRecipe for BacfParams {
     type Tracker = CorrelationTracker<RegularisedAssembly>;
