@@ -1,4 +1,5 @@
-use super::{Features, PeakQuality, ResponsePeak, ScaleFilter, ScaleFilterSettings, Template};
+use super::{Features, PeakQuality, ResponsePeak, Template};
+use crate::scale::{ScaleFilter, ScaleSettings};
 use crate::{Diagnostics, Localizer, Measurement, Search};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
@@ -46,7 +47,7 @@ pub trait Assembly: Clone + Send {
     fn filter(&self, template: &Template, grid: Size) -> Self::Filter;
 
     /// The filter along scale, where sizes are not simply tried.
-    fn scale_filter(&self) -> Option<ScaleFilterSettings> {
+    fn scale_filter(&self) -> Option<ScaleSettings> {
         None
     }
 
@@ -210,7 +211,11 @@ impl<A: Assembly> CorrelationLocalizer<A> {
             // Running mean of all samples.
             filter.learn(scratch.seen(), 1.0 / (k + 1) as f64);
         }
-        let scale_filter = assembly.scale_filter().map(|settings| ScaleFilter::new(settings, frame, bbox));
+        let scale_filter = assembly.scale_filter().map(|settings| {
+            let mut filter = ScaleFilter::new(settings, bbox);
+            filter.learn(frame, bbox);
+            filter
+        });
         Self {
             assembly,
             template,

@@ -6,7 +6,6 @@ mod features;
 mod localizer;
 mod proposer;
 mod response;
-mod scale_filter;
 mod spectrum;
 mod template;
 #[cfg(test)]
@@ -18,6 +17,5 @@ pub use features::{Features, GrayFeatures, HogFeatures, LogGrayFeatures};
 pub use localizer::{Assembly, Calibration, CorrelationLocalizer, ResponseFilter, SearchSettings, Seen};
 pub use proposer::NearThenWide;
 pub use response::{PeakQuality, ResponsePeak};
-pub use scale_filter::{ScaleFilter, ScaleFilterSettings};
 pub use spectrum::Spectra;
 pub use template::Template;

@@ -59,6 +59,20 @@ impl ScaleSettings {
         self.scales / 2 + 1
     }
 
+    /// Place of interpolated size `j` among the sampled ones.
+    fn place(&self, j: usize) -> f64 {
+        (self.scales / 2) as f64 + (j as f64 - (self.interpolated / 2) as f64) / self.density()
+    }
+
+    /// The Fourier series between the samples: what zero-padding the response interpolates to.
+    fn waves(&self) -> Vec<(f64, f64)> {
+        let wave = |j: usize, k: usize| {
+            let (sin, cos) = (TAU * k as f64 * self.place(j) / self.scales as f64).sin_cos();
+            if k == 0 { (0.5, 0.0) } else { (cos, -sin) }
+        };
+        (0..self.interpolated).flat_map(|j| (0..self.frequencies()).map(move |k| wave(j, k))).collect()
+    }
+
     /// Spectrum of the label, a Gaussian about the middle sample.
     fn label(&self) -> Vec<(f32, f32)> {
         let (n, middle) = (self.scales, (self.scales / 2) as f64);
@@ -89,11 +103,14 @@ pub struct ScaleFilter {
     work: Option<Box<Work>>,
 }
 
+/// What is made from the settings, and what is overwritten at every use.
 #[derive(Debug, Clone)]
 struct Work {
     samples: Samples,
     label: Vec<(f32, f32)>,
     response: Vec<(f64, f64)>,
+    /// For each interpolated size, what the parts of each frequency of the response weigh in its value.
+    waves: Vec<(f64, f64)>,
 }
 
 impl Work {
@@ -102,6 +119,7 @@ impl Work {
             samples: Samples::new(settings, patch),
             label: settings.label(),
             response: Vec::with_capacity(settings.frequencies()),
+            waves: settings.waves(),
         }
     }
 }
@@ -129,7 +147,7 @@ impl ScaleFilter {
     /// How many times larger than `bbox` the target, centred there, now is.
     pub fn locate(&mut self, frame: &Frame, bbox: &BBox) -> f64 {
         let (settings, patch) = (&self.settings, self.patch);
-        let Work { samples, response, .. } =
+        let Work { samples, response, waves, .. } =
             &mut **self.work.get_or_insert_with(|| Box::new(Work::new(settings, patch)));
         samples.take(frame, bbox, patch);
         let features = samples.features();
@@ -140,17 +158,12 @@ impl ScaleFilter {
             let scale = 1.0 / (f64::from(*denominator) + settings.lambda);
             response.push((f64::from(dot(a, x) + dot(b, y)) * scale, f64::from(dot(a, y) - dot(b, x)) * scale));
         }
-        // The Fourier series between the samples: what zero-padding the response interpolates to.
-        let value = |i: f64| -> f64 {
-            let turn = |k: usize| TAU * k as f64 * i / settings.scales as f64;
-            let wave = |(k, (re, im)): (usize, &(f64, f64))| re * turn(k).cos() - im * turn(k).sin();
-            response.iter().enumerate().map(|bin| if bin.0 == 0 { 0.5 * wave(bin) } else { wave(bin) }).sum()
+        let value = |waves: &[(f64, f64)]| -> f64 {
+            response.iter().zip(waves).map(|((re, im), (cos, sin))| re * cos + im * sin).sum()
         };
-        let (middle, density) = ((settings.scales / 2) as f64, settings.density());
-        let half = (settings.interpolated / 2) as i64;
-        let position = |j: i64| middle + j as f64 / density;
-        let best = (-half..=half).max_by(|&a, &b| value(position(a)).total_cmp(&value(position(b)))).unwrap_or(0);
-        settings.factor(position(best))
+        let values = waves.chunks_exact(settings.frequencies()).map(value).enumerate();
+        let best = values.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(settings.interpolated / 2, |(j, _)| j);
+        settings.factor(settings.place(best))
     }
 
     /// Learns the target at `bbox`.
@@ -231,6 +244,17 @@ mod tests {
         let response = &filter.work.as_ref().unwrap().response;
         for (got, want) in response.iter().zip(settings.label()) {
             assert!((got.0 - f64::from(want.0)).abs() < 1e-3 && (got.1 - f64::from(want.1)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn thin_and_tiny_targets_have_bounded_samples() {
+        for (w, h) in [(1.0, 1.0), (2.0, 400.0), (900.0, 3.0), (1e5, 1e5)] {
+            let bbox = BBox::from_center_size(Point::new(80.0, 80.0), w, h);
+            let mut filter = ScaleFilter::new(ScaleSettings::danelljan2017(), &bbox);
+            assert!(filter.patch.area() <= 512, "{w}x{h}: {}", filter.patch);
+            filter.learn(&frame(1.0), &bbox);
+            assert!(filter.locate(&frame(1.0), &bbox) > 0.5);
         }
     }
 

@@ -8,12 +8,12 @@ pub use color::ColorModel;
 pub use params::StapleParams;
 
 use crate::correlation::{
-    Assembly, CorrelationTracker, HogFeatures, ResponseFilter, ScaleFilterSettings, SearchSettings, Seen, Template,
-    revive, start,
+    Assembly, CorrelationTracker, HogFeatures, ResponseFilter, SearchSettings, Seen, Template, revive, start,
 };
 use crate::mosse::MosseFilter;
 use crate::parameters::Parameters;
 use crate::policy::ConfidenceThresholds;
+use crate::scale::ScaleSettings;
 use crate::{Result, TrackerRecipe};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
@@ -87,13 +87,13 @@ impl Assembly for StapleAssembly {
         }
     }
 
-    fn scale_filter(&self) -> Option<ScaleFilterSettings> {
+    fn scale_filter(&self) -> Option<ScaleSettings> {
         let p = &self.params;
-        (p.scales > 1).then_some(ScaleFilterSettings {
-            sampled: p.scales,
+        (p.scales > 1).then_some(ScaleSettings {
+            scales: p.scales,
             interpolated: 2 * p.scales - 1,
             step: p.scale_step,
-            sigma: p.scale_label_sigma,
+            label_sigma: p.scale_label_sigma,
             learning_rate: p.scale_learning_rate,
             lambda: p.scale_lambda,
             area_px: p.scale_area_px,
