@@ -1,5 +1,5 @@
-//! Speed of one step: `cargo bench -p pursuit-estimation`. `benches/compare_filterpy.py` times FilterPy on the same
-//! two linear problems; run both on one machine, one after the other.
+//! Speed of one step: `cargo bench -p pursuit-estimation --bench filters`. How the linear filter compares with other
+//! libraries is `benches/peers.rs` and `benches/compare_peers.py`.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -16,34 +16,14 @@ fn linear<const M: usize, const N: usize>(
     step: Transition<N>,
     sensor: LinearMeasurement<M, N>,
 ) {
-    let start = Gaussian::<N>::new(SVector::zeros(), SMatrix::identity()).unwrap();
+    let mut belief = Gaussian::<N>::new(SVector::zeros(), SMatrix::identity()).unwrap();
     let z = SVector::<f64, M>::repeat(0.1);
-    let mut ours = start;
-    c.bench_function(&format!("{name}/pursuit"), |b| {
+    c.bench_function(name, |b| {
         b.iter(|| {
-            ours.predict(black_box(&step)).unwrap();
-            ours.update(black_box(&sensor), black_box(&z)).unwrap();
+            belief.predict(black_box(&step)).unwrap();
+            belief.update(black_box(&sensor), black_box(&z)).unwrap();
         });
     });
-    let mut peer = kfilter::Kalman1M::new(
-        for_kfilter(step.matrix()),
-        for_kfilter(step.noise()),
-        for_kfilter(sensor.matrix()),
-        for_kfilter(sensor.noise()),
-        kfilter_nalgebra::SVector::<f64, N>::zeros(),
-    );
-    let z = for_kfilter(&z);
-    c.bench_function(&format!("{name}/kfilter"), |b| {
-        b.iter(|| {
-            kfilter::KalmanPredict::predict(&mut peer).unwrap();
-            peer.update(black_box(z)).unwrap();
-        });
-    });
-}
-
-/// The same matrix in the version of nalgebra that kfilter uses.
-fn for_kfilter<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> kfilter_nalgebra::SMatrix<f64, R, C> {
-    kfilter_nalgebra::SMatrix::from_column_slice(matrix.as_slice())
 }
 
 fn benches(c: &mut Criterion) {

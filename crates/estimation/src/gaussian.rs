@@ -3,9 +3,10 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+use crate::correction::{by_components, joseph};
 use crate::matrix::{
-    cholesky, divide_by_factored, is_finite, log_determinant, mahalanobis_squared, require_finite,
-    require_positive_definite, require_semi_definite, sandwich, times_transpose, times_vector,
+    cholesky, is_finite, log_determinant, mahalanobis_squared, require_finite, require_positive_definite,
+    require_semi_definite, sandwich, times_transpose, times_vector,
 };
 use crate::{EstimationError, Innovation, LinearMeasurement, Result, Transition};
 
@@ -96,7 +97,16 @@ impl<const N: usize> Gaussian<N> {
     /// Where the result overflows; the belief is then as it was.
     #[inline]
     pub fn predict(&mut self, transition: &Transition<N>) -> Result<()> {
-        *self = self.predicted(transition)?;
+        match transition.shear() {
+            Some(shear) if shear.is_safe(&self.mean, &self.covariance) => {
+                shear.apply(transition, &mut self.mean, &mut self.covariance);
+            }
+            _ => {
+                let mean = times_vector(transition.matrix(), &self.mean) + transition.offset();
+                let moved = sandwich(transition.matrix(), &self.covariance);
+                *self = Self::computed(mean, moved + transition.noise())?;
+            }
+        }
         Ok(())
     }
 
@@ -106,8 +116,9 @@ impl<const N: usize> Gaussian<N> {
     /// Where the result overflows.
     #[inline]
     pub fn predicted(&self, transition: &Transition<N>) -> Result<Self> {
-        let mean = times_vector(transition.matrix(), &self.mean) + transition.offset();
-        Self::computed(mean, sandwich(transition.matrix(), &self.covariance) + transition.noise())
+        let mut after = *self;
+        after.predict(transition)?;
+        Ok(after)
     }
 
     /// What a measurement says against this belief, without correcting it: for gating and association.
@@ -146,10 +157,13 @@ impl<const N: usize> Gaussian<N> {
         let cross = times_transpose(&self.covariance, measurement.matrix());
         let here = times_vector(measurement.matrix(), &self.mean);
         let innovation = self.innovation_from(measurement, &here, &cross)?;
-        Ok(divide_by_factored(&cross, innovation.factor()))
+        Ok(innovation.divide(&cross))
     }
 
     /// Corrects the belief by a measured `value`, in Joseph form `P ← (I−KH) P (I−KH)ᵀ + K R Kᵀ`.
+    ///
+    /// A sensor that reads components of the state as they are, each with noise of its own, is taken in component by
+    /// component, which is faster and the same up to rounding.
     ///
     /// A partial measurement is a [`LinearMeasurement`] of fewer rows: see [`LinearMeasurement::select`].
     ///
@@ -161,25 +175,13 @@ impl<const N: usize> Gaussian<N> {
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<Innovation<M>> {
+        if let Some(components) = measurement.direct() {
+            return by_components(&mut self.mean, &mut self.covariance, components, measurement.noise(), value);
+        }
         let cross = times_transpose(&self.covariance, measurement.matrix());
         let innovation = self.innovation_from(measurement, value, &cross)?;
-        let gain = divide_by_factored(&cross, innovation.factor());
-        *self = self.corrected(measurement, innovation.residual(), &gain)?;
+        *self = joseph(self, measurement, innovation.residual(), &innovation.divide(&cross))?;
         Ok(innovation)
-    }
-
-    /// The belief after a correction by any `gain`: the Joseph form holds for gains that are not optimal too.
-    #[inline]
-    pub(crate) fn corrected<const M: usize>(
-        &self,
-        measurement: &LinearMeasurement<M, N>,
-        residual: &SVector<f64, M>,
-        gain: &SMatrix<f64, N, M>,
-    ) -> Result<Self> {
-        let mean = self.mean + times_vector(gain, residual);
-        let keep = SMatrix::<f64, N, N>::identity() - times_transpose(gain, &measurement.matrix().transpose());
-        let covariance = sandwich(&keep, &self.covariance) + sandwich(gain, measurement.noise());
-        Self::computed(mean, covariance)
     }
 
     /// The normalised estimation error squared, `(x − x̂)ᵀ P⁻¹ (x − x̂)`: χ² with `N` degrees of freedom for a

@@ -25,6 +25,7 @@
 //! An error, whatever its kind, leaves the belief as it was.
 
 pub mod consistency;
+mod correction;
 mod error;
 pub mod filters;
 pub mod gao2007;
@@ -35,6 +36,7 @@ mod measurement;
 pub mod motion;
 pub mod nonlinear;
 pub mod particle;
+mod prediction;
 pub mod qu2010;
 pub mod regression;
 mod transition;

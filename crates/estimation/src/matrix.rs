@@ -16,14 +16,16 @@ pub(crate) fn times_transpose<const R: usize, const K: usize, const C: usize>(
 ) -> SMatrix<f64, R, C> {
     let mut out = SMatrix::<f64, R, C>::zeros();
     for c in 0..C {
+        let mut column = [0.0; R];
         for k in 0..K {
             let weight = right.data.0[k][c];
             if weight != 0.0 {
                 for r in 0..R {
-                    out.data.0[c][r] += left.data.0[k][r] * weight;
+                    column[r] += left.data.0[k][r] * weight;
                 }
             }
         }
+        out.data.0[c] = column;
     }
     out
 }
@@ -72,13 +74,13 @@ pub(crate) fn symmetrise<const N: usize>(matrix: &mut SMatrix<f64, N, N>) {
 #[inline]
 pub(crate) fn is_finite<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> bool {
     // A product with zero is NaN for infinities and NaN, and zero otherwise: one pass without branches.
-    let mut sum = 0.0;
+    let mut sums = [0.0; R];
     for column in &matrix.data.0 {
-        for value in column {
-            sum += value * 0.0;
+        for r in 0..R {
+            sums[r] += column[r] * 0.0;
         }
     }
-    sum == 0.0
+    sums.iter().sum::<f64>() == 0.0
 }
 
 /// Refuses a matrix with a component that is not finite.
@@ -91,7 +93,7 @@ pub(crate) fn require_finite<const R: usize, const C: usize>(
 }
 
 /// A pivot below this fraction of its diagonal entry is lost in rounding.
-const PIVOT_ROUNDING: f64 = 4.0 * f64::EPSILON;
+pub(crate) const PIVOT_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The lower Cholesky factor of a symmetric matrix (its lower triangle is read), or the row and value of the pivot
 /// that is not positive beyond rounding.
@@ -122,6 +124,69 @@ pub(crate) fn cholesky<const N: usize>(
         }
     }
     Ok(lower)
+}
+
+/// `S = L D Lᵀ` in one matrix: `D` on the diagonal and, below it, `L` whose own diagonal is one. Or the row and value of
+/// the pivot that is not positive beyond rounding. The lower triangle is read.
+#[inline]
+pub(crate) fn factored<const M: usize>(
+    matrix: &SMatrix<f64, M, M>,
+) -> std::result::Result<SMatrix<f64, M, M>, (usize, f64)> {
+    let mut out = SMatrix::<f64, M, M>::zeros();
+    for c in 0..M {
+        // D_k L_ck, for the columns before.
+        let mut scaled = [0.0; M];
+        let mut pivot = matrix.data.0[c][c];
+        for k in 0..c {
+            scaled[k] = out.data.0[k][k] * out.data.0[k][c];
+            pivot -= scaled[k] * out.data.0[k][c];
+        }
+        // Written so that a NaN pivot fails too.
+        let sound = pivot > PIVOT_ROUNDING * matrix.data.0[c][c] && pivot.is_finite();
+        if !sound {
+            return Err((c, pivot));
+        }
+        out.data.0[c][c] = pivot;
+        let inverse = 1.0 / pivot;
+        for r in c + 1..M {
+            let mut sum = matrix.data.0[c][r];
+            for k in 0..c {
+                sum -= out.data.0[k][r] * scaled[k];
+            }
+            out.data.0[c][r] = sum * inverse;
+        }
+    }
+    Ok(out)
+}
+
+/// `rows · (L D Lᵀ)⁻¹` for what [`factored`] returns.
+#[inline]
+pub(crate) fn divide_by_pivots<const R: usize, const M: usize>(
+    rows: &SMatrix<f64, R, M>,
+    factor: &SMatrix<f64, M, M>,
+) -> SMatrix<f64, R, M> {
+    let mut out = *rows;
+    for j in 0..M {
+        for i in 0..j {
+            let weight = factor.data.0[i][j];
+            for r in 0..R {
+                out.data.0[j][r] -= out.data.0[i][r] * weight;
+            }
+        }
+    }
+    for j in (0..M).rev() {
+        let inverse = 1.0 / factor.data.0[j][j];
+        for r in 0..R {
+            out.data.0[j][r] *= inverse;
+        }
+        for i in j + 1..M {
+            let weight = factor.data.0[j][i];
+            for r in 0..R {
+                out.data.0[j][r] -= out.data.0[i][r] * weight;
+            }
+        }
+    }
+    out
 }
 
 /// `rows · (L Lᵀ)⁻¹` for a lower Cholesky factor `L`: every row of `rows` solved at once, column by column.

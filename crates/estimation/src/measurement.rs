@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::matrix::{cholesky, log_determinant, mahalanobis_squared, require_finite, require_semi_definite};
+use crate::matrix::{divide_by_pivots, factored, require_finite, require_semi_definite};
 use crate::{EstimationError, Result};
 
 /// A linear sensor: `z = H x + v`, `v ~ N(0, R)`, of `M` values of a state of `N` components.
@@ -12,6 +12,8 @@ use crate::{EstimationError, Result};
 pub struct LinearMeasurement<const M: usize, const N: usize> {
     matrix: SMatrix<f64, M, N>,
     noise: SMatrix<f64, M, M>,
+    /// The components read, where every row of `H` reads one component as it is and `R` is diagonal.
+    direct: Option<[usize; M]>,
 }
 
 /// What is stored: read back through the same checks as any outside input.
@@ -45,7 +47,8 @@ impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
     /// Where either is not finite, or `R` is not symmetric and positive semi-definite.
     pub fn new(matrix: SMatrix<f64, M, N>, noise: SMatrix<f64, M, M>) -> Result<Self> {
         require_finite("the measurement matrix", &matrix)?;
-        Ok(Self { matrix, noise: require_semi_definite("the measurement noise", &noise)? })
+        let noise = require_semi_definite("the measurement noise", &noise)?;
+        Ok(Self { matrix, noise, direct: direct(&matrix, &noise) })
     }
 
     /// A sensor that reads the state's components `indices` directly, each with its own noise variance: the way to
@@ -72,6 +75,7 @@ impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
     /// Where `noise` is not finite, symmetric and positive semi-definite.
     pub fn with_noise(mut self, noise: SMatrix<f64, M, M>) -> Result<Self> {
         self.noise = require_semi_definite("the measurement noise", &noise)?;
+        self.direct = direct(&self.matrix, &self.noise);
         Ok(self)
     }
 
@@ -84,13 +88,36 @@ impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
     pub const fn noise(&self) -> &SMatrix<f64, M, M> {
         &self.noise
     }
+
+    /// The components of the state that are read, one a row, where each is read as it is and with noise of its own.
+    #[inline]
+    pub(crate) const fn direct(&self) -> Option<&[usize; M]> {
+        self.direct.as_ref()
+    }
+}
+
+/// See [`LinearMeasurement::direct`].
+fn direct<const M: usize, const N: usize>(
+    matrix: &SMatrix<f64, M, N>,
+    noise: &SMatrix<f64, M, M>,
+) -> Option<[usize; M]> {
+    let mut components = [0; M];
+    for (row, component) in components.iter_mut().enumerate() {
+        let entries = matrix.row(row);
+        *component = entries.iter().position(|value| *value == 1.0)?;
+        let others_are_zero = entries.iter().filter(|value| **value != 0.0).count() == 1;
+        if !others_are_zero || (0..M).any(|other| other != row && noise[(row, other)] != 0.0) {
+            return None;
+        }
+    }
+    Some(components)
 }
 
 /// What a measurement said that the belief did not expect: residual `ν = z − H x`, covariance `S = H P Hᵀ + R`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation<const M: usize> {
     residual: SVector<f64, M>,
-    covariance: SMatrix<f64, M, M>,
+    /// `S = L D Lᵀ`: `D` on the diagonal, `L` below it.
     factor: SMatrix<f64, M, M>,
 }
 
@@ -102,29 +129,36 @@ impl<const M: usize> Innovation<M> {
     #[inline]
     pub fn new(residual: SVector<f64, M>, covariance: SMatrix<f64, M, M>) -> Result<Self> {
         require_finite("the innovation", &residual)?;
-        match cholesky(&covariance) {
-            Ok(factor) => Ok(Self { residual, covariance, factor }),
+        match factored(&covariance) {
+            Ok(factor) => Ok(Self { residual, factor }),
             Err((row, pivot)) => Err(EstimationError::SingularInnovation { row, pivot }),
         }
     }
 
-    /// An innovation whose covariance is given by its lower triangular factor.
+    /// An innovation whose covariance is `L D Lᵀ`, with `D` on the diagonal of `factor` and `L` below; both sound.
+    #[inline]
+    pub(crate) const fn from_factor(residual: SVector<f64, M>, factor: SMatrix<f64, M, M>) -> Self {
+        Self { residual, factor }
+    }
+
+    /// An innovation whose covariance is given by its lower Cholesky factor.
     ///
     /// # Errors
     /// Where the residual is not finite or the factor is singular.
-    pub(crate) fn from_factor(residual: SVector<f64, M>, factor: SMatrix<f64, M, M>) -> Result<Self> {
+    pub(crate) fn from_cholesky(residual: SVector<f64, M>, lower: SMatrix<f64, M, M>) -> Result<Self> {
         require_finite("the innovation", &residual)?;
+        let mut factor = lower;
         for row in 0..M {
-            let pivot = factor[(row, row)];
-            let scale = factor.row(row).norm();
+            let pivot = lower[(row, row)];
+            let scale = lower.row(row).norm();
             // The pivot of the covariance is the square of the factor's.
             if !(pivot * pivot > 4.0 * f64::EPSILON * scale * scale && pivot.is_finite()) {
                 return Err(EstimationError::SingularInnovation { row, pivot });
             }
+            factor.column_mut(row).unscale_mut(pivot);
+            factor[(row, row)] = pivot * pivot;
         }
-        let mut covariance = factor * factor.transpose();
-        crate::matrix::symmetrise(&mut covariance);
-        Ok(Self { residual, covariance, factor })
+        Ok(Self { residual, factor })
     }
 
     /// `ν`, measured minus expected.
@@ -133,22 +167,50 @@ impl<const M: usize> Innovation<M> {
     }
 
     /// `S`, the covariance the residual should have.
-    pub const fn covariance(&self) -> &SMatrix<f64, M, M> {
-        &self.covariance
+    pub fn covariance(&self) -> SMatrix<f64, M, M> {
+        SMatrix::from_fn(|r, c| {
+            let lower = |row: usize, k: usize| if row == k { 1.0 } else { self.factor[(row, k)] };
+            (0..=r.min(c)).map(|k| self.factor[(k, k)] * (lower(r, k) * lower(c, k))).sum()
+        })
     }
 
     /// The lower Cholesky factor of `S`.
-    pub const fn factor(&self) -> &SMatrix<f64, M, M> {
-        &self.factor
+    pub fn factor(&self) -> SMatrix<f64, M, M> {
+        let mut lower = SMatrix::<f64, M, M>::zeros();
+        for column in 0..M {
+            let root = self.factor[(column, column)].sqrt();
+            lower[(column, column)] = root;
+            for row in column + 1..M {
+                lower[(row, column)] = self.factor[(row, column)] * root;
+            }
+        }
+        lower
+    }
+
+    /// `rows · S⁻¹`.
+    #[inline]
+    pub(crate) fn divide<const R: usize>(&self, rows: &SMatrix<f64, R, M>) -> SMatrix<f64, R, M> {
+        divide_by_pivots(rows, &self.factor)
     }
 
     /// The normalised innovation squared `νᵀ S⁻¹ ν`: χ² with `M` degrees of freedom for a consistent filter.
+    #[inline]
     pub fn nis(&self) -> f64 {
-        mahalanobis_squared(&self.factor, &self.residual)
+        let mut sum = 0.0;
+        let mut rest = self.residual;
+        for column in 0..M {
+            let value = rest[column];
+            for row in column + 1..M {
+                rest[row] -= self.factor[(row, column)] * value;
+            }
+            sum += value * value / self.factor[(column, column)];
+        }
+        sum
     }
 
     /// The logarithm of the measurement's likelihood, `ln N(ν; 0, S)`.
     pub fn log_likelihood(&self) -> f64 {
-        -0.5 * (self.nis() + log_determinant(&self.factor) + M as f64 * std::f64::consts::TAU.ln())
+        let log_determinant: f64 = self.factor.diagonal().iter().map(|pivot| pivot.ln()).sum();
+        -0.5 * (self.nis() + log_determinant + M as f64 * std::f64::consts::TAU.ln())
     }
 }

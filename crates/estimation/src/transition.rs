@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::matrix::{require_finite, require_semi_definite};
+use crate::prediction::Shear;
 use crate::{EstimationError, Result};
 
 /// One step of linear motion: `x ← F x + B u + w`, `w ~ N(0, Q)`.
@@ -13,6 +14,7 @@ pub struct Transition<const N: usize> {
     matrix: SMatrix<f64, N, N>,
     noise: SMatrix<f64, N, N>,
     offset: SVector<f64, N>,
+    shear: Option<Shear<N>>,
 }
 
 /// What is stored: read back through the same checks as any outside input.
@@ -46,33 +48,37 @@ impl<const N: usize> Transition<N> {
     pub fn new(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
         require_finite("the transition matrix", &matrix)?;
         let noise = require_semi_definite("the process noise", &noise)?;
-        Ok(Self { matrix, noise, offset: SVector::zeros() })
+        Ok(Self::sound(matrix, noise, SVector::zeros()))
+    }
+
+    /// A step whose parts were looked at.
+    #[inline]
+    fn sound(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>, offset: SVector<f64, N>) -> Self {
+        Self { matrix, noise, offset, shear: Shear::of(&matrix, &noise, &offset) }
     }
 
     /// A step built from a model whose matrices are sound by construction; only overflow is looked for.
     pub(crate) fn computed(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
         require_finite("the transition matrix", &matrix)?;
         require_finite("the process noise", &noise)?;
-        Ok(Self { matrix, noise, offset: SVector::zeros() })
+        Ok(Self::sound(matrix, noise, SVector::zeros()))
     }
 
     /// The same step with the known displacement `B u` (a control input) added to the mean.
     ///
     /// # Errors
     /// Where `offset` is not finite.
-    pub fn with_offset(mut self, offset: SVector<f64, N>) -> Result<Self> {
+    pub fn with_offset(self, offset: SVector<f64, N>) -> Result<Self> {
         require_finite("the control displacement", &offset)?;
-        self.offset = offset;
-        Ok(self)
+        Ok(Self::sound(self.matrix, self.noise, offset))
     }
 
     /// The same step with another process noise covariance.
     ///
     /// # Errors
     /// Where `noise` is not finite, symmetric and positive semi-definite.
-    pub fn with_noise(mut self, noise: SMatrix<f64, N, N>) -> Result<Self> {
-        self.noise = require_semi_definite("the process noise", &noise)?;
-        Ok(self)
+    pub fn with_noise(self, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        Ok(Self::sound(self.matrix, require_semi_definite("the process noise", &noise)?, self.offset))
     }
 
     /// `F`, the transition matrix.
@@ -88,6 +94,12 @@ impl<const N: usize> Transition<N> {
     /// `B u`, the known displacement of the step; zero without a control input.
     pub const fn offset(&self) -> &SVector<f64, N> {
         &self.offset
+    }
+
+    /// Where `F` differs from the identity, if it is upper triangular.
+    #[inline]
+    pub(crate) const fn shear(&self) -> Option<&Shear<N>> {
+        self.shear.as_ref()
     }
 }
 

@@ -29,7 +29,7 @@ fn check_step<const M: usize, const N: usize>(
         let innovation = belief.update(sensor, &z).unwrap();
         assert_eq!(before, innovation);
         assert_close("innovation", innovation.residual(), &vector(&step["innovation"]), TOLERANCE);
-        assert_close("S", innovation.covariance(), &matrix(&step["S"]), TOLERANCE);
+        assert_close("S", &innovation.covariance(), &matrix(&step["S"]), TOLERANCE);
         assert_near("nis", innovation.nis(), number(&step["nis"]), TOLERANCE);
         assert_near("loglik", innovation.log_likelihood(), number(&step["loglik"]), TOLERANCE);
     }

@@ -119,7 +119,7 @@ fn unscented_turn() {
                 belief.update_unscented_with(&moved, &sensor, &z, &unscented).unwrap()
             };
             assert_close("y", innovation.residual(), &vector(&step["y"]), 1e-8);
-            assert_close("S", innovation.covariance(), &matrix(&step["S"]), 1e-8);
+            assert_close("S", &innovation.covariance(), &matrix(&step["S"]), 1e-8);
             assert_close("x post", belief.mean(), &vector(&step["x_post"]), 1e-8);
             assert_close("P post", belief.covariance(), &matrix(&step["P_post"]), 1e-8);
         }

@@ -86,7 +86,7 @@ fn square_root_and_sequential_follow_the_plain_filter() {
         one_by_one.predict(&step).unwrap();
         let expected = plain.update(&sensor(), z).unwrap();
         let innovation = root.update(&sensor(), z).unwrap();
-        assert_close("S", innovation.covariance(), expected.covariance(), 1e-12);
+        assert_close("S", &innovation.covariance(), &expected.covariance(), 1e-12);
         assert!((innovation.nis() - expected.nis()).abs() < 1e-12);
         let nis = one_by_one.update_sequentially(&sensor(), z).unwrap();
         assert!((nis - expected.nis()).abs() < 1e-11);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use nalgebra::SVector;
 
 use crate::error::require_time_step;
-use crate::matrix::{cholesky, divide_by_factored, sandwich, times_transpose};
+use crate::matrix::{cholesky, sandwich, times_transpose};
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, MotionModel, Result, Transition};
 
 /// What a filter must remember of its last update to take in a measurement from before it.
@@ -41,7 +41,7 @@ impl<const N: usize> Gaussian<N> {
         let noise = since.noise();
         let old = last.measurement.matrix();
         // Hᵀ S⁻¹ of the last update, and what it said of the process noise since the late measurement.
-        let weigh = divide_by_factored(&old.transpose(), last.innovation.factor());
+        let weigh = last.innovation.divide(&old.transpose());
         let told = weigh * last.innovation.residual();
         let noise_cross = noise * weigh * old * noise; // Q Hᵀ S⁻¹ H Q
         let state_cross = noise - last.prior.covariance() * weigh * old * noise;
@@ -51,8 +51,8 @@ impl<const N: usize> Gaussian<N> {
         let innovation = then.innovation(measurement, value)?;
         // P_xz = (P − P_xv) F⁻ᵀ Hᵀ
         let cross = times_transpose(&((self.covariance() - state_cross) * back.transpose()), measurement.matrix());
-        let gain = divide_by_factored(&cross, innovation.factor());
-        let covariance = self.covariance() - sandwich(&gain, innovation.covariance());
+        let gain = innovation.divide(&cross);
+        let covariance = self.covariance() - sandwich(&gain, &innovation.covariance());
         let corrected = Self::computed(self.mean() + gain * innovation.residual(), covariance)?;
         // A difference, unlike the Joseph form, can lose definiteness to rounding.
         cholesky(corrected.covariance()).map_err(|(row, pivot)| EstimationError::NotPositive {

@@ -14,8 +14,7 @@ struct Step<const M: usize, const N: usize, const U: usize> {
     input: SMatrix<f64, N, U>,
     keep: SMatrix<f64, N, N>,
     matrix: SMatrix<f64, M, N>,
-    factor: SMatrix<f64, M, M>,
-    residual: SVector<f64, M>,
+    innovation: Innovation<M>,
 }
 
 /// A Kalman filter of `N` states and `M` measured values that watches for an input of `U` components over the last `W`
@@ -68,8 +67,7 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
             input: *input,
             keep: SMatrix::identity() - gain * measurement.matrix(),
             matrix: *measurement.matrix(),
-            factor: *innovation.factor(),
-            residual: *innovation.residual(),
+            innovation,
         };
         let mut steps = self.steps;
         let mut filled = self.filled;
@@ -114,9 +112,9 @@ fn estimate<const M: usize, const N: usize, const U: usize>(
     for step in steps.iter().flatten() {
         let prior_effect = step.transition * effect + step.input;
         let seen = step.matrix * prior_effect;
-        let weighted = divide_by_factored(&seen.transpose(), &step.factor);
+        let weighted = step.innovation.divide(&seen.transpose());
         information += weighted * seen;
-        evidence += weighted * step.residual;
+        evidence += weighted * step.innovation.residual();
         effect = step.keep * prior_effect;
     }
     symmetrise(&mut information);

@@ -83,7 +83,7 @@ impl<const N: usize> SquareRoot<N> {
             }
         }
         let residual = value - times_vector(measurement.matrix(), &self.mean);
-        let innovation = Innovation::from_factor(residual, top_left)?;
+        let innovation = Innovation::from_cholesky(residual, top_left)?;
         let whitened = crate::matrix::forward_substitute(&top_left, &residual);
         let mean = self.mean + times_vector(&bottom_left, &whitened);
         for c in 0..N {

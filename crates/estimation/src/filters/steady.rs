@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::correction::joseph;
 use crate::matrix::{cholesky, divide_by_factored, is_finite, require_finite, sandwich, times_transpose};
 use crate::{EstimationError, Gaussian, LinearMeasurement, Result, Transition};
 
@@ -116,7 +117,7 @@ fn updated<const M: usize, const N: usize>(
     measurement: &LinearMeasurement<M, N>,
 ) -> Result<Gaussian<N>> {
     let gain = belief.gain(measurement)?;
-    belief.corrected(measurement, &SVector::zeros(), &gain)
+    joseph(belief, measurement, &SVector::zeros(), &gain)
 }
 
 /// `P⁻` by structured doubling: with `A = Fᵀ`, `G = Hᵀ R⁻¹ H`, `P = Q`,

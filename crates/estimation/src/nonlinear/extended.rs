@@ -3,8 +3,9 @@
 use nalgebra::SVector;
 
 use super::{LinearizedMotion, LinearizedSensor};
+use crate::correction::joseph;
 use crate::error::require_time_step;
-use crate::matrix::{divide_by_factored, require_finite, sandwich, times_transpose};
+use crate::matrix::{require_finite, sandwich, times_transpose};
 use crate::{Gaussian, Innovation, LinearMeasurement, Result};
 
 impl<const N: usize> Gaussian<N> {
@@ -36,8 +37,7 @@ impl<const N: usize> Gaussian<N> {
         let cross = times_transpose(self.covariance(), tangent.matrix());
         let innovation =
             Innovation::new(residual, times_transpose(&cross.transpose(), tangent.matrix()) + tangent.noise())?;
-        let gain = divide_by_factored(&cross, innovation.factor());
-        *self = self.corrected(&tangent, &residual, &gain)?;
+        *self = joseph(self, &tangent, &residual, &innovation.divide(&cross))?;
         Ok(innovation)
     }
 }

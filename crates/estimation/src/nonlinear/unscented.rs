@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{NonlinearMotion, NonlinearSensor};
 use crate::error::{require, require_time_step};
-use crate::matrix::{
-    divide_by_factored, require_finite, require_positive_definite, require_semi_definite, sandwich, symmetrise,
-};
+use crate::matrix::{require_finite, require_positive_definite, require_semi_definite, sandwich, symmetrise};
 use crate::{Gaussian, Innovation, Result};
 
 /// The spread and weights of the sigma points (van der Merwe 2004): `λ = α²(n + κ) − n`.
@@ -176,9 +174,9 @@ impl<const N: usize> Gaussian<N> {
 
         let mean = *self.mean();
         let cross = points.map(|point| point - mean).products(&spread, &weights);
-        let gain = divide_by_factored(&cross, innovation.factor());
+        let gain = innovation.divide(&cross);
         // There is no Joseph form without a measurement matrix, so the result is checked instead.
-        let covariance = self.covariance() - sandwich(&gain, innovation.covariance());
+        let covariance = self.covariance() - sandwich(&gain, &innovation.covariance());
         let corrected = Self::computed(mean + gain * innovation.residual(), covariance)?;
         require_positive_definite("the corrected covariance", corrected.covariance())?;
         *self = corrected;
