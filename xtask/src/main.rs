@@ -44,8 +44,11 @@ enum Task {
         /// Run only the targets of this name
         target: Option<String>,
     },
-    /// Compare with independent tools (Python; installs them into target/peers)
-    Peers,
+    /// Compare with independent tools (Python; installs them into target/peers and target/peers-toolkits)
+    Peers {
+        #[command(subcommand)]
+        which: Option<peers::Comparison>,
+    },
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -61,7 +64,7 @@ fn main() -> Result<()> {
         Task::Licences => licences::check(),
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
-        Task::Peers => peers::compare(),
+        Task::Peers { which } => peers::compare(which),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }

@@ -1,20 +1,49 @@
 //! Comparisons with independent tools, in Python: each `xtask/peers/check_*.py` runs our program or reads our fixtures
-//! and an independent implementation side by side, and exits non-zero when they disagree.
+//! and an independent implementation side by side, and exits non-zero when they disagree; the metrics are held to the
+//! official toolkits; and `speed.py` and `crowd.py` time other trackers and ours on the same frames, by turns.
 
 use crate::run;
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use clap::Subcommand;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
-/// Installs what the comparisons need into `target/peers` and runs them all.
-pub fn compare() -> Result<()> {
-    let python = environment()?;
-    run_all(&python)
+#[derive(Subcommand)]
+pub enum Comparison {
+    /// Time our trackers beside OpenCV's CSRT and KCF on annotated sequences
+    Speed {
+        /// Arguments of xtask/peers/speed.py, the folder of sequences first
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
+    Crowd {
+        /// Arguments of xtask/peers/crowd.py
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
 }
 
-/// As [`compare`], but a machine without Python or without access to its packages is no failure: it is said.
+/// Runs one comparison of speed, or every check.
+pub fn compare(which: Option<Comparison>) -> Result<()> {
+    match which {
+        None => run_all(&environments()?),
+        Some(Comparison::Speed { arguments }) => {
+            run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+            timed("speed.py", "release/pursuit", &arguments)
+        }
+        Some(Comparison::Crowd { arguments }) => {
+            run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
+            timed("crowd.py", "release/examples/crowd", &arguments)
+        }
+    }
+}
+
+/// As [`compare`] with every check, but a machine without Python or without access to its packages is no failure: it is
+/// said.
 pub fn compare_or_skip(skipped: &mut Vec<String>) -> Result<()> {
-    match environment() {
-        Ok(python) => run_all(&python),
+    match environments() {
+        Ok(pythons) => run_all(&pythons),
         Err(why) => {
             skipped.push(format!("the comparisons with independent tools: {why:#}"));
             Ok(())
@@ -22,15 +51,33 @@ pub fn compare_or_skip(skipped: &mut Vec<String>) -> Result<()> {
     }
 }
 
-/// The Python of a virtual environment with everything in `xtask/peers/requirements.txt`.
-fn environment() -> Result<PathBuf> {
-    let folder = run::target_dir().join("peers");
+/// The Pythons of the virtual environments: the official toolkits bring packages that displace others' and so stay apart.
+struct Pythons {
+    tools: PathBuf,
+    toolkits: PathBuf,
+}
+
+fn environments() -> Result<Pythons> {
+    Ok(Pythons {
+        tools: environment("peers", "requirements.txt")?,
+        toolkits: environment("peers-toolkits", "toolkits.txt")?,
+    })
+}
+
+/// The Python of a virtual environment, `target/NAME`, with everything that `xtask/peers/REQUIREMENTS` lists.
+fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
+    let folder = run::target_dir().join(name);
     let python = folder.join("bin/python");
-    let requirements = run::root().join("xtask/peers/requirements.txt");
+    let requirements = run::root().join("xtask/peers").join(requirements);
     let wanted = std::fs::read(&requirements)?;
     let stamp = folder.join("installed");
-    if std::fs::read(&stamp).is_ok_and(|installed| installed == wanted) {
+    let installed = std::fs::read(&stamp).ok();
+    if installed.as_ref() == Some(&wanted) {
         return Ok(python);
+    }
+    if installed.is_some() {
+        // What was wanted before may displace what is wanted now.
+        std::fs::remove_dir_all(&folder)?;
     }
     if !python.exists() {
         if !run::program("python3").args(["-c", "import venv, ensurepip"]).works() && is_debian_like() {
@@ -51,8 +98,9 @@ fn is_debian_like() -> bool {
     run::program("apt-get").arg("--version").works()
 }
 
-fn run_all(python: &PathBuf) -> Result<()> {
-    decoding_through_ffmpeg(python)?;
+fn run_all(pythons: &Pythons) -> Result<()> {
+    decoding_through_ffmpeg(&pythons.tools)?;
+    metrics_of_toolkits(&pythons.toolkits)?;
     let mut scripts: Vec<PathBuf> = std::fs::read_dir(run::root().join("xtask/peers"))?
         .filter_map(|e| Some(e.ok()?.path()))
         .filter(|p| {
@@ -61,17 +109,28 @@ fn run_all(python: &PathBuf) -> Result<()> {
         .collect();
     scripts.sort();
     for script in scripts {
-        run::program(python)
-            .arg(script)
-            .env("PURSUIT", run::target_dir().join("release/pursuit"))
-            .env("OPENBLAS_NUM_THREADS", "1")
-            .run()?;
+        script_of_ours(&pythons.tools, &script, "release/pursuit").run()?;
     }
     Ok(())
 }
 
+/// A script of `xtask/peers`, told where our program is.
+fn script_of_ours(python: &Path, script: &Path, program: &str) -> run::Step {
+    run::program(python)
+        .arg(script)
+        .env("PURSUIT", run::target_dir().join(program))
+        .env("OPENBLAS_NUM_THREADS", "1")
+        .env("OMP_NUM_THREADS", "1")
+}
+
+/// A comparison of speed with a program of ours that has just been built.
+fn timed(script: &str, program: &str, arguments: &[OsString]) -> Result<()> {
+    let python = environment("peers", "requirements.txt")?;
+    script_of_ours(&python, &run::root().join("xtask/peers").join(script), program).args(arguments).run()
+}
+
 /// The tests of the path through an `ffmpeg` process, with the one that comes as a Python package.
-fn decoding_through_ffmpeg(python: &PathBuf) -> Result<()> {
+fn decoding_through_ffmpeg(python: &Path) -> Result<()> {
     let ask =
         run::program(python).args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
     let ffmpeg = String::from_utf8(ask.output()?)?;
@@ -79,4 +138,21 @@ fn decoding_through_ffmpeg(python: &PathBuf) -> Result<()> {
         .args(["--locked", "--package", "pursuit-media", "--test", "ffmpeg"])
         .env("PURSUIT_TEST_FFMPEG", ffmpeg)
         .run()
+}
+
+/// Our metrics beside those of the official toolkits, on trajectories made up afresh.
+fn metrics_of_toolkits(python: &Path) -> Result<()> {
+    let cases = std::path::absolute(run::target_dir().join("toolkit-cases.json"))?;
+    for seed in ["7", "8", "9"] {
+        run::program(python)
+            .arg("crates/evaluation/tests/toolkits.py")
+            .args(["--seed", seed, "--cases", "10", "--out"])
+            .arg(&cases)
+            .run()?;
+        run::cargo("test")
+            .args(["--locked", "--package", "pursuit-evaluation", "--test", "toolkits"])
+            .env("PURSUIT_TOOLKIT_CASES", &cases)
+            .run()?;
+    }
+    Ok(())
 }

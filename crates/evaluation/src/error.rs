@@ -23,12 +23,12 @@ pub enum EvaluationError {
         reason: String,
     },
     /// Frames that cannot be had.
-    #[error("sequence {sequence}: {source}")]
+    #[error("sequence {sequence}: {cause}")]
     Frames {
         /// Name of the sequence.
         sequence: String,
-        /// What the media layer says.
-        source: pursuit_media::MediaError,
+        /// What the media layer says. (Not called `source`: it is part of the message, and would be printed twice.)
+        cause: pursuit_media::MediaError,
     },
     /// A result that cannot be written or read back.
     #[error("{}: {reason}", path.display())]

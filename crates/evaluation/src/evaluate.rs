@@ -39,7 +39,7 @@ pub struct EvalOptions {
     pub sequences: Option<String>,
     /// Sequences worked on at once, each by one thread. Results do not depend on it; on a busy machine speeds may.
     pub jobs: usize,
-    /// Where results are kept: `boxes/`, `results.json`, `report.html`.
+    /// Where results are kept: `boxes/`, `results.json`, `report.html`. Protocols may share a folder.
     pub out: PathBuf,
     /// What made the run (a version, a build's hash): results that another build left are run again.
     pub build: String,
@@ -104,6 +104,13 @@ pub enum Progress {
         /// Pairs there are.
         runs: usize,
     },
+    /// The frames of a sequence cannot be had.
+    LeftOut {
+        /// Which sequence, and why.
+        problem: String,
+        /// Pairs done, those of this sequence included.
+        done: usize,
+    },
     /// The report is being written.
     Reporting,
 }
@@ -116,16 +123,16 @@ pub(crate) type Passes = Vec<(Trajectory, RunRecord)>;
 /// Setting `stop` ends it after the current frame: what is complete is kept and scored, and the same call goes on later.
 ///
 /// # Errors
-/// Nothing to evaluate, footage that cannot be opened at all, results that cannot be written. A tracker's error is part
-/// of the results.
+/// Nothing to evaluate, no footage that can be opened, results that cannot be written. A tracker's error and a sequence
+/// that cannot be opened are part of the results.
 pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), stop: &AtomicBool) -> Result<Results> {
     let dataset = find(options)?;
-    let problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
+    let mut problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
     let runs = dataset.sequences.len() * options.trackers.len();
     progress(Progress::Found { sequences: dataset.sequences.len(), runs, problems: problems.clone() });
     let session =
         Session { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
-    let finished = session.run_all(&dataset.sequences)?;
+    let finished = session.run_all(&dataset.sequences, &mut problems)?;
 
     let mut results = Results { protocol: options.protocol, problems, ..Results::default() };
     results.interrupted = stop.load(Ordering::Relaxed);
@@ -143,7 +150,8 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     session.store.write_results(&results)?;
     if options.report {
         progress(Progress::Reporting);
-        crate::report::write(options, &dataset.sequences, &results, &kept, stop)?;
+        let page = crate::report::page(options, &dataset.sequences, &results, &kept, stop);
+        session.store.write_report(options.protocol, &page)?;
     }
     Ok(results)
 }
@@ -182,7 +190,8 @@ type ByTracker = BTreeMap<String, Passes>;
 
 impl Session<'_> {
     /// Works through the sequences on `jobs` threads; what comes out does not depend on who did what when.
-    fn run_all(&self, sequences: &[Sequence]) -> Result<Vec<ByTracker>> {
+    /// Sequences that cannot be opened are added to `problems`; only when there is no other is that an error.
+    fn run_all(&self, sequences: &[Sequence], problems: &mut Vec<String>) -> Result<Vec<ByTracker>> {
         let next = AtomicUsize::new(0);
         let slots: Vec<Mutex<Option<Result<ByTracker>>>> = sequences.iter().map(|_| Mutex::default()).collect();
         let failed = AtomicBool::new(false);
@@ -191,7 +200,10 @@ impl Session<'_> {
                 let i = next.fetch_add(1, Ordering::Relaxed);
                 let (Some(sequence), Some(slot)) = (sequences.get(i), slots.get(i)) else { break };
                 let outcome = self.run_sequence(sequence);
-                failed.fetch_or(outcome.is_err(), Ordering::Relaxed);
+                match &outcome {
+                    Err(e @ EvaluationError::Frames { .. }) => self.leave_out(e),
+                    other => drop(failed.fetch_or(other.is_err(), Ordering::Relaxed)),
+                }
                 *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
             }
         };
@@ -200,8 +212,29 @@ impl Session<'_> {
                 scope.spawn(|| one_threaded(work));
             }
         });
-        let taken = slots.into_iter().map(|s| s.into_inner().unwrap_or_else(PoisonError::into_inner));
-        taken.map(|outcome| outcome.unwrap_or_else(|| Ok(ByTracker::new()))).collect()
+        let mut all = Vec::with_capacity(slots.len());
+        let mut first_left_out = None;
+        for slot in slots {
+            all.push(match slot.into_inner().unwrap_or_else(PoisonError::into_inner) {
+                Some(Err(e @ EvaluationError::Frames { .. })) => {
+                    problems.push(e.to_string());
+                    first_left_out.get_or_insert(e);
+                    ByTracker::new()
+                }
+                Some(outcome) => outcome?,
+                None => ByTracker::new(),
+            });
+        }
+        match first_left_out {
+            Some(e) if all.iter().all(ByTracker::is_empty) => Err(e),
+            _ => Ok(all),
+        }
+    }
+
+    fn leave_out(&self, problem: &EvaluationError) {
+        let trackers = self.options.trackers.len();
+        let done = self.done.fetch_add(trackers, Ordering::Relaxed) + trackers;
+        (self.progress)(Progress::LeftOut { problem: problem.to_string(), done });
     }
 
     /// All trackers on one sequence: what earlier calls left is read back, the rest is run.

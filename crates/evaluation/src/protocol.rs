@@ -44,7 +44,8 @@ impl Protocol {
     pub fn passes(self, sequence: &Sequence) -> Vec<Pass> {
         let Some((start, bbox)) = sequence.first_visible() else { return Vec::new() };
         match self {
-            Self::Ope | Self::LongTerm | Self::Reset => vec![Pass { label: None, start, bbox }],
+            Self::Ope | Self::LongTerm => vec![Pass { label: None, start, bbox }],
+            Self::Reset => vec![Pass { label: Some(self.as_str().to_owned()), start, bbox }],
             Self::Sre => spatial_variants(bbox)
                 .into_iter()
                 .map(|(label, bbox)| Pass { label: Some(label.to_owned()), start, bbox })
@@ -76,7 +77,7 @@ impl FromStr for Protocol {
 /// One run of a tracker over a sequence, or over its end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// What tells it from the sequence's other passes.
+    /// What tells it from the sequence's other passes, under any protocol.
     pub label: Option<String>,
     /// The frame to start on.
     pub start: usize,

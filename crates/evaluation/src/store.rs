@@ -1,7 +1,7 @@
 //! The files of an evaluation. Every file appears whole or not at all: written beside its place, then renamed.
 
 use crate::protocol::Pass;
-use crate::{EvaluationError, Result, Results, RunRecord, Sequence, Trajectory};
+use crate::{EvaluationError, Protocol, Result, Results, RunRecord, Sequence, Trajectory};
 use std::path::{Path, PathBuf};
 
 /// The folder that an evaluation keeps its results in.
@@ -52,13 +52,25 @@ impl Store {
         Ok((Trajectory::read(&boxes)?, record))
     }
 
+    /// Keeps the figures as `results.json` and `results-PROTOCOL.json`.
     pub fn write_results(&self, results: &Results) -> Result<()> {
-        let path = self.root.join("results.json");
-        let json = serde_json::to_vec_pretty(results).map_err(|e| EvaluationError::output(&path, e))?;
-        write_whole(&path, &json)
+        let json = serde_json::to_vec_pretty(results)
+            .map_err(|e| EvaluationError::output(&self.root.join("results.json"), e))?;
+        self.write_last("results", "json", results.protocol, &json)
     }
 
-    /// `boxes/TRACKER/SEQUENCE.csv`, with the pass's label after an `@` where there are several.
+    /// Keeps the report as `report.html` and `report-PROTOCOL.html`.
+    pub fn write_report(&self, protocol: Protocol, page: &str) -> Result<()> {
+        self.write_last("report", "html", protocol, page.as_bytes())
+    }
+
+    /// `NAME.EXTENSION` is of the last call, whatever its protocol; a copy stays when the next call has another one.
+    fn write_last(&self, name: &str, extension: &str, protocol: Protocol, bytes: &[u8]) -> Result<()> {
+        write_whole(&self.root.join(format!("{name}-{protocol}.{extension}")), bytes)?;
+        write_whole(&self.root.join(format!("{name}.{extension}")), bytes)
+    }
+
+    /// `boxes/TRACKER/SEQUENCE.csv`, with the pass's label, where it has one, after an `@`.
     fn boxes(&self, tracker: &str, sequence: &Sequence, pass: &Pass) -> PathBuf {
         let mut path = self.root.join("boxes").join(safe(tracker));
         let mut parts: Vec<String> = sequence.name().split('/').map(safe).collect();
@@ -81,7 +93,7 @@ fn safe(name: &str) -> String {
 }
 
 /// Writes a file beside its place and moves it there, making the folders on the way.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let failed = |e: std::io::Error| EvaluationError::output(path, e);
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(failed)?;

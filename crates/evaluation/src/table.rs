@@ -37,7 +37,7 @@ fn has_long_term(results: &Results) -> bool {
 fn header(results: &Results) -> Vec<String> {
     let mut names = vec!["tracker", "AUC", "P20", "SR50", "fps", "ECE"];
     if has_long_term(results) {
-        names.extend(["F", "false alive", "returns", "frames"]);
+        names.extend(["F", "false alive", "returns", "noticed"]);
     }
     if results.trackers.values().any(|t| t.mean.supervised.is_some()) {
         names.extend(["accuracy", "failures", "robustness", "EAO"]);

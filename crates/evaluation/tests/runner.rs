@@ -178,6 +178,27 @@ fn an_error_or_a_panic_costs_the_rest_of_the_sequence_only() {
 }
 
 #[test]
+fn a_sequence_that_cannot_be_opened_is_left_out_and_said() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let options = options(root.path(), &[&still]);
+    // As OTB has it: images are only opened when it is run.
+    let broken = root.path().join("data/broken");
+    (1..=9).for_each(|i| write(&broken.join(format!("img/000{i}.png")), "rubbish"));
+    write(&broken.join("groundtruth_rect.txt"), &"2,3,4,5\n".repeat(9));
+    let news = Mutex::new(Vec::new());
+    let results = evaluate(&options, &|p| news.lock().unwrap().push(p), &AtomicBool::new(false)).unwrap();
+    assert_eq!(results.trackers["still"].sequences.keys().collect::<Vec<_>>(), ["away", "plain", "third"]);
+    assert!(results.problems.len() == 1 && results.problems[0].contains("sequence broken"), "{:?}", results.problems);
+    let left_out = |p: &Progress| matches!(p, Progress::LeftOut { problem, .. } if problem == &results.problems[0]);
+    assert!(news.into_inner().unwrap().iter().any(left_out));
+
+    let only = EvalOptions { sequences: Some("broken".to_owned()), ..super_options(&options, &still) };
+    let error = evaluate(&only, &|_| (), &AtomicBool::new(false)).unwrap_err();
+    assert!(error.to_string().contains("sequence broken"), "{error}");
+}
+
+#[test]
 fn lost_frames_have_no_box_and_coasted_ones_have() {
     let root = tempfile::tempdir().unwrap();
     let honest = Scripted::new("honest", |frame, first| match frame {
@@ -213,8 +234,26 @@ fn the_reset_protocol_starts_again_five_frames_after_a_failure() {
     assert_eq!((score.failures, score.accuracy), (1.0, 1.0));
     assert!((score.robustness - (-30.0f64 / 40.0).exp()).abs() < 1e-12);
     let record: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(root.path().join("out/boxes/drifting/drift.json")).unwrap()).unwrap();
+        serde_json::from_slice(&std::fs::read(root.path().join("out/boxes/drifting/drift@reset.json")).unwrap())
+            .unwrap();
     assert_eq!((&record["starts"], &record["failures"]), (&serde_json::json!([0, 17]), &serde_json::json!([12])));
+}
+
+#[test]
+fn protocols_that_share_a_folder_leave_each_others_results_alone() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let all = [Protocol::Ope, Protocol::LongTerm, Protocol::Reset, Protocol::Sre, Protocol::Tre];
+    let with = |protocol| EvalOptions { protocol, ..super_options(&options(root.path(), &[&still]), &still) };
+    let read = |name: &str| std::fs::read_to_string(root.path().join("out").join(name)).unwrap();
+    let first = all.map(|protocol| (protocol, run(&with(protocol)), read("results.json")));
+    let updates = still.updates();
+    for (protocol, results, text) in first {
+        assert_eq!(read(&format!("results-{protocol}.json")), text);
+        assert_eq!(run(&with(protocol)), results, "{protocol}");
+        assert_eq!(read("results.json"), text, "the last call's");
+    }
+    assert_eq!(still.updates(), updates, "nothing had to be run again");
 }
 
 #[test]

@@ -84,6 +84,12 @@ pub static SCENES: &[SceneEntry] = &[
         build: patches::leave_and_return,
     },
     SceneEntry {
+        name: "crowd",
+        summary: "many patches, each wandering about its own part of a large picture",
+        keys: patches::CROWD_KEYS,
+        build: patches::crowd,
+    },
+    SceneEntry {
         name: "static",
         summary: "nothing moves; only the sensor's noise changes",
         keys: patches::STATIC_KEYS,

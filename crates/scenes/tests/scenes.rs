@@ -11,6 +11,12 @@ fn made(query: &str) -> Box<dyn Scene> {
     open(query).unwrap_or_else(|e| panic!("{query}: {e}"))
 }
 
+/// The scene with this seed; large ones smaller, so that the tests are quick.
+fn query(name: &str, seed: u64) -> String {
+    let smaller = if name == "crowd" { "&width=480&height=270&targets=6" } else { "" };
+    format!("scene:{name}?seed={seed}{smaller}")
+}
+
 /// The box around all pixels that `is_target` accepts, by whole pixels.
 fn segmented(image: &Image<Rgb8>, is_target: impl Fn(Rgb8) -> bool) -> Option<BBox> {
     let mut found: Option<BBox> = None;
@@ -32,14 +38,13 @@ fn edge_error(a: &BBox, b: &BBox) -> f64 {
 #[test]
 fn every_scene_is_a_pure_function_of_seed_and_time() {
     for entry in SCENES {
-        let query = format!("scene:{}?seed=3", entry.name);
-        let (first, second) = (made(&query), made(&query));
+        let (first, second) = (made(&query(entry.name, 3)), made(&query(entry.name, 3)));
         let times = [0.0, first.frame_time_s(7), 1.2345];
         let forward = times.map(|t| first.render(t));
         let mut backward = [times[2], times[1], times[0]].map(|t| second.render(t));
         backward.reverse();
         assert_eq!(forward, backward, "{}", entry.name);
-        let other = made(&format!("scene:{}?seed=4", entry.name)).render(0.0);
+        let other = made(&query(entry.name, 4)).render(0.0);
         assert_ne!(forward[0].image, other.image, "{}: the seed changes nothing", entry.name);
         assert_ne!(forward[0].image, forward[1].image, "{}: not even noise changes", entry.name);
     }
@@ -48,7 +53,7 @@ fn every_scene_is_a_pure_function_of_seed_and_time() {
 #[test]
 fn every_scene_begins_with_a_visible_target_and_stays_sane() {
     for (entry, seed) in SCENES.iter().flat_map(|e| [(e, 1), (e, 2), (e, 77)]) {
-        let scene = made(&format!("scene:{}?seed={seed}", entry.name));
+        let scene = made(&query(entry.name, seed));
         let bounds = scene.size().bounds();
         assert!(scene.frame_count() >= 30 && scene.frame_count() <= 400, "{}", entry.name);
         for k in (0..scene.frame_count()).step_by(11) {
@@ -71,8 +76,12 @@ fn every_scene_begins_with_a_visible_target_and_stays_sane() {
 fn truth_of_patches_is_where_their_pixels_are() {
     let magenta = |[r, g, b]: Rgb8| r > g.saturating_add(100) && b > g.saturating_add(100) && r.abs_diff(b) < 12;
     for entry in SCENES.iter().filter(|e| e.key("plain").is_ok()) {
-        let gain = if entry.name == "lighting-step" { "&gain=0.9" } else { "" };
-        let scene = made(&format!("scene:{}?seed=5&plain=1&noise=0{gain}", entry.name));
+        let more = match entry.name {
+            "lighting-step" => "&gain=0.9",
+            "crowd" => "&targets=1&width=320&height=240",
+            _ => "",
+        };
+        let scene = made(&format!("scene:{}?seed=5&plain=1&noise=0{more}", entry.name));
         let mut compared = 0;
         for k in (0..scene.frame_count()).step_by(3) {
             let moment = scene.render(scene.frame_time_s(k));
@@ -170,6 +179,20 @@ fn the_patch_that_leaves_is_gone_for_80_frames_and_returns_280_pixels_away() {
     assert!(
         (first.center().x - last.center().x - 280.0).abs() < 1e-6 && (first.center().y - last.center().y).abs() < 1e-6
     );
+}
+
+#[test]
+fn a_crowd_stays_apart_and_in_the_picture() {
+    for (query, count) in [("scene:crowd", 20), ("scene:crowd?seed=4&targets=7&width=640&height=360", 7)] {
+        let scene = made(query);
+        for k in (0..scene.frame_count()).step_by(13) {
+            let targets = scene.targets(scene.frame_time_s(k));
+            assert_eq!(targets.len(), count);
+            assert!(targets.iter().all(|t| t.visible_fraction > 0.99 && t.extent.is_some()), "{targets:?}");
+        }
+        let boxes: Vec<BBox> = scene.targets(0.5).iter().filter_map(pursuit_scenes::TargetTruth::visible).collect();
+        assert!(boxes.iter().all(|b| b.width() > 20.0 && b.height() > 20.0), "{boxes:?}");
+    }
 }
 
 #[test]

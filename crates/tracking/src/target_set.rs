@@ -55,6 +55,12 @@ impl TargetSet {
         Ok(self.targets.remove(at).1)
     }
 
+    /// The tracker of a target, to put it elsewhere ([`Tracker::reinit`]) or to save it; `None` when there is none of that id.
+    pub fn get_mut(&mut self, id: TargetId) -> Option<&mut dyn Tracker> {
+        let (_, tracker) = self.targets.iter_mut().find(|(i, _)| *i == id)?;
+        Some(&mut **tracker)
+    }
+
     /// How many targets are followed.
     pub fn len(&self) -> usize {
         self.targets.len()

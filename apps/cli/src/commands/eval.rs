@@ -5,6 +5,7 @@ use pursuit::RunError;
 use pursuit::config::parse_setting;
 use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
 use pursuit::tracking::registry;
+use std::hash::{DefaultHasher, Hasher};
 use std::process::ExitCode;
 
 /// `pursuit eval DATASET…`.
@@ -14,15 +15,37 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     options.sequences = args.sequences.clone();
     options.jobs = args.jobs;
     options.report = !args.no_report;
+    options.build = build_id();
     options.open = open_options();
     let bar = console::progress_bar(None, global);
     let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag(None)).map_err(RunError::from)?;
     bar.finish_and_clear();
+    if results.interrupted {
+        tracing::warn!("stopped before everything had run; the same command goes on from here");
+    }
     let text = match args.json {
         true => serde_json::to_string_pretty(&results)? + "\n",
         false => format!("{}\nresults in {}\n", text_table(&results), args.out.display()),
     };
     print(text.as_bytes())
+}
+
+/// The version and a digest of this very program: what another build left, even one of the same version, is run again.
+fn build_id() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    match std::env::current_exe().and_then(std::fs::read) {
+        Ok(program) => {
+            let mut hasher = DefaultHasher::new();
+            hasher.write(&program);
+            format!("{version}+{:016x}", hasher.finish())
+        }
+        Err(e) => {
+            tracing::warn!(
+                "what another build of {version} left is taken for this one's: it cannot be told apart: {e}"
+            );
+            version.to_owned()
+        }
+    }
 }
 
 /// The trackers named, or all, with their parameters.
@@ -59,6 +82,10 @@ fn show(bar: &indicatif::ProgressBar, news: Progress) {
             }
             bar.set_position(done as u64);
             bar.set_message(format!("{tracker} {sequence} AUC {auc:.3}"));
+        }
+        Progress::LeftOut { problem, done } => {
+            tracing::warn!("left out: {problem}");
+            bar.set_position(done as u64);
         }
         _ => {}
     }

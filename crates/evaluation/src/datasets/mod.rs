@@ -98,7 +98,7 @@ impl Dataset {
     /// (`*` any text, `?` any letter).
     ///
     /// # Errors
-    /// [`EvaluationError::NoSequences`] when none does.
+    /// [`EvaluationError::Option`] when none does.
     pub fn retain_matching(&mut self, patterns: &str) -> Result<()> {
         let before: Vec<String> = self.sequences.iter().map(|s| s.name().to_owned()).collect();
         let wanted = |name: &str| {
@@ -107,8 +107,12 @@ impl Dataset {
         };
         self.sequences.retain(|s| wanted(s.name()));
         if self.sequences.is_empty() {
-            let reason = format!("matches; there are {}", before.join(", "));
-            return Err(EvaluationError::NoSequences { name: patterns.to_owned(), reason });
+            let (shown, more) = before.split_at(before.len().min(20));
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            return Err(EvaluationError::Option(format!(
+                "{patterns}: no sequence matches; there are {}{more}",
+                shown.join(", ")
+            )));
         }
         Ok(())
     }

@@ -8,8 +8,7 @@ mod svg;
 use crate::evaluate::{EvalOptions, Passes};
 use crate::film::Film;
 use crate::score::{believed, overlap};
-use crate::store::write_whole;
-use crate::{Result, Results, Sequence, Trajectory};
+use crate::{Results, Sequence, Trajectory};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -36,14 +35,14 @@ impl Entry<'_> {
     }
 }
 
-/// Writes `report.html`.
-pub(crate) fn write(
+/// The page.
+pub(crate) fn page(
     options: &EvalOptions,
     sequences: &[Sequence],
     results: &Results,
     kept: &BTreeMap<String, BTreeMap<String, Passes>>,
     stop: &AtomicBool,
-) -> Result<()> {
+) -> String {
     let ranking = ranking(results);
     let entries: Vec<Vec<Entry<'_>>> = sequences.iter().map(|s| entries_of(s, &ranking, kept)).collect();
     let pictures = if options.thumbnails { all_pictures(options, sequences, &entries, stop) } else { Vec::new() };
@@ -56,7 +55,7 @@ pub(crate) fn write(
         page.push_str(&sections::drill_down(i, sequence, results, entries, pictures));
     }
     page.push_str(&sections::foot(results));
-    write_whole(&options.out.join("report.html"), page.as_bytes())
+    page
 }
 
 /// Trackers, the best success AUC first.

@@ -60,7 +60,7 @@ pub(super) fn leaderboard(results: &Results, ranking: &[&str]) -> String {
             ("F", "long-term F at the state reported"),
             ("false alive", "fraction of frames without the target that are reported as tracking"),
             ("returns", "returns of the target that were noticed"),
-            ("frames", "median frames until a return was noticed"),
+            ("noticed", "median frames until a return was noticed"),
         ]);
     }
     if supervised {

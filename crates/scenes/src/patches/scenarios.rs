@@ -100,6 +100,21 @@ pub(crate) const LEAVE_AND_RETURN_KEYS: &[Key] = &[
     NOISE,
     PLAIN,
 ];
+pub(crate) const CROWD_KEYS: &[Key] = &[
+    Key { default: 1280.0, ..WIDTH },
+    Key { default: 720.0, ..HEIGHT },
+    FPS,
+    DURATION,
+    Key {
+        help: "the patches' usual side in pixels; they are between three fifths of it and once and a half",
+        default: 48.0,
+        ..SIZE
+    },
+    Key { help: "the patches' usual speed in pixels per second", ..SPEED },
+    key("targets", "how many patches there are", 20.0, 1.0, 100.0),
+    NOISE,
+    PLAIN,
+];
 pub(crate) const STATIC_KEYS: &[Key] = &[WIDTH, HEIGHT, FPS, DURATION, SIZE, NOISE, PLAIN];
 
 /// A world in which nothing happens yet: the patch follows `path`.
@@ -115,7 +130,7 @@ fn world(scenery: &Scenery, path: Path) -> World {
         backdrop: paint::background(seed, size.width, size.height),
         camera: Box::new(|_| Point::new(0.0, 0.0)),
         behind: Vec::new(),
-        target: Thing { look: look(scenery, 0.0), path },
+        targets: vec![Thing { look: look(scenery, 0.0), path }],
         before: Vec::new(),
         light: Box::new(|_| [1.0; 3]),
     }
@@ -262,4 +277,38 @@ pub(crate) fn leave_and_return(scenery: &Scenery) -> Box<dyn Scene> {
         Some(BBox::from_center_size(Point::new(start.x + x + shift, start.y + y), size, size))
     };
     Box::new(world(scenery, Box::new(path)))
+}
+
+/// Each patch wanders about its own part of the picture, so that all can be seen all the time.
+pub(crate) fn crowd(scenery: &Scenery) -> Box<dyn Scene> {
+    let (width, height) = (scenery.get("width"), scenery.get("height"));
+    let count = scenery.get("targets") as usize;
+    let columns = ((count as f64 * width / height).sqrt().ceil() as usize).clamp(1, count);
+    let rows = count.div_ceil(columns);
+    let part = (width / columns as f64, height / rows as f64);
+    let patch = |k: usize| {
+        let seed = hash::mix(scenery.seed, 71 + k as u64);
+        let random = |index, low, high| hash::between(seed, index, low, high);
+        let side = (scenery.get("size") * random(1, 0.6, 1.5)).min(0.9 * part.0.min(part.1));
+        let (wide, tall) = (side * random(2, 0.8, 1.0), side * random(3, 0.8, 1.0));
+        let middle = ((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5);
+        let reach = (((part.0 - wide) / 2.0).max(0.5), ((part.1 - tall) / 2.0).max(0.5));
+        // As in `wander`: two sines whose periods do not divide.
+        let ratio = 0.77;
+        let omega = scenery.get("speed") * random(4, 0.7, 1.3) / (reach.0.hypot(reach.1 * ratio) / 2f64.sqrt());
+        let phase = (random(5, 0.0, TAU), random(6, 0.0, TAU));
+        let path = move |t: f64| {
+            let (x, y) = ((omega * t + phase.0).sin(), (ratio * omega * t + phase.1).sin());
+            let center = Point::new(middle.0 * part.0 + reach.0 * x, middle.1 * part.1 + reach.1 * y);
+            Some(BBox::from_center_size(center, wide, tall))
+        };
+        let look = match scenery.get("plain") >= 0.5 {
+            true => paint::plain(),
+            false => paint::patch(seed, side.ceil().clamp(16.0, 256.0) as usize, 0.0),
+        };
+        Thing { look, path: Box::new(path) }
+    };
+    let mut world = world(scenery, Box::new(|_| None));
+    world.targets = (0..count).map(patch).collect();
+    Box::new(world)
 }

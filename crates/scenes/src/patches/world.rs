@@ -12,7 +12,7 @@ pub(super) struct Thing {
     pub(super) path: Path,
 }
 
-/// A background, the target, things behind and before it, a camera and a light.
+/// A background, the targets, things behind and before them, a camera and a light.
 pub(super) struct World {
     pub(super) size: Size,
     pub(super) fps: f64,
@@ -23,7 +23,8 @@ pub(super) struct World {
     /// Backdrop point in the picture's top left corner.
     pub(super) camera: Box<dyn Fn(f64) -> Point + Send + Sync>,
     pub(super) behind: Vec<Thing>,
-    pub(super) target: Thing,
+    /// The first is the one to follow; later ones lie over earlier ones.
+    pub(super) targets: Vec<Thing>,
     pub(super) before: Vec<Thing>,
     pub(super) light: Box<dyn Fn(f64) -> Color + Send + Sync>,
 }
@@ -50,9 +51,8 @@ impl Scene for World {
 
     fn render(&self, time_s: f64) -> SceneMoment {
         let mut layers = self.layers(&self.behind, time_s);
-        let (target, before, truth) = self.target_and_before(time_s);
-        layers.extend(target);
-        layers.extend(before);
+        let (shown, targets) = self.targets_and_before(time_s);
+        layers.extend(shown);
         let image = compose(&Shot {
             size: self.size,
             backdrop: &self.backdrop,
@@ -61,11 +61,11 @@ impl Scene for World {
             light: (self.light)(time_s),
             noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
         });
-        SceneMoment { image, targets: vec![truth] }
+        SceneMoment { image, targets }
     }
 
     fn targets(&self, time_s: f64) -> Vec<TargetTruth> {
-        vec![self.target_and_before(time_s).2]
+        self.targets_and_before(time_s).1
     }
 }
 
@@ -74,14 +74,24 @@ impl World {
         things.iter().filter_map(|t| t.layer(time_s, self.size)).map(|(_, layer)| layer).collect()
     }
 
-    /// The target's layer, those before it, and the truth.
-    fn target_and_before(&self, time_s: f64) -> (Option<Layer>, Vec<Layer>, TargetTruth) {
-        let before = self.layers(&self.before, time_s);
-        let Some((bbox, layer)) = self.target.layer(time_s, self.size) else {
-            return (None, before, TargetTruth::ABSENT);
-        };
-        let visible_fraction = (layer.visible_area_px(&before) / bbox.area()).clamp(0.0, 1.0);
-        (Some(layer), before, TargetTruth { extent: Some(bbox), visible_fraction })
+    /// The layers of the targets and of what is before them, and the truth.
+    fn targets_and_before(&self, time_s: f64) -> (Vec<Layer>, Vec<TargetTruth>) {
+        // From the front to the back, so that what hides a target is known when its turn comes.
+        let mut shown = self.layers(&self.before, time_s);
+        shown.reverse();
+        let mut truths = Vec::with_capacity(self.targets.len());
+        for target in self.targets.iter().rev() {
+            let Some((bbox, layer)) = target.layer(time_s, self.size) else {
+                truths.push(TargetTruth::ABSENT);
+                continue;
+            };
+            let visible_fraction = (layer.visible_area_px(&shown) / bbox.area()).clamp(0.0, 1.0);
+            truths.push(TargetTruth { extent: Some(bbox), visible_fraction });
+            shown.push(layer);
+        }
+        shown.reverse();
+        truths.reverse();
+        (shown, truths)
     }
 }
 

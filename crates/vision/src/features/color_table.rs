@@ -1,7 +1,8 @@
 use super::{ColorTerm, srgb_to_lab};
 use crate::sampling::Planes;
+use multiversion::multiversion;
 use pursuit_geometry::Size;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// Bits kept of each of red, green and blue.
 const BITS: usize = 5;
@@ -20,8 +21,13 @@ pub struct ColorTable {
 
 impl ColorTable {
     /// The probabilities of the eleven basic colour terms, less the mean 1/11; see [`ColorTerm`].
+    ///
+    /// A constant: computed once, every copy shares it.
     pub fn color_names() -> Self {
-        Self::new([(-1.0 / 11.0, 1.0); 11], |rgb| ColorTerm::probabilities(rgb).map(|p| p - 1.0 / 11.0))
+        static NAMES: LazyLock<ColorTable> = LazyLock::new(|| {
+            ColorTable::new([(-1.0 / 11.0, 1.0); 11], |rgb| ColorTerm::probabilities(rgb).map(|p| p - 1.0 / 11.0))
+        });
+        NAMES.clone()
     }
 
     /// L*, a*, b*: `L*/100 − ½`, `a*/110`, `b*/110`.
@@ -66,37 +72,58 @@ impl ColorTable {
         self.scales.len()
     }
 
-    /// The codes of one colour, for [`value`](Self::value).
-    #[inline]
-    fn entry(&self, r: f32, g: f32, b: f32) -> &[u8; LANES] {
-        // A float cast saturates, so the index is always inside.
-        let code = |v: f32| usize::from((v + 0.5) as u8 >> (8 - BITS));
-        &self.codes[(code(r) << (2 * BITS)) | (code(g) << BITS) | code(b)]
-    }
-
     /// Means of the channels over cells of `cell_px` pixels of a colour patch (3 planes, 0–255; of a grey patch, its only
     /// plane counts three times). Writes the planes `first..first + channels` of `out`, which must have the grid's size.
     pub fn extract(&self, patch: &Planes, cell_px: usize, out: &mut Planes, first: usize) {
         let (Size { width, .. }, grid) = (patch.size(), out.size());
         let plane = |c: usize| patch.plane(c.min(patch.channels() - 1));
-        let (red, green, blue) = (plane(0), plane(1), plane(2));
         let share = 1.0 / (cell_px * cell_px) as f32;
+        let at_once = (RUN / cell_px).clamp(1, CELLS);
+        let mut sums = [[0; LANES]; CELLS];
         for cy in 0..grid.height {
-            for cx in 0..grid.width {
-                let mut sums = [0_u32; LANES];
+            for left in (0..grid.width).step_by(at_once) {
+                let right = (left + at_once).min(grid.width);
+                let sums = &mut sums[..right - left];
+                sums.fill([0; LANES]);
                 for y in cy * cell_px..(cy + 1) * cell_px {
-                    let line = y * width + cx * cell_px..y * width + (cx + 1) * cell_px;
-                    for ((&r, &g), &b) in red[line.clone()].iter().zip(&green[line.clone()]).zip(&blue[line]) {
-                        for (sum, code) in sums.iter_mut().zip(self.entry(r, g, b)) {
-                            *sum += u32::from(*code);
-                        }
-                    }
+                    let line = y * width + left * cell_px..y * width + right * cell_px;
+                    add_codes(&self.codes, [0, 1, 2].map(|c| &plane(c)[line.clone()]), cell_px, sums);
                 }
-                let at = cy * grid.width + cx;
-                for (c, ((least, step), sum)) in self.scales.iter().zip(sums).enumerate() {
-                    out.plane_mut(first + c)[at] = least + step * share * sum as f32;
+                for (c, (least, step)) in self.scales.iter().enumerate() {
+                    let line = &mut out.plane_mut(first + c)[cy * grid.width + left..cy * grid.width + right];
+                    line.iter_mut().zip(&*sums).for_each(|(out, sum)| *out = least + step * share * sum[c] as f32);
                 }
             }
+        }
+    }
+}
+
+/// Cells worked on at once.
+const CELLS: usize = 32;
+/// Pixels looked up at once: 256 codes of at most 255 add up to what 16 bits hold.
+const RUN: usize = 256;
+
+/// Adds the codes of a line of pixels to the sums of their cells.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn add_codes(codes: &[[u8; LANES]], [red, green, blue]: [&[f32]; 3], cell_px: usize, sums: &mut [[u32; LANES]]) {
+    let mut indices = [0_u16; RUN];
+    let pieces = red.chunks(RUN).zip(green.chunks(RUN)).zip(blue.chunks(RUN));
+    for ((red, green), blue) in pieces {
+        for (index, ((&r, &g), &b)) in indices.iter_mut().zip(red.iter().zip(green).zip(blue)) {
+            // Through 32 bits: that runs on vectors.
+            let code = |v: f32| ((v + 0.5).clamp(0.0, 255.0) as i32 >> (8 - BITS)) as u16;
+            *index = (code(r) << (2 * BITS)) | (code(g) << BITS) | code(b);
+        }
+        // A cell wider than a run is alone in its line, and its runs are parts of it.
+        let runs = indices[..red.len()].chunks(cell_px.min(RUN));
+        for (k, run) in runs.enumerate() {
+            let mut sum = [0_u16; LANES];
+            for &index in run {
+                let codes = codes.get(usize::from(index)).unwrap_or(&[0; LANES]);
+                sum.iter_mut().zip(codes).for_each(|(sum, code)| *sum += u16::from(*code));
+            }
+            let total = &mut sums[if cell_px > RUN { 0 } else { k }];
+            total.iter_mut().zip(sum).for_each(|(total, sum)| *total += u32::from(sum));
         }
     }
 }
@@ -122,6 +149,34 @@ mod tests {
             ColorTable::color_names().extract(&flat(rgb), 2, &mut out, 3);
             for (plane, want) in out.planes().zip(want_lab.into_iter().chain(names)) {
                 assert!(plane.iter().all(|v| (f64::from(*v) - want).abs() < 0.005), "{rgb:?}: {plane:?}, {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn cells_of_any_size_equal_the_mean_of_their_pixels() {
+        for (cell_px, grid) in
+            [(1, Size::new(70, 2)), (3, Size::new(100, 2)), (5, Size::new(4, 3)), (300, Size::new(2, 1))]
+        {
+            let size = Size::new(grid.width * cell_px + 1, grid.height * cell_px + 1);
+            let mut patch = Planes::new(size, 3);
+            for (c, plane) in patch.planes_mut().enumerate() {
+                plane.iter_mut().enumerate().for_each(|(i, v)| *v = ((i * (31 + 12 * c) + i / 7) % 256) as f32);
+            }
+            let table = ColorTable::lab();
+            let mut out = Planes::new(grid, table.channels() + 1);
+            table.extract(&patch, cell_px, &mut out, 1);
+            for (at, c) in (0..grid.area()).flat_map(|at| (0..table.channels()).map(move |c| (at, c))) {
+                let (left, top) = (at % grid.width * cell_px, at / grid.width * cell_px);
+                let cells = (0..cell_px * cell_px).map(|k| (top + k / cell_px) * size.width + left + k % cell_px);
+                let code = |i: usize| {
+                    let [r, g, b] = [0, 1, 2].map(|c| patch.plane(c)[i] as usize >> (8 - BITS));
+                    f64::from(table.codes[(r << (2 * BITS)) | (g << BITS) | b][c])
+                };
+                let (least, step) = table.scales[c];
+                let mean = cells.map(code).sum::<f64>() / (cell_px * cell_px) as f64;
+                let want = f64::from(least) + f64::from(step) * mean;
+                assert!((f64::from(out.plane(1 + c)[at]) - want).abs() < 1e-5, "{cell_px}: {at} {c}");
             }
         }
     }

@@ -17,6 +17,8 @@ const TEXTURE: f32 = 0.235_702_26;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Norms {
     energies: Vec<f32>,
+    /// One over the norm of each block, one row and column fewer than cells (but at least one).
+    blocks: Vec<f32>,
     inverse: Vec<f32>,
 }
 
@@ -25,13 +27,35 @@ impl Norms {
     pub(super) fn compute(&mut self, planes: &[f32], grid: Size) {
         self.energies.resize(grid.area(), 0.0);
         cell_energies(planes, &mut self.energies);
+        let Size { width, height } = grid;
+        let (across, down) = ((width - 1).max(1), (height - 1).max(1));
+        self.blocks.resize(across * down, 0.0);
+        for (y, blocks) in self.blocks.chunks_exact_mut(across).enumerate() {
+            let row = |y: usize| &self.energies[y * width..(y + 1) * width];
+            block_norms(row(y), row((y + 1).min(height - 1)), blocks);
+        }
         self.inverse.resize(4 * grid.area(), 0.0);
         for (k, inverse) in self.inverse.chunks_exact_mut(grid.area()).enumerate() {
-            for_each_block(grid, k, |at, cells| {
-                let energy: f32 = cells.iter().map(|&cell| self.energies[cell]).sum();
-                inverse[at] = 1.0 / (energy + EPSILON).sqrt();
-            });
+            for (y, line) in inverse.chunks_exact_mut(width).enumerate() {
+                let y = (y + k / 2).saturating_sub(1).min(down - 1);
+                let blocks = &self.blocks[y * across..(y + 1) * across];
+                // The block to the left of the first cell is the first one, the block to the right of the last the last.
+                let shift = usize::from(k.is_multiple_of(2) && width > 1);
+                line[shift..shift + across].copy_from_slice(blocks);
+                line[if shift == 1 { 0 } else { width - 1 }] = blocks[if shift == 1 { 0 } else { across - 1 }];
+            }
         }
+    }
+}
+
+/// One over the norms of the blocks between two rows of cells.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn block_norms(above: &[f32], below: &[f32], out: &mut [f32]) {
+    let n = out.len();
+    let right = usize::from(above.len() > n);
+    let (a, b, c, d) = (&above[..n], &above[right..][..n], &below[..n], &below[right..][..n]);
+    for x in 0..n {
+        out[x] = 1.0 / (a[x] + b[x] + c[x] + d[x] + EPSILON).sqrt();
     }
 }
 

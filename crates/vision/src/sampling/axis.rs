@@ -1,3 +1,5 @@
+use multiversion::multiversion;
+
 /// The widest kernel: beyond a shrinking by half of this, source pixels are skipped.
 const MAX_TAPS: usize = 16;
 
@@ -30,34 +32,49 @@ impl Axis {
     pub(super) fn build(&mut self, center: f64, step: f64, outputs: usize, len: usize) {
         let half_width = step.max(1.0);
         self.taps = ((2.0 * half_width).ceil() as usize).clamp(2, MAX_TAPS);
-        // 1 unless the kernel is wider than MAX_TAPS.
-        let spacing = (2.0 * half_width / self.taps as f64).max(1.0);
-        self.index.clear();
-        self.weight.clear();
-        let (mut first, mut end) = (len, 0);
-        for j in 0..outputs {
-            let position = center + (j as f64 + 0.5 - outputs as f64 / 2.0) * step - 0.5;
-            let start = (position - half_width).floor() + 1.0;
-            let at = self.weight.len();
-            let mut sum = 0.0;
-            for k in 0..self.taps {
-                let source = (start + k as f64 * spacing).floor();
-                let weight = (1.0 - (source - position).abs() / half_width).max(0.0) as f32;
-                // A cast from float saturates, so even wild positions end inside.
-                let index = (source as isize).clamp(0, len as isize - 1) as usize;
-                (first, end) = (first.min(index), end.max(index + 1));
-                sum += weight;
-                self.index.push(index as u32);
-                self.weight.push(weight);
-            }
-            if sum > 0.0 {
-                self.weight[at..].iter_mut().for_each(|w| *w /= sum);
-            } else {
-                self.weight[at] = 1.0;
-            }
-        }
-        (self.first, self.end) = (first.min(end), end);
+        self.index.resize(outputs * self.taps, 0);
+        self.weight.resize(outputs * self.taps, 0.0);
+        let line = Line { center, step, half_width, outputs, len };
+        (self.first, self.end) = fill(&line, self.taps, &mut self.index, &mut self.weight);
         let first = self.first as u32;
         self.index.iter_mut().for_each(|i| *i -= first);
     }
+}
+
+/// What an axis is made for.
+struct Line {
+    center: f64,
+    step: f64,
+    half_width: f64,
+    outputs: usize,
+    len: usize,
+}
+
+/// Writes source positions and weights, `taps` for each output; returns the first position used and one past the last.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn fill(line: &Line, taps: usize, index: &mut [u32], weight: &mut [f32]) -> (usize, usize) {
+    let &Line { center, step, half_width, outputs, len } = line;
+    // 1 unless the kernel is wider than MAX_TAPS.
+    let spacing = (2.0 * half_width / taps as f64).max(1.0);
+    let (mut first, mut end) = (len, 0);
+    for (j, (indices, weights)) in index.chunks_exact_mut(taps).zip(weight.chunks_exact_mut(taps)).enumerate() {
+        let position = center + (j as f64 + 0.5 - outputs as f64 / 2.0) * step - 0.5;
+        let start = (position - half_width).floor() + 1.0;
+        let mut sum = 0.0;
+        for (k, (index, weight)) in indices.iter_mut().zip(weights.iter_mut()).enumerate() {
+            let source = (start + k as f64 * spacing).floor();
+            *weight = (1.0 - (source - position).abs() / half_width).max(0.0) as f32;
+            // A cast from float saturates, so even wild positions end inside.
+            let at = (source as isize).clamp(0, len as isize - 1) as usize;
+            (first, end) = (first.min(at), end.max(at + 1));
+            sum += *weight;
+            *index = at as u32;
+        }
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|w| *w /= sum);
+        } else if let Some(only) = weights.first_mut() {
+            *only = 1.0;
+        }
+    }
+    (first.min(end), end)
 }

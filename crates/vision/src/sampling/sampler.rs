@@ -13,8 +13,14 @@ use pursuit_imaging::{ImageView, Rgb8};
 pub struct Sampler {
     x: Axis,
     y: Axis,
+    /// One row of the frame's pixels, combined vertically; colours interleaved, and one value more.
     line: Vec<f32>,
+    /// One row of the patch, colours interleaved.
+    mixed: Vec<[f32; LANES]>,
 }
+
+/// A colour is worked on as this many values, so that it is one vector; the last counts for nothing.
+const LANES: usize = 4;
 
 impl Sampler {
     /// A sampler without scratch yet.
@@ -33,7 +39,8 @@ impl Sampler {
     pub fn reserve(&mut self, frame: Size, patch: Size) {
         self.x.reserve(patch.width);
         self.y.reserve(patch.height);
-        self.line.reserve((3 * frame.width).saturating_sub(self.line.len()));
+        self.line.reserve((3 * frame.width + 1).saturating_sub(self.line.len()));
+        self.mixed.reserve(patch.width.saturating_sub(self.mixed.len()));
     }
 
     /// Samples grey: `out` becomes one plane of the window's patch size.
@@ -62,23 +69,40 @@ impl Sampler {
         self.x.build(window.center.x, window.step_x, width, frame.width);
         self.y.build(window.center.y, window.step_y, height, frame.height);
         out.reshape(window.patch, N);
-        self.line.resize((self.x.end - self.x.first) * N, 0.0);
         let span = self.x.first * N..self.x.end * N;
+        self.line.resize(span.len() + 1, 0.0);
+        self.mixed.resize(width, [0.0; LANES]);
         let taps = self.y.taps;
         for i in 0..height {
             let (rows, weights) = (&self.y.index[i * taps..(i + 1) * taps], &self.y.weight[i * taps..(i + 1) * taps]);
             let source = |k: u32| &row(self.y.first + k as usize)[span.clone()];
-            weighted_row_pair(source(rows[0]), source(rows[1]), weights[0], weights[1], &mut self.line);
-            for (&k, &weight) in rows.iter().zip(weights).skip(2).filter(|(_, w)| **w != 0.0) {
-                add_weighted_row(source(k), weight, &mut self.line);
-            }
+            combine(rows, weights, source, &mut self.line);
             let mut planes = out.planes_mut();
             let lines: [&mut [f32]; N] = std::array::from_fn(|_| match planes.next() {
                 Some(plane) => &mut plane[i * width..(i + 1) * width],
                 None => unreachable!("the patch has N planes"),
             });
-            gather(&self.line, &self.x.index, &self.x.weight, self.x.taps, lines);
+            if N == 3 {
+                gather_color(&self.line, &self.x.index, &self.x.weight, self.x.taps, &mut self.mixed);
+                lines.into_iter().enumerate().for_each(|(c, line)| pick(&self.mixed, c, line));
+            } else {
+                lines.into_iter().for_each(|out| gather(&self.line, &self.x.index, &self.x.weight, self.x.taps, out));
+            }
         }
+    }
+}
+
+/// Combines rows of the frame, at least two, with their weights. Up to three are read at once.
+fn combine<'a>(rows: &[u32], weights: &[f32], source: impl Fn(u32) -> &'a [u8], out: &mut [f32]) {
+    let third = weights.get(2).copied().unwrap_or(0.0);
+    if third == 0.0 {
+        weighted_rows_2([source(rows[0]), source(rows[1])], [weights[0], weights[1]], out);
+    } else {
+        let three = [source(rows[0]), source(rows[1]), source(rows[2])];
+        weighted_rows_3(three, [weights[0], weights[1], third], out);
+    }
+    for (&k, &weight) in rows.iter().zip(weights).skip(3).filter(|(_, w)| **w != 0.0) {
+        add_weighted_row(source(k), weight, out);
     }
 }
 
@@ -107,9 +131,16 @@ fn sample_turned<'a, const N: usize>(frame: Size, row: impl Fn(usize) -> &'a [u8
 }
 
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
-fn weighted_row_pair(a: &[u8], b: &[u8], weight_a: f32, weight_b: f32, out: &mut [f32]) {
+fn weighted_rows_2([a, b]: [&[u8]; 2], weights: [f32; 2], out: &mut [f32]) {
     for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-        *out = weight_a * f32::from(a) + weight_b * f32::from(b);
+        *out = weights[0] * f32::from(a) + weights[1] * f32::from(b);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn weighted_rows_3([a, b, c]: [&[u8]; 3], weights: [f32; 3], out: &mut [f32]) {
+    for (((out, &a), &b), &c) in out.iter_mut().zip(a).zip(b).zip(c) {
+        *out = weights[0] * f32::from(a) + weights[1] * f32::from(b) + weights[2] * f32::from(c);
     }
 }
 
@@ -120,30 +151,93 @@ fn add_weighted_row(row: &[u8], weight: f32, out: &mut [f32]) {
     }
 }
 
-/// Interpolates an interleaved line of `N` channels horizontally into `N` rows.
-fn gather<const N: usize>(line: &[f32], index: &[u32], weight: &[f32], taps: usize, out: [&mut [f32]; N]) {
-    if taps == 2 {
-        let (pairs, _) = index.as_chunks::<2>();
-        let (weights, _) = weight.as_chunks::<2>();
-        for (j, (&[a, b], &[wa, wb])) in pairs.iter().zip(weights).enumerate() {
-            let (a, b) = (&line[a as usize * N..][..N], &line[b as usize * N..][..N]);
-            for c in 0..N {
-                out[c][j] = wa * a[c] + wb * b[c];
+/// Interpolates a line horizontally.
+fn gather(line: &[f32], index: &[u32], weight: &[f32], taps: usize, out: &mut [f32]) {
+    match taps {
+        2 => gather_taps::<2>(line, index, weight, out),
+        3 => gather_taps::<3>(line, index, weight, out),
+        4 => gather_taps::<4>(line, index, weight, out),
+        _ => {
+            let taps = index.chunks_exact(taps).zip(weight.chunks_exact(taps));
+            for (out, (indices, weights)) in out.iter_mut().zip(taps) {
+                *out = indices.iter().zip(weights).map(|(&i, &w)| w * line[i as usize]).sum();
             }
         }
-        return;
     }
-    for (j, (indices, weights)) in index.chunks_exact(taps).zip(weight.chunks_exact(taps)).enumerate() {
-        let mut sum = [0.0; N];
-        for (&i, &w) in indices.iter().zip(weights) {
-            let pixel = &line[i as usize * N..][..N];
-            for c in 0..N {
-                sum[c] += w * pixel[c];
+}
+
+fn gather_taps<const TAPS: usize>(line: &[f32], index: &[u32], weight: &[f32], out: &mut [f32]) {
+    let taps = index.as_chunks::<TAPS>().0.iter().zip(weight.as_chunks::<TAPS>().0);
+    for (out, (indices, weights)) in out.iter_mut().zip(taps) {
+        let mut sum = weights[0] * line[indices[0] as usize];
+        for k in 1..TAPS {
+            sum += weights[k] * line[indices[k] as usize];
+        }
+        *out = sum;
+    }
+}
+
+/// Interpolates an interleaved line of colours, one value longer than they are, horizontally.
+fn gather_color(line: &[f32], index: &[u32], weight: &[f32], taps: usize, out: &mut [[f32; LANES]]) {
+    match taps {
+        2 => gather_color_2(line, index, weight, out),
+        3 => gather_color_3(line, index, weight, out),
+        4 => gather_color_4(line, index, weight, out),
+        _ => {
+            let taps = index.chunks_exact(taps).zip(weight.chunks_exact(taps));
+            for (out, (indices, weights)) in out.iter_mut().zip(taps) {
+                *out = [0.0; LANES];
+                indices.iter().zip(weights).for_each(|(&i, &w)| {
+                    let pixel = pixel(line, i);
+                    *out = std::array::from_fn(|c| out[c] + w * pixel[c]);
+                });
             }
         }
-        for c in 0..N {
-            out[c][j] = sum[c];
+    }
+}
+
+/// The fourth value is the next pixel's first: whatever it is, nobody reads what becomes of it.
+#[inline(always)]
+fn pixel(line: &[f32], i: u32) -> [f32; LANES] {
+    let at = i as usize * 3;
+    let pixel = &line[at..at + LANES];
+    std::array::from_fn(|c| pixel[c])
+}
+
+#[inline(always)]
+fn gather_color_taps<const TAPS: usize>(line: &[f32], index: &[u32], weight: &[f32], out: &mut [[f32; LANES]]) {
+    let taps = index.as_chunks::<TAPS>().0.iter().zip(weight.as_chunks::<TAPS>().0);
+    for (out, (indices, weights)) in out.iter_mut().zip(taps) {
+        let mut sum = pixel(line, indices[0]).map(|v| weights[0] * v);
+        for k in 1..TAPS {
+            let pixel = pixel(line, indices[k]);
+            sum = std::array::from_fn(|c| sum[c] + weights[k] * pixel[c]);
         }
+        *out = sum;
+    }
+}
+
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn gather_color_2(line: &[f32], index: &[u32], weight: &[f32], out: &mut [[f32; LANES]]) {
+    gather_color_taps::<2>(line, index, weight, out);
+}
+
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn gather_color_3(line: &[f32], index: &[u32], weight: &[f32], out: &mut [[f32; LANES]]) {
+    gather_color_taps::<3>(line, index, weight, out);
+}
+
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn gather_color_4(line: &[f32], index: &[u32], weight: &[f32], out: &mut [[f32; LANES]]) {
+    gather_color_taps::<4>(line, index, weight, out);
+}
+
+/// One channel of interleaved colours.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn pick(mixed: &[[f32; LANES]], channel: usize, out: &mut [f32]) {
+    let channel = channel.min(LANES - 1);
+    for (out, mixed) in out.iter_mut().zip(mixed) {
+        *out = mixed[channel];
     }
 }
 
