@@ -56,6 +56,47 @@ pub(super) fn confine(plane: &mut [f32], dual: &mut [f32], width: usize, support
     }
 }
 
+/// Multiplies what is within the support by `factor` and clears what is beside it in its rows; other rows are left alone.
+pub(super) fn keep(plane: &mut [f32], width: usize, support: Support, factor: f32) {
+    let rows = plane.chunks_exact_mut(width).take(support.bottom).skip(support.top);
+    for row in rows {
+        row[..support.left].fill(0.0);
+        row[support.left..support.right].iter_mut().for_each(|v| *v *= factor);
+        row[support.right..].fill(0.0);
+    }
+}
+
+/// `bins = from − factor · bins`.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub(super) fn subtract_from(from: &[Complex32], factor: f32, bins: &mut [Complex32]) {
+    for (bin, from) in bins.iter_mut().zip(from) {
+        bin.re = from.re - factor * bin.re;
+        bin.im = from.im - factor * bin.im;
+    }
+}
+
+/// The first step in the frequency domain where μ = 0 and t = 0: f = x·ȳ/(γ + |x|²), ridge regression.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub(super) fn ridge_bins(
+    model: &[Complex32],
+    label: &[Complex32],
+    filter: &mut [Complex32],
+    power: &[f32],
+    dots: &mut [Complex32],
+    penalty: f32,
+) {
+    for (dot, (y, p)) in dots.iter_mut().zip(label.iter().zip(power)) {
+        let share = 1.0 / (penalty + p);
+        *dot = Complex32::new(y.re * share, -y.im * share);
+    }
+    for (x, f) in model.chunks_exact(label.len()).zip(filter.chunks_exact_mut(label.len())) {
+        for ((x, f), d) in x.iter().zip(f).zip(dots.iter()) {
+            f.re = x.re * d.re - x.im * d.im;
+            f.im = x.re * d.im + x.im * d.re;
+        }
+    }
+}
+
 /// The step in the frequency domain, for all bins: (x·xᴴ + (μ + γ)·I)·f = x·ȳ + μ·f_last + γ·t by Sherman–Morrison
 /// (li2018, eq. 10). `target` comes in as t = g − h and becomes f; `power` is |x|² summed over the channels.
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]

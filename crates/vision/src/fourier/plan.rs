@@ -1,6 +1,6 @@
 use pursuit_geometry::Size;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner, num_complex::Complex};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Plans of the discrete Fourier transform of real planes of one size, and back.
@@ -10,13 +10,16 @@ use std::sync::Arc;
 /// the conjugates of those at `(width − u, −v)`. The forward transform is `Σ f(x, y)·exp(−2πi(ux/width + vy/height))`,
 /// without a factor; the inverse divides by `width · height`.
 ///
-/// Cloning shares the plans. Any size works; even 5-smooth ones ([`good_size`](super::good_size)) are fast.
+/// Rows are transformed two at a time, as the real and the imaginary part of one; that takes no more arithmetic than
+/// transforms made for real values, and all rows are one call.
+///
+/// Cloning shares the plans. Any size works; 5-smooth ones ([`good_size`](super::good_size)) are fast.
 #[derive(Clone)]
 pub struct RealFft2<T: FftNum = f32> {
     width: usize,
     height: usize,
-    rows: Arc<dyn RealToComplex<T>>,
-    rows_back: Arc<dyn ComplexToReal<T>>,
+    rows: Arc<dyn Fft<T>>,
+    rows_back: Arc<dyn Fft<T>>,
     columns: Arc<dyn Fft<T>>,
     columns_back: Arc<dyn Fft<T>>,
 }
@@ -24,8 +27,8 @@ pub struct RealFft2<T: FftNum = f32> {
 /// Working memory of a [`RealFft2`]; not state. One may serve plans of several sizes: it grows to the largest.
 #[derive(Debug, Clone, Default)]
 pub struct FftScratch<T = f32> {
-    row: Vec<T>,
-    turned: Vec<Complex<T>>,
+    bins: Vec<Complex<T>>,
+    pairs: Vec<Complex<T>>,
     fft: Vec<Complex<T>>,
 }
 
@@ -33,14 +36,14 @@ impl<T: FftNum> RealFft2<T> {
     /// Plans for planes of `width` × `height` values (at least 1 × 1).
     pub fn new(width: usize, height: usize) -> Self {
         let (width, height) = (width.max(1), height.max(1));
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
+        let mut planner = FftPlanner::new();
         Self {
             width,
             height,
-            rows: real.plan_fft_forward(width),
-            rows_back: real.plan_fft_inverse(width),
-            columns: complex.plan_fft_forward(height),
-            columns_back: complex.plan_fft_inverse(height),
+            rows: planner.plan_fft_forward(width),
+            rows_back: planner.plan_fft_inverse(width),
+            columns: planner.plan_fft_forward(height),
+            columns_back: planner.plan_fft_inverse(height),
         }
     }
 
@@ -70,21 +73,50 @@ impl<T: FftNum> RealFft2<T> {
     /// # Panics
     /// When a slice has the wrong length.
     pub fn forward(&self, plane: &[T], spectrum: &mut [Complex<T>], scratch: &mut FftScratch<T>) {
-        assert_eq!(
-            (plane.len(), spectrum.len()),
-            (self.width * self.height, self.spectrum_len()),
-            "lengths do not fit"
-        );
-        let columns = self.columns();
-        let work = self.prepare(scratch);
-        for (row, turned) in plane.chunks_exact(self.width).zip(work.pair.0.chunks_exact_mut(columns)) {
-            work.row.copy_from_slice(row);
-            // Lengths are the plan's own, so this cannot fail.
-            let done = self.rows.process_with_scratch(work.row, turned, work.fft);
-            debug_assert!(done.is_ok());
+        self.forward_rows(plane, 0..self.height, spectrum, scratch);
+    }
+
+    /// As [`forward`](Self::forward) of a plane that is zero outside of `rows`, whatever `plane` holds there.
+    ///
+    /// # Panics
+    /// When a slice has the wrong length or there are no such rows.
+    pub fn forward_rows(
+        &self,
+        plane: &[T],
+        rows: Range<usize>,
+        spectrum: &mut [Complex<T>],
+        scratch: &mut FftScratch<T>,
+    ) {
+        self.check(plane.len(), spectrum.len(), &rows);
+        let (width, height, zero) = (self.width, self.height, T::zero());
+        let Work { pairs, fft, .. } = self.prepare(scratch, rows.len());
+        let given = plane[rows.start * width..rows.end * width].chunks(2 * width);
+        for (pair, given) in pairs.chunks_exact_mut(width).zip(given) {
+            match given.split_at(width) {
+                (even, []) => pair.iter_mut().zip(even).for_each(|(z, &a)| *z = Complex::new(a, zero)),
+                (even, odd) => {
+                    pair.iter_mut().zip(even.iter().zip(odd)).for_each(|(z, (&a, &b))| *z = Complex::new(a, b));
+                }
+            }
         }
-        transpose(work.pair.0, spectrum, columns);
-        self.columns.process_with_scratch(spectrum, work.fft);
+        self.rows.process_with_scratch(pairs, fft);
+        if rows.len() < height {
+            spectrum.fill(Complex::new(zero, zero));
+        }
+        let half = T::one() / (T::one() + T::one());
+        for (pair, y) in pairs.chunks_exact(width).zip(rows.clone().step_by(2)) {
+            // Of z = a + ib, a and b real: A(u) = (Z(u) + Z*(−u))/2, B(u) = (Z(u) − Z*(−u))/2i.
+            let whole = y + 1 < rows.end;
+            for u in 0..=width / 2 {
+                let (z, m) = (pair[u], pair[if u == 0 { 0 } else { width - u }]);
+                let at = u * height + y;
+                spectrum[at] = Complex::new((z.re + m.re) * half, (z.im - m.im) * half);
+                if whole {
+                    spectrum[at + 1] = Complex::new((z.im + m.im) * half, (m.re - z.re) * half);
+                }
+            }
+        }
+        self.columns.process_with_scratch(spectrum, fft);
     }
 
     /// The plane of `spectrum`; the imaginary parts of bins that must be real are ignored.
@@ -92,51 +124,69 @@ impl<T: FftNum> RealFft2<T> {
     /// # Panics
     /// When a slice has the wrong length.
     pub fn inverse(&self, spectrum: &[Complex<T>], plane: &mut [T], scratch: &mut FftScratch<T>) {
-        self.inverse_partly(spectrum, plane, self.height, scratch);
+        self.inverse_rows(spectrum, plane, 0..self.height, scratch);
     }
 
-    /// As [`inverse`](Self::inverse), but only the first `rows` rows of the plane are made; the rest is left as it is.
+    /// As [`inverse`](Self::inverse), but only these `rows` of the plane are made; the rest is left as it is.
     ///
     /// # Panics
-    /// When a slice has the wrong length or `rows > height`.
-    pub fn inverse_partly(&self, spectrum: &[Complex<T>], plane: &mut [T], rows: usize, scratch: &mut FftScratch<T>) {
-        assert_eq!(
-            (plane.len(), spectrum.len()),
-            (self.width * self.height, self.spectrum_len()),
-            "lengths do not fit"
-        );
-        assert!(rows <= self.height, "more rows than there are");
-        let (columns, even) = (self.columns(), self.width.is_multiple_of(2));
-        let factor = T::one() / T::from_usize(self.width * self.height).unwrap_or_else(T::one);
-        let work = self.prepare(scratch);
-        let (bins, turned) = work.pair;
+    /// When a slice has the wrong length or there are no such rows.
+    pub fn inverse_rows(
+        &self,
+        spectrum: &[Complex<T>],
+        plane: &mut [T],
+        rows: Range<usize>,
+        scratch: &mut FftScratch<T>,
+    ) {
+        self.check(plane.len(), spectrum.len(), &rows);
+        let (width, height, zero) = (self.width, self.height, T::zero());
+        let Work { bins, pairs, fft } = self.prepare(scratch, rows.len());
         bins.copy_from_slice(spectrum);
-        self.columns_back.process_with_scratch(bins, work.fft);
-        transpose(bins, turned, self.height);
-        for (turned, row) in turned.chunks_exact_mut(columns).zip(plane.chunks_exact_mut(self.width)).take(rows) {
-            turned[0].im = T::zero();
-            if even {
-                turned[columns - 1].im = T::zero();
+        self.columns_back.process_with_scratch(bins, fft);
+        let none = Complex::new(zero, zero);
+        for (pair, y) in pairs.chunks_exact_mut(width).zip(rows.clone().step_by(2)) {
+            let whole = y + 1 < rows.end;
+            for u in 0..=width / 2 {
+                let at = u * height + y;
+                let (mut a, mut b) = (bins[at], if whole { bins[at + 1] } else { none });
+                if u == 0 || 2 * u == width {
+                    (a.im, b.im) = (zero, zero);
+                }
+                // Z = A + iB, and A and B are Hermitian.
+                pair[u] = Complex::new(a.re - b.im, a.im + b.re);
+                if u > 0 {
+                    pair[width - u] = Complex::new(a.re + b.im, b.re - a.im);
+                }
             }
-            let done = self.rows_back.process_with_scratch(turned, row, work.fft);
-            debug_assert!(done.is_ok());
-            row.iter_mut().for_each(|v| *v = *v * factor);
+        }
+        self.rows_back.process_with_scratch(pairs, fft);
+        let factor = T::one() / T::from_usize(width * height).unwrap_or_else(T::one);
+        let wanted = plane[rows.start * width..rows.end * width].chunks_mut(2 * width);
+        for (pair, wanted) in pairs.chunks_exact(width).zip(wanted) {
+            let (even, odd) = wanted.split_at_mut(width);
+            even.iter_mut().zip(pair).for_each(|(v, z)| *v = z.re * factor);
+            odd.iter_mut().zip(pair).for_each(|(v, z)| *v = z.im * factor);
         }
     }
 
-    fn prepare<'a>(&self, scratch: &'a mut FftScratch<T>) -> Work<'a, T> {
-        let bins = self.spectrum_len();
-        let fft = self
-            .rows
-            .get_scratch_len()
-            .max(self.rows_back.get_scratch_len())
-            .max(self.columns.get_inplace_scratch_len())
-            .max(self.columns_back.get_inplace_scratch_len());
-        grow(&mut scratch.row, self.width, T::zero());
-        grow(&mut scratch.turned, 2 * bins, Complex::new(T::zero(), T::zero()));
-        grow(&mut scratch.fft, fft, Complex::new(T::zero(), T::zero()));
-        let (first, second) = scratch.turned[..2 * bins].split_at_mut(bins);
-        Work { row: &mut scratch.row[..self.width], pair: (first, second), fft: &mut scratch.fft[..fft] }
+    fn check(&self, plane: usize, spectrum: usize, rows: &Range<usize>) {
+        assert_eq!((plane, spectrum), (self.width * self.height, self.spectrum_len()), "lengths do not fit");
+        assert!(rows.start <= rows.end && rows.end <= self.height, "more rows than there are");
+    }
+
+    fn prepare<'a>(&self, scratch: &'a mut FftScratch<T>, rows: usize) -> Work<'a, T> {
+        let (bins, pairs) = (self.spectrum_len(), self.height.div_ceil(2) * self.width);
+        let lengths =
+            [&self.rows, &self.rows_back, &self.columns, &self.columns_back].map(|f| f.get_inplace_scratch_len());
+        let fft = lengths.into_iter().fold(0, usize::max);
+        grow(&mut scratch.bins, bins);
+        grow(&mut scratch.pairs, pairs);
+        grow(&mut scratch.fft, fft);
+        Work {
+            bins: &mut scratch.bins[..bins],
+            pairs: &mut scratch.pairs[..rows.div_ceil(2) * self.width],
+            fft: &mut scratch.fft[..fft],
+        }
     }
 }
 
@@ -147,30 +197,16 @@ impl<T: FftNum> std::fmt::Debug for RealFft2<T> {
 }
 
 struct Work<'a, T> {
-    row: &'a mut [T],
-    pair: (&'a mut [Complex<T>], &'a mut [Complex<T>]),
+    /// A spectrum.
+    bins: &'a mut [Complex<T>],
+    /// Rows, two in one.
+    pairs: &'a mut [Complex<T>],
     fft: &'a mut [Complex<T>],
 }
 
-fn grow<V: Clone>(buffer: &mut Vec<V>, len: usize, zero: V) {
+fn grow<T: FftNum>(buffer: &mut Vec<Complex<T>>, len: usize) {
     if buffer.len() < len {
-        buffer.resize(len, zero);
-    }
-}
-
-/// `from` has rows of `width`; `to` becomes its transpose.
-fn transpose<V: Copy>(from: &[V], to: &mut [V], width: usize) {
-    let height = from.len() / width;
-    // Blocks of rows keep both sides in the first-level cache.
-    const BLOCK: usize = 8;
-    for top in (0..height).step_by(BLOCK) {
-        let bottom = (top + BLOCK).min(height);
-        for x in 0..width {
-            let line = &mut to[x * height + top..x * height + bottom];
-            for (value, y) in line.iter_mut().zip(top..) {
-                *value = from[y * width + x];
-            }
-        }
+        buffer.resize(len, Complex::new(T::zero(), T::zero()));
     }
 }
 
@@ -208,15 +244,29 @@ mod tests {
     }
 
     #[test]
-    fn single_precision_round_trip_and_partial_inverse() {
-        let (w, h) = (50, 36);
-        let plane: Vec<f32> = (0..w * h).map(|i| ((i * 7919) % 257) as f32 / 128.0 - 1.0).collect();
-        let (plan, mut scratch) = (RealFft2::<f32>::new(w, h), FftScratch::default());
-        let mut spectrum = vec![Complex::default(); plan.spectrum_len()];
-        plan.forward(&plane, &mut spectrum, &mut scratch);
-        let mut back = vec![9.0; w * h];
-        plan.inverse_partly(&spectrum, &mut back, 10, &mut scratch);
-        assert!(back[..10 * w].iter().zip(&plane).all(|(a, b)| (a - b).abs() < 5e-7));
-        assert!(back[10 * w..].iter().all(|&v| v == 9.0));
+    fn single_precision_round_trip_and_some_rows_only() {
+        for (w, h) in [(50, 36), (9, 7)] {
+            let plane: Vec<f32> = (0..w * h).map(|i| ((i * 7919) % 257) as f32 / 128.0 - 1.0).collect();
+            let (plan, mut scratch) = (RealFft2::<f32>::new(w, h), FftScratch::default());
+            let mut spectrum = vec![Complex::default(); plan.spectrum_len()];
+            plan.forward(&plane, &mut spectrum, &mut scratch);
+            for rows in [0..h, 0..5, 2..5, 3..h, 4..4] {
+                let mut back = vec![9.0; w * h];
+                plan.inverse_rows(&spectrum, &mut back, rows.clone(), &mut scratch);
+                let mut banded = plane.clone();
+                for (y, (row, want)) in back.chunks_exact(w).zip(banded.chunks_exact_mut(w)).enumerate() {
+                    if rows.contains(&y) {
+                        assert!(row.iter().zip(&*want).all(|(a, b)| (a - b).abs() < 5e-7), "{rows:?} {y}");
+                    } else {
+                        assert!(row.iter().all(|&v| v == 9.0));
+                        want.fill(0.0);
+                    }
+                }
+                let (mut band, mut whole) = (spectrum.clone(), spectrum.clone());
+                plan.forward_rows(&plane, rows.clone(), &mut band, &mut scratch);
+                plan.forward(&banded, &mut whole, &mut scratch);
+                assert!(band.iter().zip(&whole).all(|(a, b)| (a - b).norm() < 1e-4), "{rows:?}");
+            }
+        }
     }
 }

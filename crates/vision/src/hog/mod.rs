@@ -51,8 +51,8 @@ impl HogLayout {
 pub struct Hog {
     layout: HogLayout,
     cell_px: usize,
-    magnitude: Vec<f32>,
-    orientation: Vec<u32>,
+    /// Gradient length and orientation of the pixels of two rows.
+    rows: [(Vec<f32>, Vec<u32>); 2],
     cells: CellHistograms,
     norms: Norms,
 }
@@ -63,8 +63,7 @@ impl Hog {
         Self {
             layout,
             cell_px: cell_px.max(1),
-            magnitude: Vec::new(),
-            orientation: Vec::new(),
+            rows: Default::default(),
             cells: CellHistograms::default(),
             norms: Norms::default(),
         }
@@ -97,19 +96,25 @@ impl Hog {
         if grid.area() == 0 {
             return;
         }
-        self.magnitude.resize(width, 0.0);
-        self.orientation.resize(width, 0);
+        for (magnitude, orientation) in &mut self.rows {
+            magnitude.resize(width, 0.0);
+            orientation.resize(width, 0);
+        }
         self.cells.start(self.cell_px, grid);
         let row = |c: usize, y: usize| &patch.plane(c)[y * width..(y + 1) * width];
-        for y in 0..grid.height * self.cell_px {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-            let rows = |c: usize| [row(c, above), row(c, y), row(c, below)];
-            if patch.channels() >= 3 {
-                gradient::color([rows(0), rows(1), rows(2)], &mut self.magnitude, &mut self.orientation);
-            } else {
-                gradient::gray(rows(0), &mut self.magnitude, &mut self.orientation);
+        let end = grid.height * self.cell_px;
+        for top in (0..end).step_by(2) {
+            let count = (end - top).min(2);
+            for (y, (magnitude, orientation)) in (top..end).zip(&mut self.rows) {
+                let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+                let rows = |c: usize| [row(c, above), row(c, y), row(c, below)];
+                if patch.channels() >= 3 {
+                    gradient::color([rows(0), rows(1), rows(2)], magnitude, orientation);
+                } else {
+                    gradient::gray(rows(0), magnitude, orientation);
+                }
             }
-            self.cells.add_row(y, &self.magnitude, &self.orientation);
+            self.cells.add_rows(top, &self.rows[..count]);
         }
         let cells = self.cells.planes();
         self.norms.compute(cells, grid);
