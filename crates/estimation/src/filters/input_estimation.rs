@@ -1,5 +1,6 @@
 //! Input estimation (Chan, Hu, Plant, IEEE Trans. AES 1979): a manoeuvre is a constant unknown input, estimated from the
-//! innovations of the filter that does not know of it, and put right once it is significant.
+//! innovations of the filter that does not know of it, and put right once it is significant. When it set in is estimated
+//! too (Bogler, IEEE Trans. AES 1987): with the window's start for an onset a sudden turn is seen ten steps late.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -17,8 +18,10 @@ struct Step<const M: usize, const N: usize, const U: usize> {
     innovation: Innovation<M>,
 }
 
-/// A Kalman filter of `N` states and `M` measured values that watches for an input of `U` components over the last `W`
-/// steps.
+/// A Kalman filter of `N` states and `M` measured values that watches for an input of `U` components that set in within
+/// the last `W` steps.
+///
+/// After a correction the window starts over: what it explained must not be explained again.
 #[derive(Debug, Clone)]
 pub struct InputEstimator<const M: usize, const N: usize, const U: usize, const W: usize> {
     belief: Gaussian<N>,
@@ -28,8 +31,8 @@ pub struct InputEstimator<const M: usize, const N: usize, const U: usize, const 
 }
 
 impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstimator<M, N, U, W> {
-    /// A filter from `belief` that corrects once the estimated input's own χ² exceeds `threshold`
-    /// (`U` degrees of freedom; 9 is three sigma for one).
+    /// A filter from `belief` that corrects once the χ² of the most significant input exceeds `threshold` (`U` degrees of
+    /// freedom; 9 is three sigma for one, of each onset looked at).
     ///
     /// # Errors
     /// Where `threshold` is not positive or the window `W` is empty.
@@ -44,8 +47,8 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         &self.belief
     }
 
-    /// One step: predict by `transition`, correct by `value`, then look for an input that acts through `input` `G`
-    /// (`[dt²/2, dt]` for the acceleration of a constant-velocity model). Returns the innovation, and the input put right
+    /// One step: predict by `transition`, correct by `value`, then look for an input that has been acting through `input`
+    /// `G` since some step of the window (`[dt²/2, dt]` for the acceleration of a constant-velocity model). Returns the innovation, and the input put right
     /// in this step, if any.
     ///
     /// A missing measurement is [`coast`](Self::coast).
@@ -77,14 +80,14 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         }
         steps[filled] = Some(record);
         filled += 1;
-        let found = if filled == W { estimate(&steps, self.threshold) } else { None };
-        if let Some((size, spread, effect)) = &found {
+        let found = estimate(&steps[..filled], self.threshold);
+        if let Some(Found { size, spread, effect }) = &found {
             // The state gains the input's effect, and the doubt about its size: without that the correction would be final.
             belief = Gaussian::computed(belief.mean() + effect * size, belief.covariance() + sandwich(effect, spread))?;
             filled = 0;
         }
         *self = Self { belief, threshold: self.threshold, steps, filled };
-        Ok((innovation, found.map(|(size, _, _)| size)))
+        Ok((innovation, found.map(|found| found.size)))
     }
 
     /// A step without a measurement. The window starts over: innovations on both sides of a gap are not comparable.
@@ -99,13 +102,34 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
 }
 
 /// The input that explains the innovations best, where it is significant: its size, covariance, and effect on the state.
-type Found<const N: usize, const U: usize> = (SVector<f64, U>, SMatrix<f64, U, U>, SMatrix<f64, N, U>);
+struct Found<const N: usize, const U: usize> {
+    size: SVector<f64, U>,
+    spread: SMatrix<f64, U, U>,
+    effect: SMatrix<f64, N, U>,
+}
 
+/// The most significant of the inputs that may have set in at any of the steps, if it exceeds the threshold.
 fn estimate<const M: usize, const N: usize, const U: usize>(
     steps: &[Option<Step<M, N, U>>],
     threshold: f64,
 ) -> Option<Found<N, U>> {
-    // A unit input since the window's start shifts the prior by B_k (B ← F (I − K H) B + G) and the innovation by H B_k.
+    let mut best = None;
+    let mut highest = threshold;
+    for onset in 0..steps.len() {
+        if let Some((significance, found)) = since(&steps[onset..])
+            && significance > highest
+        {
+            (highest, best) = (significance, Some(found));
+        }
+    }
+    best
+}
+
+/// The input that set in at the first of the steps, and its own χ².
+fn since<const M: usize, const N: usize, const U: usize>(
+    steps: &[Option<Step<M, N, U>>],
+) -> Option<(f64, Found<N, U>)> {
+    // A unit input since the onset shifts the prior by B_k (B ← F (I − K H) B + G) and the innovation by H B_k.
     let mut effect = SMatrix::<f64, N, U>::zeros();
     let mut information = SMatrix::<f64, U, U>::zeros();
     let mut evidence = SVector::<f64, U>::zeros();
@@ -121,5 +145,5 @@ fn estimate<const M: usize, const N: usize, const U: usize>(
     let lower = cholesky(&information).ok()?;
     let spread = divide_by_factored(&SMatrix::<f64, U, U>::identity(), &lower);
     let size = spread * evidence;
-    (size.dot(&evidence) > threshold).then_some((size, spread, effect))
+    Some((size.dot(&evidence), Found { size, spread, effect }))
 }

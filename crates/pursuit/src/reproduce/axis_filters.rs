@@ -29,9 +29,9 @@ pub(crate) enum AxisFilter {
     /// Input estimation over ten steps.
     InputEstimation { q: f64, threshold: f64 },
     /// Two interacting constant-velocity models.
-    ImmVelocity { quiet: f64, agile: f64, stay: f64 },
+    ImmVelocity { quiet: f64, agile: f64, stay: [f64; 2] },
     /// Constant velocity and constant acceleration, interacting.
-    ImmAcceleration { quiet: f64, agile: f64, stay: f64 },
+    ImmAcceleration { quiet: f64, agile: f64, stay: [f64; 2] },
 }
 
 impl AxisFilter {

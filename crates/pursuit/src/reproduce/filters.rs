@@ -99,15 +99,15 @@ pub(crate) struct Models<const M: usize, const N: usize, const K: usize> {
 }
 
 impl<const M: usize, const N: usize, const K: usize> Models<M, N, K> {
-    /// Models that each last `1 / (1 − stay)` steps on average and are equally likely at the start.
+    /// Models that each last `1 / (1 − stay)` steps on average and are equally likely at the start and after another.
     pub fn new(
         transitions: [Transition<N>; K],
-        stay: f64,
+        stay: [f64; K],
         sensor: LinearMeasurement<M, N>,
         belief: Gaussian<N>,
     ) -> Result<Self, EstimationError> {
-        let away = (1.0 - stay) / (K as f64 - 1.0);
-        let chances = nalgebra::SMatrix::from_fn(|i, j| if i == j { stay } else { away });
+        let away = stay.map(|stay| (1.0 - stay) / (K as f64 - 1.0));
+        let chances = nalgebra::SMatrix::from_fn(|i, j| if i == j { stay[i] } else { away[i] });
         let modes = Imm::new(belief, [1.0 / K as f64; K])?;
         Ok(Self { transitions, switching: Switching::per_step(chances)?, sensor, modes })
     }

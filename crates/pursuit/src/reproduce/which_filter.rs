@@ -85,15 +85,15 @@ impl Filter {
             Self::InputEstimation => {
                 Box::new(Input { filter: InputEstimator::new(four, 9.0)?, transition: velocity(1e-3)?, sensor })
             }
-            Self::ImmVelocity => Box::new(Models::new([velocity(1e-3)?, velocity(4.0)?], 0.95, sensor, four)?),
+            Self::ImmVelocity => Box::new(Models::new([velocity(1e-3)?, velocity(4.0)?], [0.95; 2], sensor, four)?),
             Self::ImmAcceleration => {
                 let transitions = [forgetful(&velocity(1e-3)?)?, acceleration(0.3)?];
-                Box::new(Models::new(transitions, 0.95, sensor_six, six)?)
+                Box::new(Models::new(transitions, [0.95; 2], sensor_six, six)?)
             }
             Self::ImmTurn => {
                 let turn = |rate_rad_per_s: f64| KnownTurn { rate_rad_per_s, acceleration_density: 1e-3 }.over(STEP_S);
                 let transitions = [velocity(1e-3)?, velocity(4.0)?, turn(0.06)?, turn(-0.06)?];
-                Box::new(Models::new(transitions, 0.95, sensor, four)?)
+                Box::new(Models::new(transitions, [0.95; 4], sensor, four)?)
             }
             Self::Gated => {
                 let axis = |k: usize| GatedFilter::new(GatedParams::recommended(0.01 * r, r), first[k], 0.0);

@@ -84,7 +84,7 @@ fn models(sim: &Simulation) -> Result<Models<2, 6, 2>, EstimationError> {
     let step = |q: f64| ConstantAcceleration::<2>::per_step(q).over(sim.step_s);
     let transitions = [step(Comparison::QUIET_VARIANCE)?, step(sim.process_variance)?];
     let belief = filter(sim, sim.process_variance, initial(sim))?.belief;
-    Models::new(transitions, Comparison::STAY, position_sensor(sim.measurement_variance)?, belief)
+    Models::new(transitions, [Comparison::STAY; 2], position_sensor(sim.measurement_variance)?, belief)
 }
 
 /// Mean square errors of one seed.

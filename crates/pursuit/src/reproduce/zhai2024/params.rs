@@ -44,9 +44,9 @@ pub(super) enum Found {
 
 /// What is tried, by name: smooth motion and strong manoeuvres with a detector, and smooth motion without one.
 pub(super) const SETTINGS: [(&str, f64, Found); 3] = [
-    ("acceleration .5, with a detector", 0.5, Found::Detector),
-    ("acceleration 2, with a detector", 2.0, Found::Detector),
-    ("acceleration .5, without a detector", 0.5, Found::Mean),
+    ("acceleration .5 px a frame², with a detector", 0.5, Found::Detector),
+    ("acceleration 2 px a frame², with a detector", 2.0, Found::Detector),
+    ("acceleration .5 px a frame², without a detector", 0.5, Found::Mean),
 ];
 
 /// Numbers of particles tried.

@@ -110,7 +110,7 @@ pub(super) fn rows(seeds: u32) -> Result<(Vec<Row>, Vec<Finding>), RunError> {
     let mut rows = Vec::new();
     let mut ratios = Vec::new();
     for (setting, acceleration, found) in SETTINGS {
-        let setting = format!("particles on a 20 px target, {setting} px a frame²");
+        let setting = format!("particles on a 20 px target, {setting}");
         // The bars are of the paper's own arrangement on smooth motion.
         let smooth = acceleration < 1.0 && found == Found::Detector;
         for (name, noise) in NOISES {
