@@ -146,16 +146,46 @@ fn harsh(steps: u64) {
     }
 }
 
+/// The same where the axes are coupled: by a turn, by noise that is correlated, and by a sensor that reads one of them
+/// alone, so that the filter takes all of its ways.
+fn harsh_and_coupled(steps: u64) {
+    let mut belief = Gaussian::new(SVector::zeros(), SMatrix::identity()).unwrap();
+    for k in 0..steps {
+        let turn = KnownTurn { rate_rad_per_s: spread(5 * k, 1e-3, 10.0), acceleration_density: 1.0 };
+        belief.predict(&turn.over(spread(5 * k + 1, 1e-6, 1e3)).unwrap()).unwrap();
+        assert_sound(belief.covariance(), k);
+        let (a, b) = (spread(5 * k + 2, 1e-6, 1e6), spread(5 * k + 3, 1e-6, 1e6));
+        let direct = LinearMeasurement::<2, 4>::select([0, 1], [a, b]).unwrap();
+        match k % 3 {
+            0 => {
+                let shared = 0.9 * (a * b).sqrt();
+                let sensor = direct.with_noise(SMatrix::<f64, 2, 2>::new(a, shared, shared, b)).unwrap();
+                belief.update(&sensor, &SVector::zeros()).unwrap();
+            }
+            1 => {
+                belief.update(&direct, &SVector::zeros()).unwrap();
+            }
+            _ => {
+                let single = LinearMeasurement::<1, 4>::select([(k as usize / 3) % 4], [a]).unwrap();
+                belief.update(&single, &SVector::zeros()).unwrap();
+            }
+        }
+        assert_sound(belief.covariance(), k);
+    }
+}
+
 #[test]
 fn harsh_numbers_leave_covariances_sound() {
     harsh(20_000);
+    harsh_and_coupled(20_000);
 }
 
 /// The same over 10⁶ steps: `cargo test --release -p pursuit-estimation --test consistency -- --ignored`.
 #[test]
-#[ignore = "a million steps: run in release mode"]
+#[ignore = "release: a million steps"]
 fn harsh_numbers_leave_covariances_sound_for_a_million_steps() {
     harsh(1_000_000);
+    harsh_and_coupled(1_000_000);
 }
 
 proptest! {
