@@ -5,18 +5,19 @@ use nalgebra::SVector;
 use super::{LinearizedMotion, LinearizedSensor};
 use crate::correction::joseph;
 use crate::error::require_time_step;
-use crate::matrix::{require_finite, sandwich, times_transpose};
+use crate::matrix::{require_finite, require_semi_definite, sandwich, times_transpose};
 use crate::{Gaussian, Innovation, LinearMeasurement, Result};
 
 impl<const N: usize> Gaussian<N> {
     /// Moves the belief by a nonlinear `motion` over `dt_s` seconds, linearised at the mean.
     ///
     /// # Errors
-    /// Where `dt_s` is not positive and finite, or the model's answer is not finite; the belief is then as it was.
+    /// Where `dt_s` is not positive and finite, the model's answer is not finite, or its noise is not semi-definite; the belief
+    /// is then as it was.
     pub fn predict_extended(&mut self, motion: &impl LinearizedMotion<N>, dt_s: f64) -> Result<()> {
         require_time_step(dt_s)?;
         let slope = motion.jacobian(self.mean(), dt_s);
-        let noise = motion.noise(self.mean(), dt_s);
+        let noise = require_semi_definite("the process noise", &motion.noise(self.mean(), dt_s))?;
         *self = Self::computed(motion.advance(self.mean(), dt_s), sandwich(&slope, self.covariance()) + noise)?;
         Ok(())
     }
