@@ -233,7 +233,8 @@ fn smoother() {
             state = random.moved(&step, &state);
             belief.predict(&step).unwrap();
             nis = belief.update(&sensor, &random.measured(&sensor, &state)).unwrap().nis();
-            (states.push(state), beliefs.push(belief));
+            states.push(state);
+            beliefs.push(belief);
         }
         smooth(&mut beliefs, &[step; STEPS - 1]).unwrap();
         [beliefs[STEPS / 2].nees(&states[STEPS / 2]).unwrap(), nis]
