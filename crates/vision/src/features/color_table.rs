@@ -110,8 +110,11 @@ fn add_codes(codes: &[[u8; LANES]], [red, green, blue]: [&[f32]; 3], cell_px: us
     let pieces = red.chunks(RUN).zip(green.chunks(RUN)).zip(blue.chunks(RUN));
     for ((red, green), blue) in pieces {
         for (index, ((&r, &g), &b)) in indices.iter_mut().zip(red.iter().zip(green).zip(blue)) {
-            // Through 32 bits: that runs on vectors.
-            let code = |v: f32| ((v + 0.5).clamp(0.0, 255.0) as i32 >> (8 - BITS)) as u16;
+            // Whole numbers end up in the low bits of a float of 2²³ and more: unlike a cast, that runs on vectors.
+            let code = |v: f32| {
+                let whole = (v + 0.5).clamp(0.0, 255.0).floor();
+                ((whole + 8_388_608.0).to_bits() as u16 & 0xff) >> (8 - BITS)
+            };
             *index = (code(r) << (2 * BITS)) | (code(g) << BITS) | code(b);
         }
         // A cell wider than a run is alone in its line, and its runs are parts of it.
