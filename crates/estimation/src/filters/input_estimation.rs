@@ -19,7 +19,7 @@ struct Step<const M: usize, const N: usize, const U: usize> {
 }
 
 /// A Kalman filter of `N` states and `M` measured values that watches for an input of `U` components that set in within
-/// the last `W` steps.
+/// the last `W` steps, and at least three steps ago.
 ///
 /// After a correction the window starts over: what it explained must not be explained again.
 #[derive(Debug, Clone)]
@@ -35,10 +35,10 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
     /// freedom; 9 is three sigma for one, of each onset looked at).
     ///
     /// # Errors
-    /// Where `threshold` is not positive or the window `W` is empty.
+    /// Where `threshold` is not positive or the window `W` is shorter than three steps.
     pub fn new(belief: Gaussian<N>, threshold: f64) -> Result<Self> {
         require("threshold", threshold, threshold > 0.0, "positive")?;
-        require("the window", W as f64, W > 0, "at least one step")?;
+        require("the window", W as f64, W >= LEAST, "three steps or more")?;
         Ok(Self { belief, threshold, steps: [None; W], filled: 0 })
     }
 
@@ -108,6 +108,10 @@ struct Found<const N: usize, const U: usize> {
     effect: SMatrix<f64, N, U>,
 }
 
+/// Innovations that must have seen an input. What explains one or two of them is mostly noise, and a velocity put right by
+/// it predicts the next position worse than no correction does.
+const LEAST: usize = 3;
+
 /// The most significant of the inputs that may have set in at any of the steps, if it exceeds the threshold.
 fn estimate<const M: usize, const N: usize, const U: usize>(
     steps: &[Option<Step<M, N, U>>],
@@ -115,7 +119,8 @@ fn estimate<const M: usize, const N: usize, const U: usize>(
 ) -> Option<Found<N, U>> {
     let mut best = None;
     let mut highest = threshold;
-    for onset in 0..steps.len() {
+    let seen = steps.len() + 1;
+    for onset in 0..seen.saturating_sub(LEAST) {
         if let Some((significance, found)) = since(&steps[onset..])
             && significance > highest
         {

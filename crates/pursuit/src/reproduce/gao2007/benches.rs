@@ -1,7 +1,7 @@
 //! Many filters on the same four targets: what the paper's ratio leaves out.
 
 use super::super::axis_filters::AxisFilter;
-use super::params::{Bench, STAY};
+use super::params::{Bench, STAY, STAY_ACCELERATION};
 use super::{Finding, Row, STREAM, errors, median, number, spread, tuned_plain};
 use crate::RunError;
 use pursuit_estimation::gao2007::{LiteralParams, RatioGuard, VelocityReading};
@@ -70,7 +70,7 @@ fn entries() -> Vec<Entry> {
         ),
         (
             "IMM CV(1e-4) + CA(.01)",
-            AxisFilter::ImmAcceleration { quiet: 1e-4, agile: 0.01, stay: STAY },
+            AxisFilter::ImmAcceleration { quiet: 1e-4, agile: 0.01, stay: STAY_ACCELERATION },
             all([0.370, 0.152, 0.635, 0.297]),
         ),
     ]

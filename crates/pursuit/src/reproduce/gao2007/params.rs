@@ -75,3 +75,5 @@ pub(super) const TUNING_SEEDS: u32 = 100;
 /// Chances that the quiet and the agile one of two interacting models stay for another step. The reference does not give
 /// its own; of those tried these agree with its four figures (turn, two circles, straight on).
 pub(super) const STAY: [f64; 2] = [0.97, 0.8];
+/// The same for constant velocity and constant acceleration.
+pub(super) const STAY_ACCELERATION: [f64; 2] = [0.95, 0.9];
