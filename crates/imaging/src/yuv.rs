@@ -136,16 +136,36 @@ impl Coefficients {
     }
 }
 
+/// Pixels converted at once; even.
+const RUN: usize = 64;
+
+/// In steps that each run on vectors: what chroma adds, the three channels one by one, then all of them interleaved.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
 fn row_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) {
     let half = 1 << (FRACTION_BITS - 1);
     let clamp = |value: i32| (value >> FRACTION_BITS).clamp(0, 255) as u8;
-    for ((pair, luma), (&u, &v)) in out.chunks_mut(2).zip(y.chunks(2)).zip(u.iter().zip(v)) {
-        let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
-        let (red, green, blue) = (c.red_v * v, c.green_u * u + c.green_v * v, c.blue_u * u);
-        for (pixel, &luma) in pair.iter_mut().zip(luma) {
+    let (mut red_part, mut green_part, mut blue_part) =
+        ([[0_i32; 2]; RUN / 2], [[0_i32; 2]; RUN / 2], [[0_i32; 2]; RUN / 2]);
+    let (mut red, mut green, mut blue) = ([0_u8; RUN], [0_u8; RUN], [0_u8; RUN]);
+    let runs = out.chunks_mut(RUN).zip(y.chunks(RUN)).zip(u.chunks(RUN / 2).zip(v.chunks(RUN / 2)));
+    for ((out, luma), (u, v)) in runs {
+        let parts = red_part.iter_mut().zip(&mut green_part).zip(&mut blue_part);
+        for (((r, g), b), (&u, &v)) in parts.zip(u.iter().zip(v)) {
+            let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
+            *r = [c.red_v * v; 2];
+            *g = [c.green_u * u + c.green_v * v; 2];
+            *b = [c.blue_u * u; 2];
+        }
+        let parts = red_part.as_flattened().iter().zip(green_part.as_flattened()).zip(blue_part.as_flattened());
+        let channels = red.iter_mut().zip(&mut green).zip(&mut blue);
+        for ((((r, g), b), ((red_part, green_part), blue_part)), &luma) in channels.zip(parts).zip(luma) {
             let y = (i32::from(luma) - c.luma_offset) * c.luma_gain + half;
-            *pixel = [clamp(y + red), clamp(y - green), clamp(y + blue)];
+            *r = clamp(y + red_part);
+            *g = clamp(y - green_part);
+            *b = clamp(y + blue_part);
+        }
+        for (pixel, ((&r, &g), &b)) in out.iter_mut().zip(red.iter().zip(&green).zip(&blue)) {
+            *pixel = [r, g, b];
         }
     }
 }
@@ -193,6 +213,24 @@ mod tests {
                         assert!((f64::from(*got) - want).abs() <= 1.0, "{y} {u} {v} {matrix:?} {range:?}: {rgb:?}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn every_pixel_of_a_wide_row_takes_its_own_luma_and_chroma() {
+        for width in [1, 63, 64, 65, 130, 191] {
+            let half = usize::div_ceil(width, 2);
+            let y = Image::from_fn(width, 3, |x, row| (16 + (x * 37 + row * 11) % 220) as u8).unwrap();
+            let u = Image::from_fn(half, 2, |x, row| (16 + (x * 29 + row * 7) % 225) as u8).unwrap();
+            let v = Image::from_fn(half, 2, |x, row| (16 + (x * 53 + row * 5) % 225) as u8).unwrap();
+            let (matrix, range) = (ColorMatrix::Bt709, ColorRange::Limited);
+            let rgb = Yuv420::new(y.clone(), u.clone(), v.clone(), matrix, range).unwrap().to_rgb();
+            for (row, x) in (0..3).flat_map(|row| (0..width).map(move |x| (row, x))) {
+                let code = |plane: &Image<u8>, by: usize| plane.row(row / by)[x / by];
+                let want = exact(code(&y, 1), code(&u, 2), code(&v, 2), matrix, range);
+                let got = rgb.row(row)[x];
+                assert!(got.iter().zip(want).all(|(g, w)| (f64::from(*g) - w).abs() <= 1.0), "{width}: {x} {row}");
             }
         }
     }

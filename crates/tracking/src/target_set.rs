@@ -87,7 +87,8 @@ impl TargetSet {
         match self.targets.as_mut_slice() {
             // A single target is not worth waking other threads for.
             [target] => vec![one(target)],
-            targets => targets.par_iter_mut().map(one).collect(),
+            // One by one: on a busy machine threads are not equally fast.
+            targets => targets.par_iter_mut().with_max_len(1).map(one).collect(),
         }
     }
 }
