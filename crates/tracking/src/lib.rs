@@ -9,6 +9,7 @@
 
 pub mod ball;
 pub mod correlation;
+pub mod dsst;
 mod error;
 mod estimate;
 pub mod kcf;

@@ -120,6 +120,8 @@ pub const fn trackers() -> &'static [TrackerEntry] {
         TrackerEntry::of::<crate::kcf::CskParams>(),
         TrackerEntry::of::<crate::mosse::MosseParams>(),
         TrackerEntry::of::<crate::staple::StapleParams>(),
+        TrackerEntry::of::<crate::dsst::DsstParams>(),
+        TrackerEntry::of::<crate::dsst::FdsstParams>(),
     ];
     TRACKERS
 }

@@ -6,7 +6,7 @@ use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_tracking::registry;
 use pursuit_tracking::{TargetSet, TrackState, Tracker};
 
-const NAMES: [&str; 8] = ["kcf", "kcf-fixed", "csk", "mosse", "staple", "bacf", "strcf", "pursuit"];
+const NAMES: [&str; 10] = ["kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst", "bacf", "strcf", "pursuit"];
 const SIZE: Size = Size::new(240, 180);
 
 /// A value in 0–255 that depends on the place alone and is smooth over a few pixels.

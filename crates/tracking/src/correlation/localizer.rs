@@ -1,4 +1,4 @@
-use super::{Features, PeakQuality, ResponsePeak, Template};
+use super::{Calibration, Evidence, Features, FirstView, PeakQuality, ResponsePeak, Support, Template, UsualPeak};
 use crate::scale::{ScaleFilter, ScaleSettings};
 use crate::{Diagnostics, Localizer, Measurement, Search};
 use pursuit_geometry::{BBox, Point, Size};
@@ -22,6 +22,11 @@ pub trait ResponseFilter: Clone + Send {
 
     /// Learns what is seen, centred on the target, `rate` (0–1) new and the rest as before; 1 forgets everything.
     fn learn(&mut self, seen: Seen<'_>, rate: f64);
+
+    /// The peak of the last response between the cells, where the filter can tell better than the parabola through them.
+    fn refine(&self, peak: ResponsePeak) -> ResponsePeak {
+        peak
+    }
 
     /// Makes plans and scratch anew after a saved state has been read.
     ///
@@ -82,44 +87,6 @@ impl SearchSettings {
     }
 }
 
-/// Probability that the box is right, a logistic function of the response's figures.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Calibration {
-    /// Constant.
-    pub bias: f64,
-    /// Weight of the peak's value.
-    pub peak: f64,
-    /// Weight of ln PSR.
-    pub psr: f64,
-    /// Weight of ln APCE.
-    pub apce: f64,
-    /// Weight of ln (peak / 0.6 of the mean peak so far) where that is negative: a peak as usual says nothing new, one that
-    /// collapses tells of an occlusion (wang2017, section 3.3, with the same 0.6).
-    pub collapse: f64,
-}
-
-/// Share of a new response in the means that later ones are compared with.
-const MEMORY: f64 = 0.05;
-
-/// A peak below this share of the usual one has collapsed (β₁ of wang2017).
-const COLLAPSED: f64 = 0.6;
-
-impl Calibration {
-    /// Knows nothing: one half, whatever the response.
-    pub const NONE: Self = Self { bias: 0.0, peak: 0.0, psr: 0.0, apce: 0.0, collapse: 0.0 };
-
-    /// The probability, in `[0, 1]`.
-    fn probability(&self, quality: &PeakQuality, peak_ratio: f64) -> f64 {
-        let ln = |v: f64| v.max(1e-3).ln();
-        let z = self.bias
-            + self.peak * quality.peak
-            + self.psr * ln(quality.psr)
-            + self.apce * ln(quality.apce)
-            + self.collapse * (ln(peak_ratio) - ln(COLLAPSED)).min(0.0);
-        1.0 / (1.0 + (-z).exp())
-    }
-}
-
 /// Finds the target by correlation: features of a window, weighted by a Hann window, answered by a filter, over a few sizes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(bound(
@@ -133,10 +100,8 @@ pub struct CorrelationLocalizer<A: Assembly> {
     scale_filter: Option<ScaleFilter>,
     /// Where the search all over goes on.
     wide_cursor: usize,
-    /// Mean peak while the target was believed to be seen.
-    usual_peak: Option<f64>,
-    /// The peak of the last frame, which becomes part of the usual if it is believed.
-    last_peak: Option<f64>,
+    first_view: FirstView,
+    usual_peak: UsualPeak,
     #[serde(skip)]
     scratch: Option<Scratch<A::Features>>,
 }
@@ -146,7 +111,10 @@ pub struct CorrelationLocalizer<A: Assembly> {
 struct Scratch<F> {
     features: F,
     hann: Vec<f32>,
-    planes: Planes,
+    /// Features as they are.
+    plain: Planes,
+    /// Features under the Hann window.
+    windowed: Planes,
     response: Vec<f32>,
 }
 
@@ -157,7 +125,8 @@ impl<F: Features> Scratch<F> {
         let hann = |y, x| (sine(y, grid.height) * sine(x, grid.width)).powi(2) as f32;
         Self {
             hann: (0..grid.height).flat_map(|y| (0..grid.width).map(move |x| hann(y, x))).collect(),
-            planes: Planes::new(grid, features.channels()),
+            plain: Planes::new(grid, features.channels()),
+            windowed: Planes::new(grid, features.channels()),
             response: vec![0.0; grid.area()],
             features,
         }
@@ -165,14 +134,15 @@ impl<F: Features> Scratch<F> {
 
     /// What was extracted last.
     fn seen(&self) -> Seen<'_> {
-        Seen { features: &self.planes, patch: self.features.patch() }
+        Seen { features: &self.windowed, patch: self.features.patch() }
     }
 
-    /// Features of the window, weighted.
+    /// Features of the window.
     fn extract(&mut self, frame: &Frame, window: &Window) {
-        self.features.extract(frame, window, &mut self.planes);
-        for plane in self.planes.planes_mut() {
-            plane.iter_mut().zip(&self.hann).for_each(|(v, h)| *v *= h);
+        self.features.extract(frame, window, &mut self.plain);
+        for (plain, windowed) in self.plain.planes().zip(self.windowed.planes_mut()) {
+            let weighted = plain.iter().zip(&self.hann).map(|(v, h)| v * h);
+            windowed.iter_mut().zip(weighted).for_each(|(out, v)| *out = v);
         }
     }
 }
@@ -183,6 +153,14 @@ struct Candidate {
     scale: f64,
     value: f64,
     quality: PeakQuality,
+    /// Likeness to the first view.
+    likeness: f64,
+}
+
+/// The target's cells.
+fn support(template: &Template, features: &impl Features) -> Support {
+    let ((width, height), cell) = (template.target_in_patch(), features.cell_px() as f64);
+    Support::middle((width / cell, height / cell), features.grid(template.patch()))
 }
 
 /// Largest turn, radians, and change of size of a first sample.
@@ -205,12 +183,15 @@ impl<A: Assembly> CorrelationLocalizer<A> {
     pub fn new(assembly: A, frame: &Frame, bbox: &BBox) -> Self {
         let template = assembly.template(bbox);
         let mut scratch = Scratch::new(assembly.features(), template.patch());
-        let mut filter = assembly.filter(&template, scratch.planes.size());
+        let mut filter = assembly.filter(&template, scratch.plain.size());
+        let window = template.window(bbox.center(), 1.0);
         for k in 0..assembly.settings().first_samples.max(1) {
-            scratch.extract(frame, &perturbed(template.window(bbox.center(), 1.0), k));
+            scratch.extract(frame, &perturbed(window, k));
             // Running mean of all samples.
             filter.learn(scratch.seen(), 1.0 / (k + 1) as f64);
         }
+        scratch.extract(frame, &window);
+        let first_view = FirstView::new(support(&template, &scratch.features), &scratch.plain);
         let scale_filter = assembly.scale_filter().map(|settings| {
             let mut filter = ScaleFilter::new(settings, bbox);
             filter.learn(frame, bbox);
@@ -222,8 +203,8 @@ impl<A: Assembly> CorrelationLocalizer<A> {
             filter,
             scale_filter,
             wide_cursor: 0,
-            usual_peak: None,
-            last_peak: None,
+            first_view,
+            usual_peak: UsualPeak::default(),
             scratch: Some(scratch),
         }
     }
@@ -250,22 +231,28 @@ impl<A: Assembly> CorrelationLocalizer<A> {
         if let Some(scale_filter) = &mut self.scale_filter {
             scale_filter.revive()?;
         }
+        self.first_view.check(support(&self.template, &features), features.channels())?;
         self.filter.revive(features.grid(self.template.patch()), features.channels())?;
         self.scratch = Some(Scratch::new(features, self.template.patch()));
         Ok(())
     }
 
     fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
-        let Self { assembly, template, filter, scratch, .. } = self;
+        let Self { assembly, template, filter, first_view, scratch, .. } = self;
         let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
         scratch.extract(frame, &template.window(center, scale));
-        let Scratch { features, planes, response, .. } = &mut *scratch;
-        filter.respond(Seen { features: planes, patch: features.patch() }, response);
-        let width = scratch.planes.size().width;
-        let peak = ResponsePeak::of(&scratch.response, width)?;
-        let cell = template.step(scale) * scratch.features.cell_px() as f64;
-        let center = Point::new(center.x + peak.dx * cell, center.y + peak.dy * cell);
-        Some(Candidate { center, scale, value: peak.value, quality: PeakQuality::of(&scratch.response, width) })
+        let Scratch { features, plain, windowed, response, .. } = &mut *scratch;
+        filter.respond(Seen { features: windowed, patch: features.patch() }, response);
+        let width = plain.size().width;
+        let peak = filter.refine(ResponsePeak::of(response, width)?);
+        let cell = template.step(scale) * features.cell_px() as f64;
+        Some(Candidate {
+            center: Point::new(center.x + peak.dx * cell, center.y + peak.dy * cell),
+            scale,
+            value: peak.value,
+            quality: PeakQuality::of(response, width),
+            likeness: first_view.likeness(plain, peak.dx.round() as isize, peak.dy.round() as isize),
+        })
     }
 
     fn learn(&mut self, frame: &Frame, bbox: &BBox, rate: f64) {
@@ -333,28 +320,26 @@ impl<A: Assembly> Localizer for CorrelationLocalizer<A> {
         } else {
             self.search_near(frame, search.expected.center(), scale)
         };
-        self.last_peak = found.map(|f| f.quality.peak);
-        Ok(found.map(|Candidate { center, scale, quality, .. }| {
-            let ratio = self.usual_peak.map_or(1.0, |usual| quality.peak / usual.max(1e-6));
+        Ok(found.map(|Candidate { center, scale, quality, likeness, .. }| {
+            let peak_ratio = self.usual_peak.ratio(quality.peak);
+            let evidence = Evidence { quality, peak_ratio, first_view: likeness };
             Measurement {
                 bbox: self.template.bbox(center, scale),
-                confidence: self.assembly.settings().calibration.probability(&quality, ratio),
+                confidence: self.assembly.settings().calibration.probability(&evidence),
                 sigma_px: None,
                 diagnostics: Diagnostics::default()
                     .with("peak", quality.peak)
                     .with("psr", quality.psr)
                     .with("apce", quality.apce)
-                    .with("peak_ratio", ratio),
+                    .with("peak_ratio", peak_ratio)
+                    .with("first_likeness", likeness),
             }
         }))
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
         self.learn(frame, &bbox, self.assembly.settings().learning_rate);
-        if let Some(peak) = self.last_peak {
-            let usual = self.usual_peak.get_or_insert(peak);
-            *usual += MEMORY * (peak - *usual);
-        }
+        self.usual_peak.believe();
         Ok(())
     }
 

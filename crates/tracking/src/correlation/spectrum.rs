@@ -1,9 +1,15 @@
-use pursuit_vision::fourier::Complex32;
+use pursuit_vision::fourier::{Complex32, RealFft2};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Spectra of one or several planes, one after the other; saved as pairs of real and imaginary part.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Spectra(pub Vec<Complex32>);
+
+/// Mean over the whole spectrum of what is given for the bins of the half that is kept.
+pub fn mean_power(fft: &RealFft2, power: &[f32]) -> f32 {
+    let column = |(u, bins): (usize, &[f32])| fft.multiplicity(u) as f32 * bins.iter().sum::<f32>();
+    power.chunks_exact(fft.size().height).enumerate().map(column).sum::<f32>() / fft.size().area() as f32
+}
 
 impl Serialize for Spectra {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -110,7 +110,7 @@ impl KcfParams {
                 scale_penalty: self.scale_penalty,
                 scale_gain: 1.0,
                 learning_rate: self.learning_rate,
-                wide_windows: 16,
+                wide_windows: 6,
                 first_samples: 1,
                 calibration: self.calibration(),
             },

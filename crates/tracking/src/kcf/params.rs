@@ -58,14 +58,14 @@ crate::parameters! {
         pub scale_penalty: f64 = 0.95,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
-        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.1,
+        /// Below this confidence the target counts as occluded and nothing is learned, `[0, 1]`.
+        pub occluded_below: f64 = 0.4,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.15,
+        pub seen_from: f64 = 0.6,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.15,
+        pub learn_from: f64 = 0.4,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
-        pub lost_after_s: f64 = 2.0,
+        pub lost_after_s: f64 = 1.0,
     }
     validate(self) {
         let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
@@ -99,9 +99,9 @@ impl KcfParams {
     /// sequences, each sequence weighing the same.
     pub(super) const fn calibration(&self) -> Calibration {
         match (self.features, self.scale_levels) {
-            (KcfFeatureKind::Gray, _) => Calibration { bias: -2.4, psr: 0.7, collapse: 3.0, ..Calibration::NONE },
-            (KcfFeatureKind::Hog, 0) => Calibration { bias: 0.2, peak: 1.0, collapse: 3.2, ..Calibration::NONE },
-            (KcfFeatureKind::Hog, _) => Calibration { bias: 0.3, psr: 0.2, collapse: 4.0, ..Calibration::NONE },
+            (KcfFeatureKind::Gray, _) => Calibration { bias: -1.9, psr: 0.05, collapse: 1.5, first_view: 3.6 },
+            (KcfFeatureKind::Hog, 0) => Calibration { bias: -1.8, psr: 0.17, collapse: 1.25, first_view: 7.1 },
+            (KcfFeatureKind::Hog, _) => Calibration { bias: -2.0, psr: 0.22, collapse: 1.3, first_view: 7.7 },
         }
     }
 
@@ -143,14 +143,14 @@ crate::parameters! {
         pub learning_rate: f64 = 0.02,
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 9216.0,
-        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.07,
+        /// Below this confidence the target counts as occluded and nothing is learned, `[0, 1]`.
+        pub occluded_below: f64 = 0.3,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.1,
+        pub seen_from: f64 = 0.6,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.1,
+        pub learn_from: f64 = 0.3,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
-        pub lost_after_s: f64 = 2.0,
+        pub lost_after_s: f64 = 1.0,
     }
     validate(self) {
         KcfParams::from(self).validate()?;
@@ -191,12 +191,12 @@ crate::parameters! {
         pub learning_rate: f64 = 0.075,
         /// Largest area of the patch in pixels: windows of larger targets are shrunk, > 0.
         pub largest_area_px: f64 = 4096.0,
-        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.02,
+        /// Below this confidence the target counts as occluded and nothing is learned, `[0, 1]`.
+        pub occluded_below: f64 = 0.3,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.04,
+        pub seen_from: f64 = 0.4,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.04,
+        pub learn_from: f64 = 0.3,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }

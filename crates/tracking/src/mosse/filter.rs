@@ -1,4 +1,4 @@
-use crate::correlation::{ResponseFilter, Seen, Spectra};
+use crate::correlation::{ResponseFilter, Seen, Spectra, mean_power};
 use pursuit_geometry::Size;
 use pursuit_vision::fourier::spectra::{add_power, add_product, blend, blend_real};
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label};
@@ -99,10 +99,7 @@ impl ResponseFilter for MosseFilter {
             blend(&mut self.numerator.0, &work.spectra, rate as f32);
             blend_real(&mut self.denominator, &work.power, rate as f32);
         }
-        let (height, columns) = (work.fft.size().height, work.fft.columns());
-        let power = |(u, bins): (usize, &[f32])| work.fft.multiplicity(u % columns) as f32 * bins.iter().sum::<f32>();
-        let total: f32 = self.denominator.chunks_exact(height).enumerate().map(power).sum();
-        self.mean_power = total / work.fft.size().area() as f32;
+        self.mean_power = mean_power(&work.fft, &self.denominator);
     }
 
     fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String> {

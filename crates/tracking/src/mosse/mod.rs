@@ -62,7 +62,7 @@ impl TrackerRecipe for MosseParams {
             scale_penalty: 1.0,
             scale_gain: 1.0,
             learning_rate: self.learning_rate,
-            wide_windows: 16,
+            wide_windows: 8,
             first_samples: self.first_samples,
             calibration: Self::CALIBRATION,
         };

@@ -19,12 +19,12 @@ crate::parameters! {
         pub largest_area_px: f64 = 4096.0,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
-        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.1,
+        /// Below this confidence the target counts as occluded and nothing is learned, `[0, 1]`.
+        pub occluded_below: f64 = 0.35,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.15,
+        pub seen_from: f64 = 0.45,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.15,
+        pub learn_from: f64 = 0.35,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
         pub lost_after_s: f64 = 2.0,
     }
@@ -52,6 +52,5 @@ crate::parameters! {
 impl MosseParams {
     /// What the response's figures say of the box, fitted by logistic regression to the overlap with the truth on real
     /// sequences, each sequence weighing the same.
-    pub(super) const CALIBRATION: Calibration =
-        Calibration { bias: -1.4, peak: 1.25, psr: 0.17, collapse: 3.1, ..Calibration::NONE };
+    pub(super) const CALIBRATION: Calibration = Calibration { bias: -1.9, psr: 0.0, collapse: 1.8, first_view: 4.5 };
 }

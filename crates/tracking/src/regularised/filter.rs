@@ -1,5 +1,5 @@
-use super::solve::{Support, Weights, confine, keep, ridge_bins, scale, solve_bins, subtract_from};
-use crate::correlation::{ResponseFilter, Seen, Spectra};
+use super::solve::{Weights, confine, keep, ridge_bins, scale, solve_bins, subtract_from};
+use crate::correlation::{ResponseFilter, Seen, Spectra, Support};
 use pursuit_geometry::Size;
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label, spectra};
 use pursuit_vision::sampling::Planes;
@@ -92,15 +92,13 @@ impl RegularisedFilter {
     /// An untaught filter on `channels` planes of `grid` cells, for a target of `target` cells (width, height) in the middle,
     /// with a Gaussian label of `label_sigma` cells.
     pub fn new(settings: SolverSettings, grid: Size, channels: usize, target: (f64, f64), label_sigma: f64) -> Self {
-        let (left, right) = middle(target.0, grid.width);
-        let (top, bottom) = middle(target.1, grid.height);
         let work = Work::new(grid, channels, label_sigma);
         let zero = vec![Complex32::default(); work.sample.len()];
         Self {
             settings,
             grid,
             channels,
-            support: Support { left, right, top, bottom },
+            support: Support::middle(target, grid),
             label_sigma,
             filter: Spectra(zero.clone()),
             model: Spectra(zero),
@@ -133,14 +131,6 @@ impl RegularisedFilter {
         plan.inverse(dots, response, fft);
         read(response, plan, dots)
     }
-}
-
-/// The `cells` (rounded, at least three, leaving as many on either side) in the middle of `n`.
-fn middle(cells: f64, n: usize) -> (usize, usize) {
-    let most = n.saturating_sub(2).max(1);
-    let cells = (cells.round() as usize).clamp(3.min(most), most);
-    let margin = (n - cells) / 2;
-    (margin, n - margin)
 }
 
 impl ResponseFilter for RegularisedFilter {

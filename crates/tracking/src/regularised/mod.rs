@@ -18,7 +18,7 @@ mod trackers;
 #[cfg(test)]
 mod twin;
 
+pub use crate::correlation::Support;
 pub use features::AppearanceFeatures;
 pub use filter::{RegularisedFilter, SolverSettings};
-pub use solve::Support;
 pub use trackers::{BacfParams, RegularisedAssembly, StrcfParams};

@@ -1,5 +1,6 @@
 //! The two steps of an iteration, as kernels over planes and bins.
 
+use crate::correlation::Support;
 use multiversion::multiversion;
 use pursuit_vision::fourier::Complex32;
 
@@ -10,26 +11,6 @@ pub(super) struct Weights {
     pub temporal: f32,
     /// γ.
     pub penalty: f32,
-}
-
-/// The cells `[left, right) × [top, bottom)` that the filter is confined to.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Support {
-    /// First column inside.
-    pub left: usize,
-    /// First column outside again.
-    pub right: usize,
-    /// First row inside.
-    pub top: usize,
-    /// First row outside again.
-    pub bottom: usize,
-}
-
-impl Support {
-    /// The number of cells inside.
-    pub const fn area(&self) -> usize {
-        self.right.saturating_sub(self.left) * self.bottom.saturating_sub(self.top)
-    }
 }
 
 /// `bins *= factor`.

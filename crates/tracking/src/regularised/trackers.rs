@@ -164,25 +164,26 @@ fn check_scales<P: Parameters>(levels: usize, step: f64) -> Result<()> {
 
 /// When a regularised correlation tracker counts its target as seen.
 const THRESHOLDS: ConfidenceThresholds =
-    ConfidenceThresholds { occluded_below: 0.1, seen_from: 0.2, found_from: 0.5, learn_from: 0.1, lost_after_s: 2.0 };
+    ConfidenceThresholds { occluded_below: 0.4, seen_from: 0.5, found_from: 0.5, learn_from: 0.4, lost_after_s: 1.0 };
 /// Spectral density of the acceleration, sizes² per s³.
 const ACCELERATION: f64 = 30.0;
 
-fn search_settings(levels: usize, step: f64, learning_rate: f64) -> SearchSettings {
-    let factor = |k: i32| step.powi(k);
+fn search_settings(levels: usize, step: f64, learning_rate: f64, calibration: Calibration) -> SearchSettings {
     SearchSettings {
-        scale_factors: std::iter::once(0).chain((1..=levels as i32).flat_map(|k| [-k, k])).map(factor).collect(),
+        scale_factors: SearchSettings::scale_ladder(step, levels),
         scale_penalty: 1.0,
         scale_gain: 1.0,
         learning_rate,
         wide_windows: 6,
         first_samples: 1,
-        calibration: CALIBRATION,
+        calibration,
     }
 }
 
-/// Fitted with the command on the page of `bacf`.
-const CALIBRATION: Calibration = Calibration { bias: -3.0, peak: 4.0, psr: 1.2, collapse: 6.0, ..Calibration::NONE };
+/// Fitted as `docs/papers/bacf.md` says.
+const BACF_CALIBRATION: Calibration = Calibration { bias: -7.0, psr: 3.0, collapse: 1.1, first_view: 2.3 };
+/// Fitted as `docs/papers/bacf.md` says.
+const STRCF_CALIBRATION: Calibration = Calibration { bias: -2.8, psr: 0.95, collapse: 1.5, first_view: 4.1 };
 
 impl TrackerRecipe for BacfParams {
     type Tracker = CorrelationTracker<RegularisedAssembly>;
@@ -204,7 +205,7 @@ impl TrackerRecipe for BacfParams {
                 penalty_growth: self.penalty_growth,
                 iterations: self.iterations,
             },
-            settings: search_settings(self.scale_levels, self.scale_step, self.learning_rate),
+            settings: search_settings(self.scale_levels, self.scale_step, self.learning_rate, BACF_CALIBRATION),
         };
         start(Self::OWNER, assembly, ACCELERATION, THRESHOLDS, frame, bbox)
     }
@@ -235,7 +236,7 @@ impl TrackerRecipe for StrcfParams {
                 penalty_growth: self.penalty_growth,
                 iterations: self.iterations,
             },
-            settings: search_settings(self.scale_levels, self.scale_step, 1.0),
+            settings: search_settings(self.scale_levels, self.scale_step, 1.0, STRCF_CALIBRATION),
         };
         start(Self::OWNER, assembly, ACCELERATION, THRESHOLDS, frame, bbox)
     }

@@ -247,6 +247,46 @@ mod tests {
         }
     }
 
+    /// The filter as danelljan2017 states it: features compressed to as many dimensions as there are samples by the QR
+    /// decomposition of the template, everything by its definition in `f64`.
+    #[test]
+    fn compression_by_qr_changes_nothing() {
+        use nalgebra::{Complex, DMatrix};
+        let bbox = BBox::from_center_size(Point::new(80.0, 80.0), 48.0, 40.0);
+        let settings = ScaleSettings::danelljan2017();
+        let (n, middle) = (settings.scales, (settings.scales / 2) as f64);
+        let mut filter = ScaleFilter::new(settings, &bbox);
+        let samples = |filter: &ScaleFilter| {
+            let samples = &filter.work.as_ref().unwrap().samples;
+            DMatrix::from_column_slice(samples.features(), n, samples.values()).map(f64::from)
+        };
+        let dft = |x: &DMatrix<f64>| {
+            let turn = |i: usize, k: usize| Complex::from_polar(1.0, -TAU * (i * k) as f64 / n as f64);
+            x.map(Complex::from) * DMatrix::from_fn(n, n, turn)
+        };
+        let label = DMatrix::from_fn(1, n, |_, i| (-0.5 * ((i as f64 - middle) / settings.label_sigma).powi(2)).exp());
+        let (label, rate) = (dft(&label), settings.learning_rate);
+        filter.learn(&frame(1.0), &bbox);
+        let first = samples(&filter);
+        filter.learn(&frame(1.04), &bbox);
+        let second = samples(&filter);
+        let power = |x: &DMatrix<f64>| dft(&x.clone().qr().q().tr_mul(x)).map(|v| v.norm_sqr()).row_sum();
+        let denominator = power(&first) * (1.0 - rate) + power(&second) * rate;
+        let template = &first * (1.0 - rate) + &second * rate;
+        let basis = template.clone().qr().q();
+        assert_eq!(basis.ncols(), n);
+        let numerator = dft(&basis.tr_mul(&template));
+
+        let _ = filter.locate(&frame(1.1), &bbox);
+        let seen = dft(&basis.tr_mul(&samples(&filter)));
+        for (k, got) in filter.work.as_ref().unwrap().response.iter().enumerate() {
+            let sum: Complex<f64> = (0..n).map(|d| label[k] * numerator[(d, k)].conj() * seen[(d, k)]).sum();
+            let want = sum / (denominator[k] + settings.lambda);
+            let apart = (got.0 - want.re).hypot(got.1 - want.im);
+            assert!(apart < 1e-3 * label[0].re, "frequency {k}: {got:?} is not {want}");
+        }
+    }
+
     #[test]
     fn thin_and_tiny_targets_have_bounded_samples() {
         for (w, h) in [(1.0, 1.0), (2.0, 400.0), (900.0, 3.0), (1e5, 1e5)] {

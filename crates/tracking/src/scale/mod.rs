@@ -4,3 +4,4 @@ mod filter;
 mod samples;
 
 pub use filter::{ScaleFilter, ScaleSettings};
+pub(crate) use samples::dot;

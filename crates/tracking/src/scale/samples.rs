@@ -65,6 +65,12 @@ impl Samples {
         }
     }
 
+    /// The weighted features of each sample.
+    #[cfg(test)]
+    pub(super) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// Real and imaginary parts of all features for each frequency.
     pub(super) fn spectrum(&self) -> impl Iterator<Item = (&[f32], &[f32])> {
         self.spectrum.chunks_exact(2 * self.features).map(|bin| bin.split_at(self.features))
@@ -81,7 +87,7 @@ fn add_turned(re: &mut [f32], im: &mut [f32], sample: &[f32], turn: (f32, f32)) 
 
 /// Σ a·b, in sixteen partial sums so that it runs on vectors.
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
-pub(super) fn dot(a: &[f32], b: &[f32]) -> f32 {
+pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0f32; 16];
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
     for (a, b) in a.iter().zip(b) {

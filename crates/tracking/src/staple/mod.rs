@@ -121,7 +121,7 @@ impl TrackerRecipe for StapleParams {
             scale_penalty: 1.0,
             scale_gain: 1.0,
             learning_rate: self.learning_rate,
-            wide_windows: 16,
+            wide_windows: 8,
             first_samples: 1,
             calibration: Self::CALIBRATION,
         };

@@ -38,14 +38,14 @@ crate::parameters! {
         pub scale_area_px: f64 = 1024.0,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³, > 0.
         pub acceleration: f64 = 300.0,
-        /// Below this confidence the target counts as occluded: its box is predicted, `[0, 1]`.
-        pub occluded_below: f64 = 0.1,
+        /// Below this confidence the target counts as occluded and nothing is learned, `[0, 1]`.
+        pub occluded_below: f64 = 0.4,
         /// An occluded target is seen again from this confidence, `[0, 1]`.
-        pub seen_from: f64 = 0.2,
+        pub seen_from: f64 = 0.5,
         /// Appearance is learned from this confidence, `[0, 1]`.
-        pub learn_from: f64 = 0.2,
+        pub learn_from: f64 = 0.4,
         /// A target occluded for longer is lost and searched for all over, seconds, > 0.
-        pub lost_after_s: f64 = 2.0,
+        pub lost_after_s: f64 = 1.0,
     }
     validate(self) {
         let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
@@ -80,6 +80,5 @@ crate::parameters! {
 impl StapleParams {
     /// What the response's figures say of the box, fitted by logistic regression to the overlap with the truth on real
     /// sequences, each sequence weighing the same.
-    pub(super) const CALIBRATION: Calibration =
-        Calibration { bias: -2.3, psr: 2.0, apce: 0.13, collapse: 6.0, ..Calibration::NONE };
+    pub(super) const CALIBRATION: Calibration = Calibration { bias: -2.0, psr: 1.05, collapse: 1.3, first_view: 6.3 };
 }

@@ -12,13 +12,7 @@ use pursuit_tracking::registry::{TrackerEntry, trackers};
 
 /// Debts: trackers that do not yet conform, each with the check it fails. Held in both directions: a new failure fails the
 /// test, and so does a debt that has been paid and not struck out here.
-const DEBTS: &[&str] = &[
-    // Their policies take background for the target at about half of a visible target's response.
-    "kcf: an absent target is not tracked",
-    "kcf-fixed: an absent target is not tracked",
-    "csk: an absent target is not tracked",
-    "mosse: an absent target is not tracked",
-];
+const DEBTS: &[&str] = &[];
 
 /// Pages under `docs/papers` that are still to be written; struck out when they are.
 const PAGES_TO_WRITE: &[&str] = &[];
