@@ -93,7 +93,8 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
         let verdict = Self::within_reach(verdict, frame, &prior, found.as_ref());
         let believed = found.as_ref().filter(|_| verdict.state == TrackState::Tracking);
         if let Some(measurement) = believed {
-            if self.state == TrackState::Lost {
+            let elsewhere = !search.region.contains(measurement.bbox.center());
+            if self.state == TrackState::Lost || elsewhere {
                 // It came back anywhere: what was believed of its motion says nothing about where it is now.
                 self.motion.restart(measurement.bbox);
             } else {

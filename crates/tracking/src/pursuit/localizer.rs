@@ -1,12 +1,13 @@
-use super::Memory;
+use super::FirstView;
 use super::scratch::Scratch;
 use crate::correlation::{PeakQuality, ResponseFilter, Seen, Template};
 use crate::regularised::{RegularisedFilter, SolverSettings};
 use crate::scale::{ScaleFilter, ScaleSettings};
+use crate::staple::ColorModel;
 use crate::{Diagnostics, Localizer, Measurement, Result, Search};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
-use pursuit_vision::fourier::{highest, newton_peak, signed_shift};
+use pursuit_vision::fourier::{newton_peak, signed_shift};
 use serde::{Deserialize, Serialize};
 
 /// How the localizer of `pursuit` searches, learns and judges itself; see [`PursuitParams`](super::PursuitParams).
@@ -28,17 +29,35 @@ pub struct PursuitSettings {
     pub solver: SolverSettings,
     /// The scale filter.
     pub scale: ScaleSettings,
-    /// Views remembered.
-    pub views: usize,
-    /// Frames learned from one remembered view to the next.
-    pub view_every: usize,
+    /// Peaks of a response that are looked at.
+    pub candidates: usize,
+    /// Least height of a further peak as a share of the highest.
+    pub runner_up: f64,
+    /// Share of the new colours per frame.
+    pub color_learning_rate: f64,
     /// Windows looked at per frame while searching all over.
     pub wide_windows: usize,
+    /// Windows looked at elsewhere per frame while unsure of what is followed.
+    pub side_windows: usize,
+    /// From this probability on it is sure.
+    pub sure_from: f64,
     /// How far the prediction moves the search, as a share.
     pub lead: f64,
-    /// Logistic regression of success on: constant, ln of the peak and ln of the PSR relative to what is usual, similarity
-    /// with the best and with the first view.
-    pub calibration: [f64; 5],
+    /// Logistic regression of success.
+    pub judgement: Judgement,
+}
+
+/// Weights of the logistic regression that makes the score of what is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Judgement {
+    /// Constant.
+    pub bias: f64,
+    /// Of ln of the response's peak, which is 1 at most for a filter that fits.
+    pub peak: f64,
+    /// Of the likeness to the first view.
+    pub likeness: f64,
+    /// Of ln of the mean likelihood of the colours in the box.
+    pub color: f64,
 }
 
 /// Finds the target by a background-aware filter and a scale filter, and remembers how it looked.
@@ -48,43 +67,22 @@ pub struct PursuitLocalizer {
     template: Template,
     filter: RegularisedFilter,
     scale: ScaleFilter,
-    memory: Memory,
+    colors: ColorModel,
+    first: FirstView,
     last: BBox,
-    learned: usize,
-    usual: Usual,
-    latest: Option<(f64, f64)>,
+    /// ln of p / (1 − p) of what was seen last.
+    latest: f64,
     wide_cursor: usize,
     #[serde(skip)]
     scratch: Option<Box<Scratch>>,
 }
 
-/// What responses to the target are usually like: how high peaks are depends on target and background.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct Usual {
-    ln_peak: f64,
-    ln_psr: f64,
-    count: usize,
-}
-
-/// Share of a new response in what is usual, once it has been averaged over as many as that takes.
-const USUAL_RATE: f64 = 0.03;
-
 fn ln(v: f64) -> f64 {
     v.max(1e-6).ln()
 }
 
-impl Usual {
-    fn add(&mut self, (ln_peak, ln_psr): (f64, f64)) {
-        self.count += 1;
-        let rate = (1.0 / self.count as f64).max(USUAL_RATE);
-        self.ln_peak += rate * (ln_peak - self.ln_peak);
-        self.ln_psr += rate * (ln_psr - self.ln_psr);
-    }
-
-    /// ln of peak and PSR relative to what is usual.
-    fn relative(&self, quality: &PeakQuality) -> (f64, f64) {
-        if self.count == 0 { (0.0, 0.0) } else { (ln(quality.peak) - self.ln_peak, ln(quality.psr) - self.ln_psr) }
-    }
+fn log_odds(probability: f64) -> f64 {
+    ln(probability) - ln(1.0 - probability)
 }
 
 /// What one window gave.
@@ -92,33 +90,42 @@ impl Usual {
 struct Candidate {
     center: Point,
     quality: PeakQuality,
-    likeness: (f64, f64),
+    likeness: f64,
+    color: f64,
+    /// ln of p / (1 − p) of the probability p that this is the target.
+    log_odds: f64,
+}
+
+impl Judgement {
+    fn log_odds(&self, seen: &Candidate) -> f64 {
+        self.bias + self.peak * ln(seen.quality.peak) + self.likeness * seen.likeness + self.color * ln(seen.color)
+    }
 }
 
 impl PursuitLocalizer {
     /// Starts on the target at `bbox`.
     pub fn new(settings: PursuitSettings, frame: &Frame, bbox: &BBox) -> Self {
         let template = Template::square(bbox, settings.search, settings.cell_px, settings.cells);
-        let scratch = Scratch::new(settings.cell_px, settings.color, template.patch());
+        let mut scratch = Scratch::new(settings.cell_px, settings.color, template.patch());
+        scratch.extract(frame, &template.window(bbox.center(), template.scale_of(bbox)));
         let (width, height) = template.target_in_patch();
         let (width, height) = (width / settings.cell_px as f64, height / settings.cell_px as f64);
         let sigma = settings.label_sigma * (width * height).sqrt();
         let (grid, channels) = (scratch.grid(), scratch.channels());
         let filter = RegularisedFilter::new(settings.solver, grid, channels, (width, height), sigma);
         let mut localizer = Self {
-            memory: Memory::new(filter.support(), grid, channels, settings.views),
+            first: FirstView::of(&scratch.plain, filter.support(), scratch.features.gradient_channels()),
             scale: ScaleFilter::new(settings.scale, bbox),
+            colors: ColorModel::new(template.target_in_patch(), INNER_MARGIN),
             settings,
             template,
             filter,
             last: *bbox,
-            learned: 0,
-            usual: Usual::default(),
-            latest: None,
+            latest: f64::INFINITY,
             wide_cursor: 0,
             scratch: Some(Box::new(scratch)),
         };
-        localizer.learn(frame, bbox);
+        localizer.learn(frame, bbox, 1.0);
         localizer
     }
 
@@ -134,7 +141,10 @@ impl PursuitLocalizer {
         }
         let scratch = Scratch::new(s.cell_px, s.color, self.template.patch());
         self.filter.revive(scratch.grid(), scratch.channels())?;
-        self.memory.check(scratch.grid(), scratch.channels(), self.filter.support())?;
+        self.first.check(scratch.grid(), scratch.features.gradient_channels(), self.filter.support())?;
+        if !self.colors.is_consistent() {
+            return Err("its colour histograms do not have the right size".into());
+        }
         self.scale.revive()?;
         self.scratch = Some(Box::new(scratch));
         Ok(())
@@ -142,38 +152,48 @@ impl PursuitLocalizer {
 
     /// The filter's answer in the window about `center`.
     fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
-        let Self { settings, template, filter, memory, scratch, .. } = self;
+        let Self { settings, template, filter, colors, first, scratch, .. } = self;
         let scratch =
             scratch.get_or_insert_with(|| Box::new(Scratch::new(settings.cell_px, settings.color, template.patch())));
         scratch.extract(frame, &template.window(center, scale));
-        let Scratch { plain, windowed, response, .. } = &mut **scratch;
+        let Scratch { features, plain, windowed, response, peaks, .. } = &mut **scratch;
         let size = plain.size();
-        let (x, y, peak) = filter.respond_with(windowed, response, |response, plan, spectrum| {
-            let (x, y, value) = highest(response, size.width);
-            ((x, y), newton_peak(plan, spectrum, x as f64, y as f64, NEWTON_STEPS), value)
-        });
-        if !peak.is_finite() {
-            return None;
-        }
-        let ((x, y), fine) = (x, y);
-        let (dx, dy) = (signed_shift(x, size.width), signed_shift(y, size.height));
+        // The filter is made for a label whose energy does not depend on the grid.
+        let unit = (size.area() as f64).sqrt();
         let cell = template.step(scale) * settings.cell_px as f64;
-        let moved = |whole: isize, fine: f64, cell_at: usize| (whole as f64 + fine - cell_at as f64) * cell;
-        Some(Candidate {
-            center: Point::new(center.x + moved(dx, fine.x, x), center.y + moved(dy, fine.y, y)),
-            quality: PeakQuality::of(response, size.width),
-            likeness: memory.similarity(plain, dx, dy),
+        let judgement = &settings.judgement;
+        filter.respond_with(windowed, response, |response, plan, spectrum| {
+            let quality = PeakQuality::of(response, size.width);
+            let mut best: Option<Candidate> = None;
+            for (x, y, value) in peaks.find(response, size.width, settings.candidates, settings.runner_up) {
+                let fine = newton_peak(plan, spectrum, x as f64, y as f64, NEWTON_STEPS);
+                let (dx, dy) = (signed_shift(x, size.width), signed_shift(y, size.height));
+                let moved = |whole: isize, fine: f64, at: usize| (whole as f64 + fine - at as f64) * cell;
+                let pixels = |cells: isize| (cells * settings.cell_px as isize) as f64;
+                let mut found = Candidate {
+                    center: Point::new(center.x + moved(dx, fine.x, x), center.y + moved(dy, fine.y, y)),
+                    quality: PeakQuality { peak: f64::from(value) * unit, ..quality },
+                    likeness: first.likeness(plain, dx, dy),
+                    color: colors.likelihood(features.patch(), (pixels(dx), pixels(dy))),
+                    log_odds: f64::NEG_INFINITY,
+                };
+                found.log_odds = judgement.log_odds(&found);
+                if best.is_none_or(|b| found.log_odds > b.log_odds) {
+                    best = Some(found);
+                }
+            }
+            best
         })
     }
 
-    /// Looks at some windows over `region`, going on where the last call stopped, and again at the best.
-    fn respond_wide(&mut self, frame: &Frame, region: &BBox, scale: f64) -> Option<Candidate> {
+    /// Looks at `windows` windows over `region`, going on where the last call stopped, and again at the best.
+    fn respond_wide(&mut self, frame: &Frame, region: &BBox, scale: f64, windows: usize) -> Option<Candidate> {
         let window = self.template.window(region.center(), scale).region();
         // Windows overlap by half: what lies near the edge of one is weakened by the Hann window.
         let count = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, 64);
         let (columns, rows) = (count(region.width(), window.width()), count(region.height(), window.height()));
         let mut best: Option<Candidate> = None;
-        for _ in 0..self.settings.wide_windows.min(columns * rows) {
+        for _ in 0..windows.min(columns * rows) {
             self.wide_cursor = (self.wide_cursor + 1) % (columns * rows);
             let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
             let center = Point::new(
@@ -181,7 +201,7 @@ impl PursuitLocalizer {
                 region.top() + share(self.wide_cursor / columns, rows) * region.height(),
             );
             if let Some(found) = self.respond(frame, center, scale)
-                && best.is_none_or(|b| found.quality.peak > b.quality.peak)
+                && best.is_none_or(|b| found.log_odds > b.log_odds)
             {
                 best = Some(found);
             }
@@ -190,26 +210,35 @@ impl PursuitLocalizer {
         self.respond(frame, rough.center, scale)
     }
 
-    fn confidence(&self, found: &Candidate) -> f64 {
-        let [bias, peak, psr, best, first] = self.settings.calibration;
-        let (ln_peak, ln_psr) = self.usual.relative(&found.quality);
-        let z = bias + peak * ln_peak + psr * ln_psr + best * found.likeness.0 + first * found.likeness.1;
-        1.0 / (1.0 + (-z).exp())
+    /// Looks near the last place; while it is not sure of what it follows, elsewhere as well, and believes that only if sure.
+    fn respond_near(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
+        let near = self.respond(frame, center, scale)?;
+        let sure = log_odds(self.settings.sure_from);
+        let unsure = near.log_odds < sure && self.latest < sure;
+        self.latest = near.log_odds;
+        if unsure
+            && let Some(far) = self.respond_wide(frame, &frame.size().bounds(), scale, self.settings.side_windows)
+            && far.log_odds >= sure
+        {
+            self.latest = far.log_odds;
+            return Some(far);
+        }
+        Some(near)
     }
 
-    fn learn(&mut self, frame: &Frame, bbox: &BBox) {
-        let Self { settings, template, filter, scale, memory, scratch, learned, .. } = self;
+    fn learn(&mut self, frame: &Frame, bbox: &BBox, color_rate: f64) {
+        let Self { settings, template, filter, scale, colors, scratch, .. } = self;
         let scratch =
             scratch.get_or_insert_with(|| Box::new(Scratch::new(settings.cell_px, settings.color, template.patch())));
         scratch.extract(frame, &template.window(bbox.center(), template.scale_of(bbox)));
         filter.learn(Seen { features: &scratch.windowed, patch: None }, settings.learning_rate);
-        if learned.is_multiple_of(settings.view_every.max(1)) {
-            memory.remember(&scratch.plain);
-        }
-        *learned += 1;
+        colors.learn(scratch.features.patch(), color_rate as f32);
         scale.learn(frame, bbox);
     }
 }
+
+/// Share of the box left out on each side when its colours are learned (bertinetto2016, released code).
+const INNER_MARGIN: f64 = 0.1;
 
 /// Newton steps towards the peak between the cells (danelljan2017eco: 5 at most; two suffice for a hundredth of a cell).
 const NEWTON_STEPS: usize = 3;
@@ -218,12 +247,12 @@ impl Localizer for PursuitLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
         let scale = self.template.scale_of(&search.expected);
         let found = if search.wide {
-            self.respond_wide(frame, &search.region, scale)
+            self.respond_wide(frame, &search.region, scale, self.settings.wide_windows)
         } else {
             let (last, expected) = (self.last.center(), search.expected.center());
             let lead = self.settings.lead;
             let center = Point::new(last.x + lead * (expected.x - last.x), last.y + lead * (expected.y - last.y));
-            self.respond(frame, center, scale)
+            self.respond_near(frame, center, scale)
         };
         let Some(found) = found else { return Ok(None) };
         let bounds = frame.size().bounds();
@@ -232,29 +261,22 @@ impl Localizer for PursuitLocalizer {
         let growth = self.scale.locate(frame, &bbox);
         let bbox = self.template.bbox(center, self.template.scale_of(&bbox.scaled(growth)));
         self.last = bbox;
-        self.latest = Some((ln(found.quality.peak), ln(found.quality.psr)));
-        let (ln_peak, ln_psr) = self.usual.relative(&found.quality);
         Ok(Some(Measurement {
             bbox,
-            confidence: self.confidence(&found),
+            confidence: 1.0 / (1.0 + (-found.log_odds).exp()),
             sigma_px: None,
             diagnostics: Diagnostics::default()
                 .with("peak", found.quality.peak)
                 .with("psr", found.quality.psr)
                 .with("apce", found.quality.apce)
-                .with("relative_peak", ln_peak.exp())
-                .with("relative_psr", ln_psr.exp())
-                .with("likeness", found.likeness.0)
-                .with("first_likeness", found.likeness.1),
+                .with("likeness", found.likeness)
+                .with("color", found.color),
         }))
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         self.last = bbox;
-        if let Some(quality) = self.latest.take() {
-            self.usual.add(quality);
-        }
-        self.learn(frame, &bbox);
+        self.learn(frame, &bbox, self.settings.color_learning_rate);
         Ok(())
     }
 

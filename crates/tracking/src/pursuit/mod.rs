@@ -1,15 +1,17 @@
 //! The default tracker, `pursuit`: a background-aware filter on gradients and colour names finds the place, a scale filter
-//! the size, a memory of how the target looked says how sure that is, and a search all over finds it again.
+//! the size; the filter's peak, the likeness to the first view and the colours say how sure that is; a search beside the
+//! main one, and all over once the target is lost, finds it again.
 
+mod first_view;
 mod localizer;
-mod memory;
 mod params;
+mod peaks;
 mod policy;
 mod scratch;
 mod tracker;
 
-pub use localizer::{PursuitLocalizer, PursuitSettings};
-pub use memory::Memory;
+pub use first_view::FirstView;
+pub use localizer::{Judgement, PursuitLocalizer, PursuitSettings};
 pub use params::PursuitParams;
 pub use policy::{HonestPolicy, HonestThresholds};
 pub use tracker::PursuitTracker;

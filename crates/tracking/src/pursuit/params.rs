@@ -23,37 +23,41 @@ crate::parameters! {
         pub scale_learning_rate: f64 = 0.025,
         /// Largest area of a scale sample in pixels (danelljan2017: 512; ours: 1024), 64 to 16384.
         pub scale_area_px: f64 = 1024.0,
-        /// Views of the target remembered, the first one for good (ours), 1 to 64.
-        pub views: usize = 8,
-        /// Frames learned from one remembered view to the next (ours), at least 1.
-        pub view_every: usize = 15,
+        /// Peaks of a response that are looked at; the likeliest is believed (ours), 1 to 16.
+        pub candidates: usize = 3,
+        /// Least height of a further peak as a share of the highest (ours), `[0, 1]`.
+        pub runner_up: f64 = 0.5,
+        /// Share of the new colours per frame (bertinetto2016, table 1: 0.04), `[0, 1]`.
+        pub color_learning_rate: f64 = 0.04,
         /// Windows looked at per frame while searching all over (ours), 1 to 1000.
         pub wide_windows: usize = 5,
+        /// Windows looked at elsewhere per frame while unsure of what is followed (ours), 0 to 1000.
+        pub side_windows: usize = 1,
         /// How far the predicted motion moves the search: 0 looks where the target was, 1 where it is predicted (ours),
         /// `[0, 1]`.
         pub lead: f64 = 0.0,
         /// How suddenly the target moves: spectral density of its acceleration in sizes² per s³ (ours), > 0.
         pub acceleration: f64 = 30.0,
         /// Score: constant of the logistic regression (ours, fitted).
-        pub score_bias: f64 = -7.5,
-        /// Score: weight of ln of the response's peak relative to what is usual (ours, fitted).
-        pub score_peak: f64 = 2.0,
-        /// Score: weight of ln of the PSR relative to what is usual (ours, fitted).
-        pub score_psr: f64 = 4.0,
-        /// Score: weight of the similarity with the most similar remembered view (ours, fitted).
-        pub score_likeness: f64 = 0.0,
-        /// Score: weight of the similarity with the first view (ours, fitted).
-        pub score_first_likeness: f64 = 13.0,
+        pub score_bias: f64 = -8.0,
+        /// Score: weight of ln of the response's peak (ours, fitted).
+        pub score_peak: f64 = 3.4,
+        /// Score: weight of the likeness to the first view (ours, fitted).
+        pub score_likeness: f64 = 17.2,
+        /// Score: weight of ln of the colours' likelihood (ours, fitted).
+        pub score_color: f64 = 1.72,
         /// Below this score the target counts as occluded (ours), `[0, 1]`.
-        pub occluded_below: f64 = 0.2,
+        pub occluded_below: f64 = 0.8,
         /// An occluded target counts as seen again from this score (ours), `[0, 1]`.
-        pub seen_from: f64 = 0.3,
+        pub seen_from: f64 = 0.9,
         /// A lost target counts as found from this score (ours), `[0, 1]`.
-        pub found_from: f64 = 0.5,
+        pub found_from: f64 = 0.85,
         /// Appearance is learned from this score (ours), `[0, 1]`.
-        pub learn_from: f64 = 0.2,
+        pub learn_from: f64 = 0.8,
+        /// Time counts towards losing an occluded target while its score is below this (ours), `[0, 1]`.
+        pub lost_below: f64 = 0.1,
         /// A target occluded for longer is lost and searched for all over, seconds (ours), ≥ 0.
-        pub lost_after_s: f64 = 0.5,
+        pub lost_after_s: f64 = 1.0,
     }
     validate(self) {
         let check = |name: &str, fine: bool, range: &str| if fine { Ok(()) } else { Err(Self::reject(name, range)) };
@@ -65,27 +69,29 @@ crate::parameters! {
         check("penalty_growth", (1.0..=1000.0).contains(&self.penalty_growth), "must be between 1 and 1000")?;
         check("iterations", (1..=10).contains(&self.iterations), "must be between 1 and 10")?;
         check("scale_area_px", (64.0..=16384.0).contains(&self.scale_area_px), "must be between 64 and 16384")?;
-        check("views", (1..=64).contains(&self.views), "must be between 1 and 64")?;
-        check("view_every", self.view_every >= 1, "must be at least 1")?;
+        check("candidates", (1..=16).contains(&self.candidates), "must be between 1 and 16")?;
         check("wide_windows", (1..=1000).contains(&self.wide_windows), "must be between 1 and 1000")?;
+        check("side_windows", self.side_windows <= 1000, "must be at most 1000")?;
         check("acceleration", self.acceleration > 0.0 && self.acceleration.is_finite(), "must be above 0")?;
         for (name, share) in [
             ("learning_rate", self.learning_rate),
             ("scale_learning_rate", self.scale_learning_rate),
+            ("color_learning_rate", self.color_learning_rate),
+            ("runner_up", self.runner_up),
             ("lead", self.lead),
             ("occluded_below", self.occluded_below),
             ("seen_from", self.seen_from),
             ("found_from", self.found_from),
             ("learn_from", self.learn_from),
+            ("lost_below", self.lost_below),
         ] {
             check(name, (0.0..=1.0).contains(&share), "must be between 0 and 1")?;
         }
         for (name, weight) in [
             ("score_bias", self.score_bias),
             ("score_peak", self.score_peak),
-            ("score_psr", self.score_psr),
             ("score_likeness", self.score_likeness),
-            ("score_first_likeness", self.score_first_likeness),
+            ("score_color", self.score_color),
         ] {
             check(name, weight.is_finite(), "must be a finite number")?;
         }

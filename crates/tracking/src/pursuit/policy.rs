@@ -12,6 +12,8 @@ pub struct HonestThresholds {
     pub found_from: f64,
     /// Appearance is learned from this on.
     pub learn_from: f64,
+    /// Time counts towards losing an occluded target while the score is below this.
+    pub lost_below: f64,
     /// A target occluded for longer than this many seconds is lost.
     pub lost_after_s: f64,
 }
@@ -44,7 +46,9 @@ impl Policy for HonestPolicy {
             self.unseen_s = 0.0;
             return Verdict { state: TrackState::Tracking, score: confidence, learn: confidence >= t.learn_from };
         }
-        self.unseen_s += evidence.prior.dt_s;
+        if confidence < t.lost_below || evidence.found.is_none() {
+            self.unseen_s += evidence.prior.dt_s;
+        }
         let lost = evidence.state == TrackState::Lost || self.unseen_s > t.lost_after_s;
         let state = if lost { TrackState::Lost } else { TrackState::Occluded };
         // What was found elsewhere says nothing for the box of a lost target, which is where it was long ago.
@@ -87,6 +91,7 @@ mod tests {
             seen_from: 0.3,
             found_from: 0.6,
             learn_from: 0.25,
+            lost_below: 0.3,
             lost_after_s: 0.15,
         };
         let mut policy = HonestPolicy::new(thresholds);

@@ -1,3 +1,4 @@
+use super::peaks::Peaks;
 use crate::correlation::Features;
 use crate::regularised::AppearanceFeatures;
 use pursuit_geometry::Size;
@@ -8,13 +9,14 @@ use pursuit_vision::sampling::{Planes, Window};
 /// Not state: made of the settings, overwritten at every use.
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
-    features: AppearanceFeatures,
+    pub features: AppearanceFeatures,
     hann: Vec<f32>,
     /// Features as they are.
     pub plain: Planes,
     /// Features under the Hann window.
     pub windowed: Planes,
     pub response: Vec<f32>,
+    pub peaks: Peaks,
 }
 
 impl Scratch {
@@ -26,6 +28,7 @@ impl Scratch {
             plain: Planes::new(grid, features.channels()),
             windowed: Planes::new(grid, features.channels()),
             response: vec![0.0; grid.area()],
+            peaks: Peaks::default(),
             features,
         }
     }

@@ -1,4 +1,4 @@
-use super::{HonestPolicy, HonestThresholds, PursuitLocalizer, PursuitParams, PursuitSettings};
+use super::{HonestPolicy, HonestThresholds, Judgement, PursuitLocalizer, PursuitParams, PursuitSettings};
 use crate::correlation::NearThenWide;
 use crate::motion::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 use crate::parameters::Parameters;
@@ -32,17 +32,19 @@ impl PursuitParams {
                 area_px: self.scale_area_px,
                 ..ScaleSettings::danelljan2017()
             },
-            views: self.views,
-            view_every: self.view_every,
+            candidates: self.candidates,
+            runner_up: self.runner_up,
+            color_learning_rate: self.color_learning_rate,
             wide_windows: self.wide_windows,
+            side_windows: self.side_windows,
+            sure_from: self.seen_from,
             lead: self.lead,
-            calibration: [
-                self.score_bias,
-                self.score_peak,
-                self.score_psr,
-                self.score_likeness,
-                self.score_first_likeness,
-            ],
+            judgement: Judgement {
+                bias: self.score_bias,
+                peak: self.score_peak,
+                likeness: self.score_likeness,
+                color: self.score_color,
+            },
         }
     }
 }
@@ -68,6 +70,7 @@ impl TrackerRecipe for PursuitParams {
             seen_from: self.seen_from,
             found_from: self.found_from,
             learn_from: self.learn_from,
+            lost_below: self.lost_below,
             lost_after_s: self.lost_after_s,
         });
         let proposer = NearThenWide { reach: self.search };

@@ -27,6 +27,11 @@ impl AppearanceFeatures {
         }
     }
 
+    /// How many of the first channels are oriented gradients.
+    pub const fn gradient_channels(&self) -> usize {
+        self.hog.channels()
+    }
+
     /// The patch the features were last made of, values 0–255.
     pub const fn patch(&self) -> &Planes {
         &self.patch

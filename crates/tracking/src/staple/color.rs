@@ -111,6 +111,28 @@ impl ColorModel {
         }
     }
 
+    /// Mean likelihood of the pixels of the target's box, displaced by `(dx, dy)` patch pixels from the middle of `patch`:
+    /// `[0, 1]`, what lies outside of the patch left out; ½ where nothing is left.
+    pub fn likelihood(&self, patch: &Planes, (dx, dy): (f64, f64)) -> f64 {
+        let (Size { width, height }, [r, g, b]) = (patch.size(), channels(patch));
+        let range = |shift: f64, half: f64, n: usize| {
+            let middle = n as f64 / 2.0 + shift;
+            let clamp = |v: f64| v.round().clamp(0.0, n as f64) as usize;
+            clamp(middle - half)..clamp(middle + half)
+        };
+        let (columns, rows) = (range(dx, self.half.0, width), range(dy, self.half.1, height));
+        let (mut sum, count) = (0.0, columns.len() * rows.len());
+        for y in rows {
+            let line = y * width + columns.start..y * width + columns.end;
+            for ((&r, &g), &b) in r[line.clone()].iter().zip(&g[line.clone()]).zip(&b[line]) {
+                let bin = bin(r, g, b);
+                let (target, rest) = (self.target[bin] + PRIOR, self.surroundings[bin] + PRIOR);
+                sum += f64::from(target / (target + rest));
+            }
+        }
+        if count > 0 { sum / count as f64 } else { 0.5 }
+    }
+
     /// The sums over cells of the mean likelihood of their pixels.
     fn sum_likelihood(&mut self, patch: &Planes, cell_px: usize, grid: Size) {
         let (width, [r, g, b]) = (patch.size().width, channels(patch));
@@ -176,6 +198,15 @@ mod tests {
             assert_eq!(best, want, "{dx} {dy}: {response:?}");
             assert!(response[best] > 0.95 && response[best] <= 1.001);
         }
+    }
+
+    #[test]
+    fn likelihood_is_high_on_the_target_and_low_beside_it() {
+        let mut model = ColorModel::new((16.0, 16.0), 0.1);
+        model.learn(&scene(12, 8), 1.0);
+        assert!(model.likelihood(&scene(20, 4), (8.0, -4.0)) > 0.99);
+        assert!(model.likelihood(&scene(20, 4), (-8.0, 0.0)) < 0.01);
+        assert_eq!(model.likelihood(&scene(20, 4), (400.0, 0.0)), 0.5);
     }
 
     #[test]
