@@ -52,7 +52,7 @@ crate::parameters! {
         /// Standard deviation of the label as a share of √(width · height) of the target (section 5.2: 1/16), > 0.
         pub label_sigma: f64 = 0.1,
         /// Share of the new sample in both filters, η (section 5.2: 0.025), `[0, 1]`.
-        pub learning_rate: f64 = 0.025,
+        pub learning_rate: f64 = 0.018,
         /// Sizes sampled (section 5.2: 17), interpolated to about twice as many; odd, 3 to 63.
         pub scales: usize = 17,
         /// Ratio of neighbouring sizes after interpolation, a (section 5.2: 1.02), `(1, 1.2]`.
@@ -117,6 +117,7 @@ impl FdsstParams {
             smallest_area_px: 256.0,
             largest_area_px: 1e6,
             lambda: 0.01,
+            learning_rate: 0.025,
             label_sigma: 0.0625,
             scale_area_px: 512.0,
             ..Self::default()
