@@ -7,32 +7,46 @@ use serde::{Deserialize, Serialize};
 /// How the target looked at first, kept for good: a filter that learns answers whatever it has drifted to, the first view
 /// does not.
 ///
-/// The features inside the target, less the mean of each channel, scaled to length one.
+/// The features inside the target, scaled to length one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FirstView {
     support: Support,
+    channels: usize,
+    likeness: Likeness,
     view: Vec<f32>,
 }
 
+/// What two views have to have in common to be alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Likeness {
+    /// Their values: the cosine between them. For features that are nought where there is nothing, such as gradients.
+    Cosine,
+    /// How their values vary: the cosine after each channel's mean is taken off. For brightness and colours.
+    Correlation,
+}
+
 impl FirstView {
-    /// The view of the cells in `support` of `features` (without the weights of a window).
-    pub fn new(support: Support, features: &Planes) -> Self {
+    /// The view of the cells in `support` of the first `channels` of `features` (without the weights of a window).
+    pub fn new(support: Support, features: &Planes, channels: usize, likeness: Likeness) -> Self {
         let Support { left, right, top, bottom } = support;
-        let width = features.size().width;
-        let mut view = Vec::with_capacity(support.area() * features.channels());
-        for plane in features.planes() {
+        let (width, channels) = (features.size().width, channels.min(features.channels()));
+        let mut view = Vec::with_capacity(support.area() * channels);
+        for plane in features.planes().take(channels) {
             let cells = || (top..bottom).flat_map(|y| &plane[y * width + left..y * width + right]);
-            let mean = cells().sum::<f32>() / support.area().max(1) as f32;
+            let mean = match likeness {
+                Likeness::Cosine => 0.0,
+                Likeness::Correlation => cells().sum::<f32>() / support.area().max(1) as f32,
+            };
             view.extend(cells().map(|v| v - mean));
         }
         let energy: f32 = view.iter().map(|v| v * v).sum();
         let scale = if energy > 0.0 { energy.sqrt().recip() } else { 0.0 };
         view.iter_mut().for_each(|v| *v *= scale);
-        Self { support, view }
+        Self { support, channels, likeness, view }
     }
 
-    /// How much the target, displaced by `(dx, dy)` cells in `features`, looks like the first view: the correlation
-    /// coefficient, `[−1, 1]`. Cells outside repeat the border's.
+    /// How much the target, displaced by `(dx, dy)` cells in `features`, looks like the first view: `[−1, 1]`. Cells
+    /// outside repeat the border's.
     pub fn likeness(&self, features: &Planes, dx: isize, dy: isize) -> f64 {
         let Support { left, right, top, bottom } = self.support;
         let Size { width, height } = features.size();
@@ -49,9 +63,12 @@ impl FirstView {
                     (left..right).zip(view).for_each(|(x, view)| sums.add(row[inside(x, dx, width)], *view));
                 }
             }
-            // The view has no mean, so that of the features drops out of the product.
+            // A view without mean: that of the features drops out of the product.
             product += sums.product;
-            energy += sums.squares - sums.values * sums.values / view.len() as f32;
+            energy += match self.likeness {
+                Likeness::Cosine => sums.squares,
+                Likeness::Correlation => sums.squares - sums.values * sums.values / view.len() as f32,
+            };
         }
         if energy > 0.0 { f64::from(product / energy.sqrt()) } else { 0.0 }
     }
@@ -59,9 +76,9 @@ impl FirstView {
     /// Checks a state that was read.
     ///
     /// # Errors
-    /// What does not fit planes of `grid` cells and `channels` channels.
+    /// What does not fit `support` and `channels` channels.
     pub fn check(&self, support: Support, channels: usize) -> Result<(), String> {
-        let fits = self.support == support && self.view.len() == support.area() * channels;
+        let fits = self.support == support && self.channels == channels && self.view.len() == support.area() * channels;
         if fits { Ok(()) } else { Err("its first view does not fit its template".into()) }
     }
 }
@@ -103,7 +120,7 @@ mod tests {
     }
 
     /// By its definition.
-    fn slow(first: &Planes, now: &Planes, (dx, dy): (isize, isize)) -> f64 {
+    fn slow(first: &Planes, now: &Planes, (dx, dy): (isize, isize), likeness: Likeness) -> f64 {
         let cut = |planes: &Planes, (dx, dy): (isize, isize)| -> Vec<f64> {
             let channel = |plane: &[f32]| -> Vec<f64> {
                 let at = |x: usize, y: usize| {
@@ -111,7 +128,7 @@ mod tests {
                     f64::from(plane[(y as isize + dy).clamp(0, 7) as usize * 11 + x])
                 };
                 let cells: Vec<f64> = (2..6).flat_map(|y| (3..7).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
-                let mean = cells.iter().sum::<f64>() / 16.0;
+                let mean = cells.iter().sum::<f64>() / 16.0 * f64::from(likeness == Likeness::Correlation);
                 cells.into_iter().map(|v| v - mean).collect()
             };
             planes.planes().flat_map(channel).collect()
@@ -122,25 +139,38 @@ mod tests {
     }
 
     #[test]
-    fn likeness_is_the_correlation_coefficient() {
+    fn likeness_is_by_its_definition() {
         let first = features(0, 1.0);
-        let view = FirstView::new(SUPPORT, &first);
+        let view = FirstView::new(SUPPORT, &first, 2, Likeness::Correlation);
         assert!((view.likeness(&first, 0, 0) - 1.0).abs() < 1e-5);
         assert!((view.likeness(&features(2, 3.0), 2, 0) - 1.0).abs() < 1e-5);
-        for by in [(0, 0), (1, 0), (-2, 1), (4, -2), (-3, 2)] {
-            let (got, want) = (view.likeness(&features(1, 2.0), by.0, by.1), slow(&first, &features(1, 2.0), by));
-            assert!((got - want).abs() < 1e-4, "{by:?}: {got} is not {want}");
+        for likeness in [Likeness::Cosine, Likeness::Correlation] {
+            let view = FirstView::new(SUPPORT, &first, 2, likeness);
+            for by in [(0, 0), (1, 0), (-2, 1), (4, -2), (-3, 2)] {
+                let (got, want) =
+                    (view.likeness(&features(1, 2.0), by.0, by.1), slow(&first, &features(1, 2.0), by, likeness));
+                assert!((got - want).abs() < 1e-4, "{likeness:?} {by:?}: {got} is not {want}");
+            }
         }
         // Far outside there is but the border's corner.
         assert_eq!(view.likeness(&features(1, 2.0), 100, -100), 0.0);
         let flat = Planes::new(Size::new(11, 8), 2);
         assert_eq!(view.likeness(&flat, 0, 0), 0.0);
-        assert_eq!(FirstView::new(SUPPORT, &flat).likeness(&first, 0, 0), 0.0);
+        assert_eq!(FirstView::new(SUPPORT, &flat, 2, Likeness::Correlation).likeness(&first, 0, 0), 0.0);
+    }
+
+    #[test]
+    fn only_the_channels_asked_for_count() {
+        let mut now = features(0, 1.0);
+        now.plane_mut(1).iter_mut().for_each(|v| *v = -*v);
+        let likeness =
+            |channels| FirstView::new(SUPPORT, &features(0, 1.0), channels, Likeness::Cosine).likeness(&now, 0, 0);
+        assert!((likeness(1) - 1.0).abs() < 1e-5 && likeness(2) < 0.5);
     }
 
     #[test]
     fn states_that_do_not_fit_are_refused() {
-        let view = FirstView::new(SUPPORT, &features(0, 1.0));
+        let view = FirstView::new(SUPPORT, &features(0, 1.0), 2, Likeness::Correlation);
         assert!(view.check(SUPPORT, 2).is_ok() && view.check(SUPPORT, 3).is_err());
         assert!(view.check(Support { left: 2, ..SUPPORT }, 2).is_err());
     }

@@ -1,4 +1,6 @@
-use super::{Calibration, Evidence, Features, FirstView, PeakQuality, ResponsePeak, Support, Template, UsualPeak};
+use super::{
+    Calibration, Evidence, Features, FirstView, Likeness, PeakQuality, ResponsePeak, Support, Template, UsualPeak,
+};
 use crate::scale::{ScaleFilter, ScaleSettings};
 use crate::{Diagnostics, Localizer, Measurement, Search};
 use pursuit_geometry::{BBox, Point, Size};
@@ -191,7 +193,12 @@ impl<A: Assembly> CorrelationLocalizer<A> {
             filter.learn(scratch.seen(), 1.0 / (k + 1) as f64);
         }
         scratch.extract(frame, &window);
-        let first_view = FirstView::new(support(&template, &scratch.features), &scratch.plain);
+        let first_view = FirstView::new(
+            support(&template, &scratch.features),
+            &scratch.plain,
+            scratch.plain.channels(),
+            Likeness::Correlation,
+        );
         let scale_filter = assembly.scale_filter().map(|settings| {
             let mut filter = ScaleFilter::new(settings, bbox);
             filter.learn(frame, bbox);

@@ -18,7 +18,7 @@ pub use assemble::CorrelationTracker;
 pub(crate) use assemble::{revive, start};
 pub use calibration::{Calibration, Evidence, UsualPeak};
 pub use features::{Features, GrayFeatures, HogFeatures, LogGrayFeatures};
-pub use first_view::FirstView;
+pub use first_view::{FirstView, Likeness};
 pub use localizer::{Assembly, CorrelationLocalizer, ResponseFilter, SearchSettings, Seen};
 pub use proposer::NearThenWide;
 pub use response::{PeakQuality, ResponsePeak};

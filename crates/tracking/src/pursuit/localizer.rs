@@ -1,6 +1,5 @@
-use super::FirstView;
 use super::scratch::Scratch;
-use crate::correlation::{PeakQuality, ResponseFilter, Seen, Template};
+use crate::correlation::{FirstView, Likeness, PeakQuality, ResponseFilter, Seen, Template};
 use crate::regularised::{RegularisedFilter, SolverSettings};
 use crate::scale::{ScaleFilter, ScaleSettings};
 use crate::staple::ColorModel;
@@ -114,7 +113,12 @@ impl PursuitLocalizer {
         let (grid, channels) = (scratch.grid(), scratch.channels());
         let filter = RegularisedFilter::new(settings.solver, grid, channels, (width, height), sigma);
         let mut localizer = Self {
-            first: FirstView::of(&scratch.plain, filter.support(), scratch.features.gradient_channels()),
+            first: FirstView::new(
+                filter.support(),
+                &scratch.plain,
+                scratch.features.gradient_channels(),
+                Likeness::Cosine,
+            ),
             scale: ScaleFilter::new(settings.scale, bbox),
             colors: ColorModel::new(template.target_in_patch(), INNER_MARGIN),
             settings,
@@ -141,7 +145,7 @@ impl PursuitLocalizer {
         }
         let scratch = Scratch::new(s.cell_px, s.color, self.template.patch());
         self.filter.revive(scratch.grid(), scratch.channels())?;
-        self.first.check(scratch.grid(), scratch.features.gradient_channels(), self.filter.support())?;
+        self.first.check(self.filter.support(), scratch.features.gradient_channels())?;
         if !self.colors.is_consistent() {
             return Err("its colour histograms do not have the right size".into());
         }

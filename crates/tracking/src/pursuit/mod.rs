@@ -2,7 +2,6 @@
 //! the size; the filter's peak, the likeness to the first view and the colours say how sure that is; a search beside the
 //! main one, and all over once the target is lost, finds it again.
 
-mod first_view;
 mod localizer;
 mod params;
 mod peaks;
@@ -10,7 +9,6 @@ mod policy;
 mod scratch;
 mod tracker;
 
-pub use first_view::FirstView;
 pub use localizer::{Judgement, PursuitLocalizer, PursuitSettings};
 pub use params::PursuitParams;
 pub use policy::{HonestPolicy, HonestThresholds};
