@@ -28,6 +28,8 @@ pub struct PursuitSettings {
     pub solver: SolverSettings,
     /// The scale filter.
     pub scale: ScaleSettings,
+    /// Sides, in pixels, of targets whose changes of size are not believed at all and of those where they are in full.
+    pub size_trust_px: (f64, f64),
     /// Peaks of a response that are looked at.
     pub candidates: usize,
     /// Least height of a further peak as a share of the highest.
@@ -44,6 +46,15 @@ pub struct PursuitSettings {
     pub lead: f64,
     /// Logistic regression of success.
     pub judgement: Judgement,
+}
+
+impl PursuitSettings {
+    /// How much of a change of size is believed, `[0, 1]`: of a target of a few pixels, a step of the scale filter is a small
+    /// part of one.
+    fn size_trust(&self, bbox: &BBox) -> f64 {
+        let (none, all) = self.size_trust_px;
+        ((bbox.area().sqrt() - none) / (all - none)).clamp(0.0, 1.0)
+    }
 }
 
 /// Weights of the logistic regression that makes the score of what is seen.
@@ -262,7 +273,7 @@ impl Localizer for PursuitLocalizer {
         let bounds = frame.size().bounds();
         let center = Point::new(found.center.x.clamp(0.0, bounds.right()), found.center.y.clamp(0.0, bounds.bottom()));
         let bbox = self.template.bbox(center, scale);
-        let growth = self.scale.locate(frame, &bbox);
+        let growth = self.scale.locate(frame, &bbox).powf(self.settings.size_trust(&bbox));
         let bbox = self.template.bbox(center, self.template.scale_of(&bbox.scaled(growth)));
         self.last = bbox;
         Ok(Some(Measurement {

@@ -23,6 +23,12 @@ crate::parameters! {
         pub scale_learning_rate: f64 = 0.025,
         /// Largest area of a scale sample in pixels (danelljan2017: 512; ours: 1024), 64 to 16384.
         pub scale_area_px: f64 = 1024.0,
+        /// Changes of the size of a target with this side (square root of its area) in pixels or less are not believed (ours),
+        /// ≥ 0.
+        pub size_kept_px: f64 = 8.0,
+        /// Changes of the size of a target with this side in pixels or more are believed in full, in between in part (ours),
+        /// above `size_kept_px`.
+        pub size_followed_px: f64 = 24.0,
         /// Peaks of a response that are looked at; the likeliest is believed (ours), 1 to 16.
         pub candidates: usize = 3,
         /// Least height of a further peak as a share of the highest (ours), `[0, 1]`.
@@ -69,6 +75,9 @@ crate::parameters! {
         check("penalty_growth", (1.0..=1000.0).contains(&self.penalty_growth), "must be between 1 and 1000")?;
         check("iterations", (1..=10).contains(&self.iterations), "must be between 1 and 10")?;
         check("scale_area_px", (64.0..=16384.0).contains(&self.scale_area_px), "must be between 64 and 16384")?;
+        check("size_kept_px", self.size_kept_px >= 0.0 && self.size_kept_px.is_finite(), "must be a number from 0 on")?;
+        let followed = self.size_followed_px > self.size_kept_px && self.size_followed_px.is_finite();
+        check("size_followed_px", followed, "must be above size_kept_px")?;
         check("candidates", (1..=16).contains(&self.candidates), "must be between 1 and 16")?;
         check("wide_windows", (1..=1000).contains(&self.wide_windows), "must be between 1 and 1000")?;
         check("side_windows", self.side_windows <= 1000, "must be at most 1000")?;

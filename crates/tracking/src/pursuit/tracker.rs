@@ -32,6 +32,7 @@ impl PursuitParams {
                 area_px: self.scale_area_px,
                 ..ScaleSettings::danelljan2017()
             },
+            size_trust_px: (self.size_kept_px, self.size_followed_px),
             candidates: self.candidates,
             runner_up: self.runner_up,
             color_learning_rate: self.color_learning_rate,
