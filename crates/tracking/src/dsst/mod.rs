@@ -93,9 +93,6 @@ impl<P: Translation> Assembly for ScaleSpaceAssembly<P> {
     }
 }
 
-/// When a scale space tracker counts its target as seen.
-const THRESHOLDS: ConfidenceThresholds =
-    ConfidenceThresholds { occluded_below: 0.4, seen_from: 0.5, found_from: 0.5, learn_from: 0.4, lost_after_s: 1.0 };
 /// Spectral density of the acceleration, sizes² per s³.
 const ACCELERATION: f64 = 300.0;
 
@@ -120,7 +117,14 @@ fn start_as<P: Translation>(
         first_samples: 1,
         calibration: params::CALIBRATION,
     };
-    start(name, ScaleSpaceAssembly { common, kind, settings }, ACCELERATION, THRESHOLDS, frame, bbox)
+    start(
+        name,
+        ScaleSpaceAssembly { common, kind, settings },
+        ACCELERATION,
+        ConfidenceThresholds::CAUTIOUS,
+        frame,
+        bbox,
+    )
 }
 
 impl TrackerRecipe for DsstParams {

@@ -124,6 +124,7 @@ impl KcfParams {
             found_from: self.seen_from,
             learn_from: self.learn_from,
             lost_after_s: self.lost_after_s,
+            ..ConfidenceThresholds::CAUTIOUS
         };
         start(name, self.assembly(), self.acceleration, thresholds, frame, bbox)
     }

@@ -72,6 +72,7 @@ impl TrackerRecipe for MosseParams {
             found_from: self.seen_from,
             learn_from: self.learn_from,
             lost_after_s: self.lost_after_s,
+            ..ConfidenceThresholds::CAUTIOUS
         };
         let assembly = MosseAssembly { params: self.clone(), settings };
         crate::correlation::start("mosse", assembly, self.acceleration, thresholds, frame, bbox)

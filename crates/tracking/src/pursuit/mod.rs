@@ -5,11 +5,9 @@
 mod localizer;
 mod params;
 mod peaks;
-mod policy;
 mod scratch;
 mod tracker;
 
 pub use localizer::{Judgement, PursuitLocalizer, PursuitSettings};
 pub use params::PursuitParams;
-pub use policy::{HonestPolicy, HonestThresholds};
 pub use tracker::PursuitTracker;

@@ -1,7 +1,8 @@
-use super::{HonestPolicy, HonestThresholds, Judgement, PursuitLocalizer, PursuitParams, PursuitSettings};
+use super::{Judgement, PursuitLocalizer, PursuitParams, PursuitSettings};
 use crate::correlation::NearThenWide;
 use crate::motion::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 use crate::parameters::Parameters;
+use crate::policy::{ConfidencePolicy, ConfidenceThresholds};
 use crate::regularised::SolverSettings;
 use crate::scale::ScaleSettings;
 use crate::{Result, SingleTarget, TrackerRecipe, TrackingError};
@@ -9,7 +10,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 
 /// The default tracker.
-pub type PursuitTracker = SingleTarget<NearThenWide, PursuitLocalizer, HonestPolicy, BoxFilter>;
+pub type PursuitTracker = SingleTarget<NearThenWide, PursuitLocalizer, ConfidencePolicy, BoxFilter>;
 
 impl PursuitParams {
     fn settings(&self, color: bool) -> PursuitSettings {
@@ -66,13 +67,14 @@ impl TrackerRecipe for PursuitParams {
         let failed = |e| TrackingError::Computation { tracker: Self::OWNER, index: frame.index(), source: Box::new(e) };
         let motion = BoxFilter::new(BoxNoise::Relative(noise), bbox).map_err(failed)?;
         let localizer = PursuitLocalizer::new(self.settings(frame.has_color()), frame, &bbox);
-        let policy = HonestPolicy::new(HonestThresholds {
+        let policy = ConfidencePolicy::new(ConfidenceThresholds {
             occluded_below: self.occluded_below,
             seen_from: self.seen_from,
             found_from: self.found_from,
             learn_from: self.learn_from,
             lost_below: self.lost_below,
             lost_after_s: self.lost_after_s,
+            occluded_score: 1.0,
         });
         let proposer = NearThenWide { reach: self.search };
         Ok(SingleTarget::new(Self::OWNER, frame, proposer, localizer, policy, motion))

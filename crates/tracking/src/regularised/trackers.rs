@@ -162,9 +162,6 @@ fn check_scales<P: Parameters>(levels: usize, step: f64) -> Result<()> {
     Ok(())
 }
 
-/// When a regularised correlation tracker counts its target as seen.
-const THRESHOLDS: ConfidenceThresholds =
-    ConfidenceThresholds { occluded_below: 0.4, seen_from: 0.5, found_from: 0.5, learn_from: 0.4, lost_after_s: 1.0 };
 /// Spectral density of the acceleration, sizes² per s³.
 const ACCELERATION: f64 = 30.0;
 
@@ -207,7 +204,7 @@ impl TrackerRecipe for BacfParams {
             },
             settings: search_settings(self.scale_levels, self.scale_step, self.learning_rate, BACF_CALIBRATION),
         };
-        start(Self::OWNER, assembly, ACCELERATION, THRESHOLDS, frame, bbox)
+        start(Self::OWNER, assembly, ACCELERATION, ConfidenceThresholds::CAUTIOUS, frame, bbox)
     }
 
     fn revive(&self, saved: Self::Tracker) -> Result<Self::Tracker> {
@@ -238,7 +235,7 @@ impl TrackerRecipe for StrcfParams {
             },
             settings: search_settings(self.scale_levels, self.scale_step, 1.0, STRCF_CALIBRATION),
         };
-        start(Self::OWNER, assembly, ACCELERATION, THRESHOLDS, frame, bbox)
+        start(Self::OWNER, assembly, ACCELERATION, ConfidenceThresholds::CAUTIOUS, frame, bbox)
     }
 
     fn revive(&self, saved: Self::Tracker) -> Result<Self::Tracker> {

@@ -131,6 +131,7 @@ impl TrackerRecipe for StapleParams {
             found_from: self.seen_from,
             learn_from: self.learn_from,
             lost_after_s: self.lost_after_s,
+            ..ConfidenceThresholds::CAUTIOUS
         };
         let assembly = StapleAssembly { params: self.clone(), settings };
         start(Self::OWNER, assembly, self.acceleration, thresholds, frame, bbox)
