@@ -34,6 +34,8 @@ pub struct PursuitSettings {
     pub candidates: usize,
     /// Least height of a further peak as a share of the highest.
     pub runner_up: f64,
+    /// Share of the box left out on each side when its colours are learned.
+    pub color_inner_margin: f64,
     /// Share of the new colours per frame.
     pub color_learning_rate: f64,
     /// Windows looked at per frame while searching all over.
@@ -131,7 +133,7 @@ impl PursuitLocalizer {
                 Likeness::Cosine,
             ),
             scale: ScaleFilter::new(settings.scale, bbox),
-            colors: ColorModel::new(template.target_in_patch(), INNER_MARGIN),
+            colors: ColorModel::new(template.target_in_patch(), settings.color_inner_margin),
             settings,
             template,
             filter,
@@ -252,10 +254,7 @@ impl PursuitLocalizer {
     }
 }
 
-/// Share of the box left out on each side when its colours are learned (bertinetto2016, released code).
-const INNER_MARGIN: f64 = 0.1;
-
-/// Newton steps towards the peak between the cells (danelljan2017eco: 5 at most; two suffice for a hundredth of a cell).
+/// Newton steps towards the peak between the cells, at most (danelljan2017eco: 5).
 const NEWTON_STEPS: usize = 3;
 
 impl Localizer for PursuitLocalizer {

@@ -33,6 +33,9 @@ crate::parameters! {
         pub candidates: usize = 3,
         /// Least height of a further peak as a share of the highest (ours), `[0, 1]`.
         pub runner_up: f64 = 0.5,
+        /// Share of the box left out on each side when its colours are learned (bertinetto2016, released code: 0.2 of the mean
+        /// side in all), `[0, 0.4]`.
+        pub color_inner_margin: f64 = 0.1,
         /// Share of the new colours per frame (bertinetto2016, table 1: 0.04), `[0, 1]`.
         pub color_learning_rate: f64 = 0.04,
         /// Windows looked at per frame while searching all over (ours), 1 to 1000.
@@ -78,6 +81,7 @@ crate::parameters! {
         check("size_kept_px", self.size_kept_px >= 0.0 && self.size_kept_px.is_finite(), "must be a number from 0 on")?;
         let followed = self.size_followed_px > self.size_kept_px && self.size_followed_px.is_finite();
         check("size_followed_px", followed, "must be above size_kept_px")?;
+        check("color_inner_margin", (0.0..=0.4).contains(&self.color_inner_margin), "must be between 0 and 0.4")?;
         check("candidates", (1..=16).contains(&self.candidates), "must be between 1 and 16")?;
         check("wide_windows", (1..=1000).contains(&self.wide_windows), "must be between 1 and 1000")?;
         check("side_windows", self.side_windows <= 1000, "must be at most 1000")?;

@@ -36,6 +36,7 @@ impl PursuitParams {
             size_trust_px: (self.size_kept_px, self.size_followed_px),
             candidates: self.candidates,
             runner_up: self.runner_up,
+            color_inner_margin: self.color_inner_margin,
             color_learning_rate: self.color_learning_rate,
             wide_windows: self.wide_windows,
             side_windows: self.side_windows,
