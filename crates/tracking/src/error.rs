@@ -32,7 +32,7 @@ pub enum TrackingError {
     #[error("tracker `{tracker}` needs {needed}, frame {index} has none; choose a tracker that works without it")]
     MissingPlane {
         /// Name of the tracker.
-        tracker: &'static str,
+        tracker: String,
         /// What it needs: colour, depth.
         needed: &'static str,
         /// Number of the frame.
@@ -42,7 +42,7 @@ pub enum TrackingError {
     #[error("parameter `{name}` of `{owner}`: {problem}")]
     Parameter {
         /// Tracker or detector the parameter belongs to.
-        owner: &'static str,
+        owner: String,
         /// Name of the parameter.
         name: String,
         /// What is wrong, and what would be right.
@@ -68,7 +68,7 @@ pub enum TrackingError {
     #[error("saved state of tracker `{tracker}` cannot be restored: {problem}")]
     Snapshot {
         /// Name of the tracker.
-        tracker: &'static str,
+        tracker: String,
         /// What is wrong with the bytes.
         problem: String,
     },
@@ -76,7 +76,7 @@ pub enum TrackingError {
     #[error("tracker `{tracker}`, frame {index}: {source}")]
     Computation {
         /// Name of the tracker.
-        tracker: &'static str,
+        tracker: String,
         /// Number of the frame.
         index: u64,
         /// What failed.

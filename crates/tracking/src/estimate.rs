@@ -34,9 +34,33 @@ impl std::fmt::Display for TrackState {
 /// Covariance of centre x, centre y, width and height, in square pixels.
 pub type BoxCovariance = Matrix4<f64>;
 
+/// A velocity of the box's centre, in pixels per second: x to the right, y down.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Velocity {
+    /// Along x, px/s.
+    pub x: f64,
+    /// Along y, px/s.
+    pub y: f64,
+}
+
+/// Where the target will be at a later time, by its motion alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forecast {
+    /// The time it is for, in seconds on the frames' clock.
+    pub time_s: f64,
+    /// The expected box.
+    pub bbox: BBox,
+    /// Covariance of that box; `None` where the motion model has none.
+    pub covariance: Option<BoxCovariance>,
+    /// The expected velocity; `None` where the motion model has none.
+    pub velocity: Option<Velocity>,
+}
+
 /// What a tracker says about one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
+    /// Time of the frame, in seconds.
+    pub time_s: f64,
     /// Where the target is believed to be: corrected when tracking, predicted when occluded, last believed when lost.
     pub bbox: BBox,
     /// The probability, in `[0, 1]`, that [`bbox`](Self::bbox) overlaps the target by at least one half.
@@ -47,10 +71,29 @@ pub struct Estimate {
     pub prediction: Option<BBox>,
     /// What the localizer said, believed or not; `None` when it found nothing.
     pub measurement: Option<BBox>,
-    /// Covariance of the box, where the motion filter has one.
+    /// Covariance of the box, where the motion model has one.
     pub covariance: Option<BoxCovariance>,
+    /// Velocity of the centre, where the motion model has one; of a lost target it means nothing and is `None`.
+    pub velocity: Option<Velocity>,
     /// Raw figures of the method: peaks, ratios, areas.
     pub diagnostics: Diagnostics,
+}
+
+impl Estimate {
+    /// What is known in the frame a target is started on at `time_s`: the box itself, taken for measured.
+    pub fn started(time_s: f64, bbox: BBox, score: f64) -> Self {
+        Self {
+            time_s,
+            bbox,
+            score,
+            state: TrackState::Tracking,
+            prediction: None,
+            measurement: Some(bbox),
+            covariance: None,
+            velocity: None,
+            diagnostics: Diagnostics::default(),
+        }
+    }
 }
 
 /// A handful of named raw figures, kept without allocating.

@@ -1,41 +1,37 @@
-//! The vocabulary of tracking, the single-target loop, and every tracker, one folder each.
+//! The vocabulary of tracking, the single-target loop and its roles, many targets at once. No algorithm that looks at
+//! pixels: those are in the crate above.
 //!
-//! For a user: pick a [`Recipe`] from the [`registry`], [`init`](Recipe::init) it on a frame and a box, then call
+//! For a user: pick a [`Recipe`] from a registry, [`init`](Recipe::init) it on a frame and a box, then call
 //! [`Tracker::update`] for every further frame and read the [`Estimate`]: where the target is, how sure the tracker is,
 //! and whether it is measuring, coasting or has lost it.
 //!
-//! For an implementer: a tracker is a filling of [`SingleTarget`], the one loop *predict → search → judge → correct or
-//! coast → learn*: a [`Localizer`] that finds, a [`Policy`] that judges, a [`MotionFilter`] that predicts and corrects.
+//! For an implementer: a tracker is a [`Localizer`] that finds, made by a [`LocalizerRecipe`]; [`SingleTarget`] is the one
+//! loop *predict → search → judge → correct or coast → learn* around it. [`motion`], [`policy`] and [`search`] are values
+//! that any tracker is combined with.
 
-pub mod ball;
-pub mod correlation;
-pub mod dsst;
 mod error;
 mod estimate;
-pub mod kcf;
-pub mod mosse;
+pub mod many;
 pub mod motion;
 pub mod parameters;
 pub mod policy;
-pub mod pursuit;
+mod recipe;
 pub mod registry;
-pub mod regularised;
 mod roles;
-pub mod scale;
+pub mod search;
 mod single_target;
 mod snapshot;
-pub mod staple;
-mod target_set;
 mod tracker;
 
 pub use error::TrackingError;
-pub use estimate::{BoxCovariance, Diagnostics, Estimate, TrackState};
-pub use roles::{
-    Detection, Detector, Evidence, Localizer, Measurement, MotionFilter, Policy, Prior, Proposer, Search, Verdict,
-};
+pub use estimate::{BoxCovariance, Diagnostics, Estimate, Forecast, TrackState, Velocity};
+pub use many::{TargetId, TargetSet};
+pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
+pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
+pub use roles::{Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Prior, Search, ViewSize};
 pub use single_target::SingleTarget;
-pub use target_set::{TargetId, TargetSet};
-pub use tracker::{DetectorRecipe, Recipe, Tracker, TrackerRecipe, check_box};
+pub use toml::Table;
+pub use tracker::{Needs, Recipe, Tracker, check_box};
 
 /// The result of a fallible tracking operation.
 pub type Result<T, E = TrackingError> = std::result::Result<T, E>;

@@ -1,11 +1,11 @@
-//! Every tracker and detector by name: the one list that the command line, the conformance suite, the benches and the
-//! documentation read. Adding a tracker is one line in [`trackers`].
+//! What a registry holds: trackers and detectors by name. The lists themselves stand where the algorithms are.
 
-use crate::parameters::Parameters;
-use crate::{Detector, DetectorRecipe, Recipe, Result, TrackerRecipe, TrackingError};
+use crate::parameters::{Parameter, Parameters};
+use crate::{Detector, Recipe, Result, TrackingError};
+use std::fmt;
 
-/// A tracker in the registry.
-#[derive(Debug, Clone, Copy)]
+/// A tracker in a registry.
+#[derive(Clone, Copy)]
 pub struct TrackerEntry {
     /// Its name.
     pub name: &'static str,
@@ -13,50 +13,42 @@ pub struct TrackerEntry {
     pub summary: &'static str,
     /// The page under `docs/papers/` with its source, without `.md`.
     pub paper: &'static str,
-    /// Whether it can only work on colour frames.
-    pub needs_color: bool,
-    parameter_names: fn() -> Vec<&'static str>,
-    template: fn() -> Result<String>,
-    recipe: fn(toml::Table) -> Result<Box<dyn Recipe>>,
+    recipe: fn(&'static str) -> Box<dyn Recipe>,
+}
+
+impl fmt::Debug for TrackerEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TrackerEntry").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 impl TrackerEntry {
-    /// The entry of the tracker whose parameters are `P`.
-    pub const fn of<P: TrackerRecipe>() -> Self {
-        Self {
-            name: P::OWNER,
-            summary: P::SUMMARY,
-            paper: P::PAPER,
-            needs_color: P::NEEDS_COLOR,
-            parameter_names: names::<P>,
-            template: P::template,
-            recipe: |table| Ok(Box::new(P::from_table(table)?)),
-        }
+    /// An entry; `recipe` makes its recipe, with default parameters, under the name it is given. A preset is an entry whose
+    /// recipe has other defaults.
+    pub const fn new(
+        name: &'static str,
+        summary: &'static str,
+        paper: &'static str,
+        recipe: fn(&'static str) -> Box<dyn Recipe>,
+    ) -> Self {
+        Self { name, summary, paper, recipe }
     }
 
-    /// The names of its parameters.
-    pub fn parameter_names(&self) -> Vec<&'static str> {
-        (self.parameter_names)()
-    }
-
-    /// Its parameters with their defaults as commented TOML.
-    ///
-    /// # Errors
-    /// When a default cannot be written as TOML.
-    pub fn template(&self) -> Result<String> {
-        (self.template)()
+    /// Its recipe with default parameters.
+    pub fn default_recipe(&self) -> Box<dyn Recipe> {
+        (self.recipe)(self.name)
     }
 
     /// Its recipe: defaults, with the values of `parameters` in their place.
     ///
     /// # Errors
     /// [`TrackingError::Parameter`] for an unknown name or a bad value.
-    pub fn recipe(&self, parameters: toml::Table) -> Result<Box<dyn Recipe>> {
-        (self.recipe)(parameters)
+    pub fn recipe(&self, parameters: &toml::Table) -> Result<Box<dyn Recipe>> {
+        self.default_recipe().with(parameters)
     }
 }
 
-/// A detector in the registry.
+/// A detector in a registry.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorEntry {
     /// Its name.
@@ -65,95 +57,51 @@ pub struct DetectorEntry {
     pub summary: &'static str,
     /// The tracker to use for what it finds unless the user names one.
     pub default_tracker: &'static str,
-    parameter_names: fn() -> Vec<&'static str>,
-    template: fn() -> Result<String>,
-    detector: fn(toml::Table) -> Result<Box<dyn Detector>>,
+    schema: fn() -> Vec<Parameter>,
+    detector: fn(&'static str, &toml::Table) -> Result<Box<dyn Detector>>,
+}
+
+/// What an implementer writes to have a detector: parameters that make it.
+pub trait DetectorRecipe: Parameters {
+    /// The detector with these parameters.
+    ///
+    /// # Errors
+    /// When the parameters do not fit each other.
+    fn detector(&self) -> Result<Box<dyn Detector>>;
 }
 
 impl DetectorEntry {
     /// The entry of the detector whose parameters are `P`.
-    pub const fn of<P: DetectorRecipe>() -> Self {
+    pub const fn of<P: DetectorRecipe>(
+        name: &'static str,
+        summary: &'static str,
+        default_tracker: &'static str,
+    ) -> Self {
         Self {
-            name: P::OWNER,
-            summary: P::SUMMARY,
-            default_tracker: P::DEFAULT_TRACKER,
-            parameter_names: names::<P>,
-            template: P::template,
-            detector: |table| P::from_table(table)?.detector(),
+            name,
+            summary,
+            default_tracker,
+            schema: || P::default().schema(),
+            detector: |name, table| P::default().with(name, table)?.detector(),
         }
     }
 
-    /// The names of its parameters.
-    pub fn parameter_names(&self) -> Vec<&'static str> {
-        (self.parameter_names)()
-    }
-
-    /// Its parameters with their defaults as commented TOML.
-    ///
-    /// # Errors
-    /// When a default cannot be written as TOML.
-    pub fn template(&self) -> Result<String> {
-        (self.template)()
+    /// Every parameter with its default.
+    pub fn schema(&self) -> Vec<Parameter> {
+        (self.schema)()
     }
 
     /// The detector: defaults, with the values of `parameters` in their place.
     ///
     /// # Errors
     /// [`TrackingError::Parameter`] for an unknown name or a bad value.
-    pub fn detector(&self, parameters: toml::Table) -> Result<Box<dyn Detector>> {
-        (self.detector)(parameters)
+    pub fn detector(&self, parameters: &toml::Table) -> Result<Box<dyn Detector>> {
+        (self.detector)(self.name, parameters)
     }
 }
 
-/// The tracker used where none is named.
-pub const DEFAULT_TRACKER: &str = "pursuit";
-
-/// Every tracker.
-pub const fn trackers() -> &'static [TrackerEntry] {
-    const TRACKERS: &[TrackerEntry] = &[
-        TrackerEntry::of::<crate::pursuit::PursuitParams>(),
-        TrackerEntry::of::<crate::ball::BallParams>(),
-        TrackerEntry::of::<crate::regularised::BacfParams>(),
-        TrackerEntry::of::<crate::regularised::StrcfParams>(),
-        TrackerEntry::of::<crate::kcf::KcfParams>(),
-        TrackerEntry::of::<crate::kcf::KcfFixedParams>(),
-        TrackerEntry::of::<crate::kcf::CskParams>(),
-        TrackerEntry::of::<crate::mosse::MosseParams>(),
-        TrackerEntry::of::<crate::staple::StapleParams>(),
-        TrackerEntry::of::<crate::dsst::DsstParams>(),
-        TrackerEntry::of::<crate::dsst::FdsstParams>(),
-    ];
-    TRACKERS
-}
-
-/// Every detector.
-pub const fn detectors() -> &'static [DetectorEntry] {
-    const DETECTORS: &[DetectorEntry] = &[DetectorEntry::of::<crate::ball::BallDetectorParams>()];
-    DETECTORS
-}
-
-/// The tracker called `name`.
-///
-/// # Errors
-/// [`TrackingError::UnknownName`] with the names there are.
-pub fn tracker(name: &str) -> Result<&'static TrackerEntry> {
-    let available = || trackers().iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
-    trackers().iter().find(|e| e.name == name).ok_or_else(|| unknown("tracker", name, available()))
-}
-
-/// The detector called `name`.
-///
-/// # Errors
-/// [`TrackingError::UnknownName`] with the names there are.
-pub fn detector(name: &str) -> Result<&'static DetectorEntry> {
-    let available = || detectors().iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
-    detectors().iter().find(|e| e.name == name).ok_or_else(|| unknown("detector", name, available()))
-}
-
-fn unknown(kind: &'static str, name: &str, available: String) -> TrackingError {
+/// The error about a `kind` of which none is called `name`.
+pub fn unknown(kind: &'static str, name: &str, available: impl Iterator<Item = &'static str>) -> TrackingError {
+    let available = available.collect::<Vec<_>>().join(", ");
     TrackingError::UnknownName { kind, name: name.to_owned(), available }
-}
-
-fn names<P: Parameters>() -> Vec<&'static str> {
-    P::documentation().iter().map(|(name, _)| *name).collect()
 }

@@ -1,32 +1,58 @@
 //! Who does what in the loop: each clause has one owner.
+//!
+//! | clause | owner | chosen by |
+//! |---|---|---|
+//! | predict, correct | [`Motion`](crate::motion::Motion) | the group `[motion]` |
+//! | where to look | [`Proposer`](crate::search::Proposer) | the group `[search]` |
+//! | find, learn | a [`Localizer`] | the tracker |
+//! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Result, TrackState};
+use crate::{BoxCovariance, Diagnostics, Result};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 
-/// What the motion filter expects before the frame is looked at.
+/// What the motion model expects before the frame is looked at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// The predicted box.
     pub bbox: BBox,
-    /// Covariance of the predicted *measurement* (innovation covariance S), for gating; `None` where the filter has none.
+    /// Covariance of the predicted *measurement* (innovation covariance S), for gating; `None` where the model has none.
     pub innovation_covariance: Option<BoxCovariance>,
     /// Seconds since the frame before, > 0.
     pub dt_s: f64,
 }
 
+/// What kind of look a [`Search`] is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// About the place where the target is expected.
+    Near,
+    /// At one place of a sweep over the frame: rough, at the expected size.
+    Sweep,
+    /// Again, centred on the best place of a sweep, at the expected size.
+    Centred,
+}
+
+/// A gate: measurements far outside of it are implausible.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// Covariance of the expected measurement, with what the search adds to it.
+    pub covariance: BoxCovariance,
+    /// Greatest squared Mahalanobis distance of a centre that is plausible.
+    pub chi2: f64,
+}
+
 /// Where to look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// The box the target is expected at: its centre and size.
+    /// The box the target is expected at: its centre is where to look, its size how large the target should be.
     pub expected: BBox,
     /// The part of the frame to look in, in pixels; may reach over the border.
     pub region: BBox,
-    /// Innovation covariance of the expectation: candidates far outside it are implausible. `None`: no gate (a target that
-    /// is lost may come back anywhere).
-    pub gate: Option<BoxCovariance>,
-    /// Whether the target is being searched for all over, having been lost.
-    pub wide: bool,
+    /// Candidates outside are implausible. `None`: no gate (a target that is lost may come back anywhere).
+    pub gate: Option<Gate>,
+    /// What kind of look this is.
+    pub look: Look,
 }
 
 /// What a localizer found.
@@ -36,102 +62,82 @@ pub struct Measurement {
     pub bbox: BBox,
     /// How likely it is, in `[0, 1]`, that this box overlaps the target by one half, judged by appearance alone.
     pub confidence: f64,
+    /// What measurements of several searches of one frame are compared by: the higher, the likelier to be the target.
+    pub strength: f64,
     /// Standard deviation of the box's centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
+    /// Squared distance from the expectation as a share of the gate's limit, `[0, 1]`, where there was a gate.
+    pub gate_share: Option<f64>,
+    /// Height of the response's peak, of localizers that have one.
+    pub peak: Option<f64>,
+    /// Peak-to-sidelobe ratio (bolme2010, section 3.5), of localizers that have one.
+    pub psr: Option<f64>,
     /// Raw figures of the method.
     pub diagnostics: Diagnostics,
 }
 
-/// Says where to look: near the prediction while the target is seen or coasted, wide once it is lost.
-pub trait Proposer: Send {
-    /// The search for this frame.
-    fn propose(&mut self, frame: &Frame, prior: &Prior, state: TrackState) -> Search;
+impl Measurement {
+    /// A measurement of which nothing but the box and its probability is known.
+    pub fn new(bbox: BBox, confidence: f64) -> Self {
+        Self {
+            bbox,
+            confidence,
+            strength: confidence,
+            sigma_px: None,
+            gate_share: None,
+            peak: None,
+            psr: None,
+            diagnostics: Diagnostics::default(),
+        }
+    }
 }
 
 /// Finds the target. `locate` is apart from `adapt`, so that a policy can stop a tracker from learning its occluder.
+///
+/// `locate` and `refine` change nothing that is saved: they take `&mut self` for their scratch alone.
 pub trait Localizer: Send {
-    /// Looks for the target; learns nothing.
+    /// Looks for the target in one place.
     ///
     /// # Errors
     /// When the frame lacks what the method needs. Not finding the target is `Ok(None)`.
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>>;
 
-    /// Learns what the target looks like at `bbox`; called only when the policy says so.
+    /// Measures more exactly what the loop decided on, such as its size; called once a frame.
     ///
     /// # Errors
     /// When the frame lacks what the method needs.
-    fn adapt(&mut self, frame: &Frame, bbox: BBox) -> Result<()>;
+    fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
+        let _ = frame;
+        Ok(found)
+    }
+
+    /// Learns what the target looks like at `bbox`, where `measurement` was found; called only when the policy says so.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
 
     /// Forgets everything and starts on a new target.
     ///
     /// # Errors
     /// When the frame or the box cannot be used.
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()>;
-}
 
-/// Everything a policy may judge by.
-#[derive(Debug)]
-pub struct Evidence<'a> {
-    /// The frame.
-    pub frame: &'a Frame,
-    /// What the motion filter expected.
-    pub prior: &'a Prior,
-    /// Where was looked.
-    pub search: &'a Search,
-    /// What was found.
-    pub found: Option<&'a Measurement>,
-    /// The state before this frame.
-    pub state: TrackState,
-}
-
-/// A policy's judgement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Verdict {
-    /// The state of this frame. `Tracking` means that the measurement is believed.
-    pub state: TrackState,
-    /// The probability, in `[0, 1]`, that the box reported overlaps the target by one half.
-    pub score: f64,
-    /// Whether appearance may learn from this frame; ignored unless `state` is `Tracking`.
-    pub learn: bool,
-}
-
-/// Judges whether the target is still seen.
-pub trait Policy: Send {
-    /// The judgement of this frame.
-    fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict;
-
-    /// Whether a measurement moves the box although its verdict is `state` and not `Tracking`: the best guess of where the
-    /// target is, apart from whether it is seen. Nothing is learned from it.
-    fn follows(&self, _state: TrackState) -> bool {
-        false
+    /// How much of the frame one look takes in when the target is expected at `expected`, in pixels; `None` where a look
+    /// takes in the whole region it is given.
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        let _ = expected;
+        None
     }
-
-    /// Forgets everything: a new target.
-    fn restart(&mut self);
 }
 
-/// Predicts where the box goes and corrects the prediction by what was measured.
-pub trait MotionFilter: Send {
-    /// Moves the belief `dt_s` seconds on (> 0) and returns the prior.
-    ///
-    /// # Errors
-    /// When the step cannot be computed; the belief is then as before.
-    fn predict(&mut self, dt_s: f64) -> Result<Prior, Box<dyn std::error::Error + Send + Sync>>;
-
-    /// Corrects the belief by a measurement that is believed.
-    ///
-    /// # Errors
-    /// When the step cannot be computed; the belief is then as before.
-    fn correct(&mut self, measurement: &Measurement) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
-
-    /// Starts anew at `bbox`, at rest.
-    fn restart(&mut self, bbox: BBox);
-
-    /// The box believed now.
-    fn bbox(&self) -> BBox;
-
-    /// Covariance of the box believed now.
-    fn covariance(&self) -> Option<BoxCovariance>;
+/// Width and height of what one look takes in, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewSize {
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
 }
 
 /// One thing a detector saw.
@@ -143,11 +149,21 @@ pub struct Detection {
     pub confidence: f64,
 }
 
-/// Finds targets without being told where to look.
+/// What a detector is told of the targets that are being followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Followed {
+    /// The box believed.
+    pub bbox: BBox,
+    /// Whether it was measured in the frame before.
+    pub measured: bool,
+}
+
+/// Finds targets without being told where to look; asked at every frame.
 pub trait Detector: Send {
-    /// All detections in the frame, the best first.
+    /// All detections in the frame, the best first. `followed` are the targets being followed: a detector that models the
+    /// background must not learn them into it.
     ///
     /// # Errors
     /// When the frame lacks what the method needs. Nothing found is an empty list.
-    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>>;
+    fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>>;
 }

@@ -1,5 +1,8 @@
-use crate::roles::{Evidence, Localizer, Measurement, MotionFilter, Policy, Prior, Proposer, Verdict};
-use crate::{Estimate, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
+use crate::motion::{Motion, MotionFilter, Sight};
+use crate::policy::{Evidence, Policy, Verdict};
+use crate::roles::{Localizer, Measurement, Prior, Search};
+use crate::search::{Found, Proposer, Situation};
+use crate::{Estimate, Forecast, GroupParams, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -9,66 +12,43 @@ const SHORTEST_STEP_S: f64 = 1e-3;
 
 /// The one loop: predict → search → judge → correct or coast → learn.
 ///
-/// Each clause has one owner: `R` proposes where to look, `L` finds, `P` judges, `M` predicts and corrects, and
-/// appearance learns only when the policy says `Tracking`.
+/// Each clause has one owner: the proposer says where to look, the localizer `L` finds, the policy judges, the motion model
+/// predicts and corrects, and appearance learns only when the policy says so.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct SingleTarget<R, L, P, M> {
-    name: Name,
-    proposer: R,
+pub struct SingleTarget<L> {
+    name: String,
+    proposer: Proposer,
     localizer: L,
-    policy: P,
-    motion: M,
+    policy: Policy,
+    motion: Motion,
     state: TrackState,
     last_believed: BBox,
     frame_size: (usize, usize),
     time_s: f64,
+    #[serde(skip)]
+    searches: Vec<Search>,
 }
 
-/// A registry name; saved as nothing, since the snapshot's header holds it.
-#[derive(Debug, Clone, Copy, Default)]
-struct Name(&'static str);
-
-impl Serialize for Name {
-    fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-        s.serialize_unit()
-    }
-}
-
-impl<'de> Deserialize<'de> for Name {
-    fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        <()>::deserialize(d).map(|()| Self::default())
-    }
-}
-
-impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P, M> {
-    /// A loop that has been started: `localizer` and `motion` know the target of `frame`.
-    pub fn new(name: &'static str, frame: &Frame, proposer: R, localizer: L, policy: P, motion: M) -> Self {
-        let Size { width, height } = frame.size();
-        Self {
-            name: Name(name),
-            proposer,
-            localizer,
-            policy,
-            last_believed: motion.bbox(),
-            motion,
-            state: TrackState::Tracking,
-            frame_size: (width, height),
-            time_s: frame.time_s(),
-        }
-    }
-
-    /// Gives a restored loop its name back and lets `check` rebuild and examine its parts.
+impl<L: Localizer> SingleTarget<L> {
+    /// A loop that starts on `frame`: `localizer` knows the target at `bbox`, the groups say how the rest works.
     ///
     /// # Errors
-    /// Whatever `check` finds wrong.
-    pub fn revived(
-        mut self,
-        name: &'static str,
-        check: impl FnOnce(&mut R, &mut L, &mut P, &mut M) -> Result<()>,
-    ) -> Result<Self> {
-        self.name = Name(name);
-        check(&mut self.proposer, &mut self.localizer, &mut self.policy, &mut self.motion)?;
-        Ok(self)
+    /// When the motion model cannot start from the box.
+    pub fn new(name: &str, frame: &Frame, bbox: BBox, localizer: L, groups: &GroupParams) -> Result<Self> {
+        let Size { width, height } = frame.size();
+        let motion = Motion::new(groups.motion.clone(), bbox).map_err(failed(name, frame.index()))?;
+        Ok(Self {
+            name: name.to_owned(),
+            proposer: Proposer::new(groups.search.clone(), &bbox),
+            localizer,
+            policy: Policy::new(groups.policy.clone()),
+            motion,
+            state: TrackState::Tracking,
+            last_believed: bbox,
+            frame_size: (width, height),
+            time_s: frame.time_s(),
+            searches: Vec::new(),
+        })
     }
 
     /// The localizer, to look inside.
@@ -76,63 +56,85 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
         &self.localizer
     }
 
-    /// The motion filter, to look inside.
-    pub const fn motion(&self) -> &M {
+    /// The motion model, to look inside.
+    pub const fn motion(&self) -> &Motion {
         &self.motion
     }
 
     fn step(&mut self, frame: &Frame) -> Result<Estimate> {
-        let dt_s = self.advance_clock(frame)?;
-        let failed = |source| TrackingError::Computation { tracker: self.name.0, index: frame.index(), source };
-
-        let prior = self.motion.predict(dt_s).map_err(failed)?;
-        let search = self.proposer.propose(frame, &prior, self.state);
-        let found = self.localizer.locate(frame, &search)?;
-        let evidence = Evidence { frame, prior: &prior, search: &search, found: found.as_ref(), state: self.state };
-        let verdict = self.policy.judge(&evidence);
-        let verdict = Self::within_reach(verdict, frame, &prior, found.as_ref());
-        let believed = found.as_ref().filter(|_| verdict.state == TrackState::Tracking);
-        if let Some(measurement) = believed {
-            let elsewhere = !search.region.contains(measurement.bbox.center());
-            if self.state == TrackState::Lost || elsewhere {
-                // It came back anywhere: what was believed of its motion says nothing about where it is now.
-                self.motion.restart(measurement.bbox);
-            } else {
-                self.motion.correct(measurement).map_err(failed)?;
+        let (index, dt_s) = (frame.index(), self.advance_clock(frame)?);
+        let prior = self.motion.predict(dt_s).map_err(failed(&self.name, index))?;
+        let situation = Situation {
+            frame: frame.size(),
+            prior: &prior,
+            state: self.state,
+            view: self.localizer.view(&prior.bbox),
+            sure_from: self.policy.sure_from(),
+        };
+        let found = self.look(frame, &situation)?;
+        let evidence = Evidence { frame: frame.size(), prior: &prior, found: found.as_ref(), state: self.state };
+        let verdict = within_reach(self.policy.judge(&evidence), frame.size(), &prior, found.as_ref());
+        if let Some(measurement) = &found {
+            if verdict.state == TrackState::Tracking {
+                self.believe(frame, measurement, &situation, verdict.learn)?;
+            } else if verdict.follow {
+                self.motion.correct(&measurement.into()).map_err(failed(&self.name, index))?;
             }
-            if verdict.learn {
-                self.localizer.adapt(frame, self.motion.bbox())?;
-            }
-            self.last_believed = self.motion.bbox();
-        } else if let Some(guess) = found.as_ref().filter(|_| self.policy.follows(verdict.state)) {
-            self.motion.correct(guess).map_err(failed)?;
         }
         self.state = verdict.state;
+        let lost = verdict.state == TrackState::Lost;
         Ok(Estimate {
-            bbox: if verdict.state == TrackState::Lost { self.last_believed } else { self.motion.bbox() },
+            time_s: frame.time_s(),
+            bbox: if lost { self.last_believed } else { self.motion.bbox() },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             prediction: Some(prior.bbox),
             measurement: found.as_ref().map(|m| m.bbox),
             covariance: self.motion.covariance(),
+            velocity: self.motion.velocity().filter(|_| !lost),
             diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
         })
     }
 
-    /// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
-    /// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there,
-    /// and nobody should steer by it.
-    fn within_reach(verdict: Verdict, frame: &Frame, prior: &Prior, found: Option<&Measurement>) -> Verdict {
-        let Size { width, height } = frame.size();
-        let outside = found.is_none_or(|f| f.bbox.clipped_to(frame.size()).is_none());
-        let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
-        let reach = frame.size().bounds().expanded(width.max(height) as f64);
-        let state = if state == TrackState::Occluded && !reach.contains(prior.bbox.center()) {
-            TrackState::Lost
+    /// Looks where the proposer says, until it has seen enough, and measures what it decides on.
+    fn look(&mut self, frame: &Frame, situation: &Situation<'_>) -> Result<Option<Measurement>> {
+        self.proposer.begin();
+        loop {
+            self.proposer.propose(situation, &mut self.searches);
+            if self.searches.is_empty() {
+                break;
+            }
+            let mut best: Option<Found> = None;
+            for search in &self.searches {
+                if let Some(measurement) = self.localizer.locate(frame, search)?
+                    && best.as_ref().is_none_or(|b| measurement.strength > b.measurement.strength)
+                {
+                    best = Some(Found { search: search.clone(), measurement });
+                }
+            }
+            self.proposer.take(best);
+        }
+        let Some(found) = self.proposer.finish(situation) else { return Ok(None) };
+        let measurement = self.localizer.refine(frame, found.measurement)?;
+        self.proposer.settle(&measurement.bbox);
+        Ok(Some(measurement))
+    }
+
+    /// Corrects the motion by a measurement that is the target, and learns from it if `learn`.
+    fn believe(&mut self, frame: &Frame, seen: &Measurement, situation: &Situation<'_>, learn: bool) -> Result<()> {
+        let elsewhere = !self.proposer.neighbourhood(situation).contains(seen.bbox.center());
+        if self.state == TrackState::Lost || elsewhere {
+            // What was believed of its motion says nothing about where it is now.
+            self.motion.restart(seen.bbox);
         } else {
-            state
-        };
-        if state == verdict.state { verdict } else { Verdict { state, score: 0.0, learn: false } }
+            self.motion.correct(&Sight::from(seen)).map_err(failed(&self.name, frame.index()))?;
+        }
+        self.last_believed = self.motion.bbox();
+        if learn {
+            self.localizer.adapt(frame, self.last_believed, seen)?;
+            self.proposer.settle(&self.last_believed);
+        }
+        Ok(())
     }
 
     /// Seconds since the last frame, after checking that this one fits.
@@ -150,15 +152,30 @@ impl<R: Proposer, L: Localizer, P: Policy, M: MotionFilter> SingleTarget<R, L, P
     }
 }
 
-impl<R, L, P, M> Tracker for SingleTarget<R, L, P, M>
-where
-    R: Proposer + Clone + Serialize + DeserializeOwned + 'static,
-    L: Localizer + Clone + Serialize + DeserializeOwned + 'static,
-    P: Policy + Clone + Serialize + DeserializeOwned + 'static,
-    M: MotionFilter + Clone + Serialize + DeserializeOwned + 'static,
-{
+/// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
+/// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there, and
+/// nobody should steer by it.
+fn within_reach(verdict: Verdict, frame: Size, prior: &Prior, found: Option<&Measurement>) -> Verdict {
+    let outside = found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
+    let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
+    let reach = frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let astray = state == TrackState::Occluded && !reach.contains(prior.bbox.center());
+    let state = if astray { TrackState::Lost } else { state };
+    if state == verdict.state { verdict } else { Verdict { state, score: 0.0, follow: false, learn: false } }
+}
+
+/// Says of an error of the motion model whose it is.
+fn failed<E: std::error::Error + Send + Sync + 'static>(name: &str, index: u64) -> impl FnOnce(E) -> TrackingError {
+    move |source| TrackingError::Computation { tracker: name.to_owned(), index, source: Box::new(source) }
+}
+
+impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for SingleTarget<L> {
     fn update(&mut self, frame: &Frame) -> Result<Estimate> {
         self.step(frame)
+    }
+
+    fn forecast(&self, seconds: f64) -> Result<Forecast> {
+        self.motion.forecast(self.time_s, seconds).map_err(failed(&self.name, 0))
     }
 
     fn reinit(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
@@ -166,6 +183,7 @@ where
         self.localizer.restart(frame, bbox)?;
         self.motion.restart(bbox);
         self.policy.restart();
+        self.proposer.restart(&bbox);
         self.state = TrackState::Tracking;
         self.last_believed = bbox;
         self.frame_size = (frame.size().width, frame.size().height);
@@ -173,8 +191,23 @@ where
         Ok(())
     }
 
+    fn change(&mut self, changes: &toml::Table) -> Result<()> {
+        let groups = GroupParams {
+            motion: self.motion.params().clone(),
+            policy: self.policy.params().clone(),
+            search: self.proposer.params().clone(),
+        };
+        let changed = groups.with_changes(&self.name, changes)?;
+        if changed.motion != groups.motion {
+            self.motion.change(changed.motion).map_err(failed(&self.name, 0))?;
+        }
+        self.policy.change(changed.policy);
+        self.proposer.change(changed.search);
+        Ok(())
+    }
+
     fn save(&self) -> Result<Vec<u8>> {
-        snapshot::write(self.name.0, self)
+        snapshot::write(&self.name, self)
     }
 
     fn boxed_clone(&self) -> Box<dyn Tracker> {

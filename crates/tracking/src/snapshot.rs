@@ -6,17 +6,17 @@ use serde::{Serialize, de::DeserializeOwned};
 const MAGIC: &[u8; 8] = b"pursuit\x01";
 
 /// Writes `state` of the tracker called `tracker`.
-pub(crate) fn write<T: Serialize>(tracker: &'static str, state: &T) -> Result<Vec<u8>> {
+pub(crate) fn write<T: Serialize>(tracker: &str, state: &T) -> Result<Vec<u8>> {
     let mut bytes = MAGIC.to_vec();
-    let problem = |e: postcard::Error| TrackingError::Snapshot { tracker, problem: e.to_string() };
+    let problem = |e: postcard::Error| TrackingError::Snapshot { tracker: tracker.to_owned(), problem: e.to_string() };
     bytes.extend(postcard::to_stdvec(&(tracker, env!("CARGO_PKG_VERSION"))).map_err(problem)?);
     bytes.extend(postcard::to_stdvec(state).map_err(problem)?);
     Ok(bytes)
 }
 
 /// Reads what [`write`] wrote.
-pub(crate) fn read<T: DeserializeOwned>(tracker: &'static str, bytes: &[u8]) -> Result<T> {
-    let problem = |problem: String| TrackingError::Snapshot { tracker, problem };
+pub(crate) fn read<T: DeserializeOwned>(tracker: &str, bytes: &[u8]) -> Result<T> {
+    let problem = |problem: String| TrackingError::Snapshot { tracker: tracker.to_owned(), problem };
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return Err(problem("these bytes are not a saved tracker".into()));
     };

@@ -1,7 +1,7 @@
-use crate::{Detector, Estimate, Result, TrackingError, parameters::Parameters, snapshot};
+use crate::parameters::Parameter;
+use crate::{Estimate, Forecast, Result, TrackingError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use serde::{Serialize, de::DeserializeOwned};
 
 /// A tracker that has been started on a target; made by [`Recipe::init`].
 pub trait Tracker: Send {
@@ -11,11 +11,24 @@ pub trait Tracker: Send {
     /// A frame of another size or kind than the first. Losing the target is no error.
     fn update(&mut self, frame: &Frame) -> Result<Estimate>;
 
-    /// Forgets the target and starts on a new one, keeping parameters and allocations; the frame may have a new size.
+    /// Where the target will be `seconds` after the frame seen last, by its motion alone; changes nothing.
     ///
     /// # Errors
-    /// As [`Recipe::init`].
+    /// When the motion model cannot be stepped that far.
+    fn forecast(&self, seconds: f64) -> Result<Forecast>;
+
+    /// Forgets the target and starts on a new one with the same parameters; the frame may have a new size.
+    ///
+    /// # Errors
+    /// As [`Recipe::init`]; the tracker is then as before or of no further use.
     fn reinit(&mut self, frame: &Frame, bbox: BBox) -> Result<()>;
+
+    /// Changes parameters of the groups `motion`, `policy` and `search` while running; what is known of the target stays.
+    ///
+    /// # Errors
+    /// [`TrackingError::Parameter`] for a name that is unknown or cannot be changed while running, or a bad value; nothing is
+    /// changed then.
+    fn change(&mut self, changes: &toml::Table) -> Result<()>;
 
     /// Everything needed to go on later, for [`Recipe::restore`].
     ///
@@ -27,16 +40,36 @@ pub trait Tracker: Send {
     fn boxed_clone(&self) -> Box<dyn Tracker>;
 }
 
+/// Which planes a tracker cannot do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Needs {
+    /// Colour.
+    pub color: bool,
+}
+
 /// Which tracker, with which parameters: a value that makes trackers.
 pub trait Recipe: Send + Sync {
     /// Name in the registry.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
-    /// Every parameter with its value.
+    /// What frames must have.
+    fn needs(&self) -> Needs;
+
+    /// Every parameter, with this recipe's values for defaults.
+    fn schema(&self) -> Vec<Parameter>;
+
+    /// Every parameter with its value, groups as tables.
     ///
     /// # Errors
     /// When a value cannot be written as TOML.
     fn parameters(&self) -> Result<toml::Table>;
+
+    /// This recipe with the values of `changes` in their place. Groups may be given in part; keys may be dotted
+    /// (`motion.model`).
+    ///
+    /// # Errors
+    /// [`TrackingError::Parameter`] for an unknown name or a bad value.
+    fn with(&self, changes: &toml::Table) -> Result<Box<dyn Recipe>>;
 
     /// Starts a tracker on the target inside `bbox`.
     ///
@@ -49,67 +82,9 @@ pub trait Recipe: Send + Sync {
     /// # Errors
     /// Bytes that another tracker, another version or nobody wrote.
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn Tracker>>;
-}
 
-/// What an implementer writes to have a [`Recipe`]: implemented by the tracker's parameter struct.
-pub trait TrackerRecipe: Parameters + Send + Sync {
-    /// The tracker made.
-    type Tracker: Tracker + Serialize + DeserializeOwned + 'static;
-
-    /// One line on what the tracker does and when to use it.
-    const SUMMARY: &'static str;
-    /// The page under `docs/papers/` with its source, without `.md`.
-    const PAPER: &'static str;
-    /// Whether it can only work on colour frames.
-    const NEEDS_COLOR: bool = false;
-
-    /// Starts a tracker; `bbox` has been checked to be finite, not empty and to overlap the frame.
-    ///
-    /// # Errors
-    /// When the frame lacks what the tracker needs.
-    fn start(&self, frame: &Frame, bbox: BBox) -> Result<Self::Tracker>;
-
-    /// Rebuilds what is not saved (plans, scratch) and refuses a state that does not hold together.
-    ///
-    /// # Errors
-    /// [`TrackingError::Snapshot`] when sizes and numbers do not fit each other.
-    fn revive(&self, saved: Self::Tracker) -> Result<Self::Tracker>;
-}
-
-impl<P: TrackerRecipe> Recipe for P {
-    fn name(&self) -> &'static str {
-        P::OWNER
-    }
-
-    fn parameters(&self) -> Result<toml::Table> {
-        self.to_table()
-    }
-
-    fn init(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Tracker>> {
-        self.validate()?;
-        check_box(frame, bbox)?;
-        check_planes::<P>(frame)?;
-        Ok(Box::new(self.start(frame, bbox)?))
-    }
-
-    fn restore(&self, saved: &[u8]) -> Result<Box<dyn Tracker>> {
-        self.validate()?;
-        Ok(Box::new(self.revive(snapshot::read(P::OWNER, saved)?)?))
-    }
-}
-
-/// What an implementer writes to have a detector: implemented by the detector's parameter struct.
-pub trait DetectorRecipe: Parameters + Send + Sync {
-    /// One line on what the detector finds.
-    const SUMMARY: &'static str;
-    /// The tracker to use for what it finds unless the user names one.
-    const DEFAULT_TRACKER: &'static str;
-
-    /// Makes the detector.
-    ///
-    /// # Errors
-    /// When the parameters do not fit each other.
-    fn detector(&self) -> Result<Box<dyn Detector>>;
+    /// A copy.
+    fn boxed_clone(&self) -> Box<dyn Recipe>;
 }
 
 /// Checks a box to start from: finite, not empty, and at least partly inside the frame.
@@ -127,11 +102,4 @@ pub fn check_box(frame: &Frame, bbox: BBox) -> Result<()> {
         return Ok(());
     };
     Err(TrackingError::StartBox { bbox, frame: frame.size(), problem })
-}
-
-fn check_planes<P: TrackerRecipe>(frame: &Frame) -> Result<()> {
-    if P::NEEDS_COLOR && !frame.has_color() {
-        return Err(TrackingError::MissingPlane { tracker: P::OWNER, needed: "colour", index: frame.index() });
-    }
-    Ok(())
 }

@@ -1,26 +1,219 @@
-//! Motion filters of boxes, for any tracker to use.
+//! Motion models of boxes: what the target is expected to do, for any tracker to use.
 //!
-//! | filter | use |
-//! |---|---|
-//! | [`BoxFilter`] with [`BoxNoise::Relative`] | targets that change their velocity smoothly; noise scales with the box |
-//! | [`BoxFilter`] with [`BoxNoise::PerStep`] | the filter of `ball` as printed |
-//! | [`ManoeuvringBox`] | targets that fly, bounce, stop and start: three motion models, weighed by what is measured |
-//! | [`PartlySeen`] | wraps another one: infers the whole box where only a part of the target is seen |
+//! [`Motion`] is the model that [`MotionParams`] names. All predict over any time step, correct by a measured box, and
+//! forecast without changing.
 
-mod box_filter;
-mod manoeuvring;
-mod partly_seen;
+mod bounce;
+mod center;
+mod constant_velocity;
+mod params;
+mod partial_occlusion;
 
-pub use box_filter::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
-pub use manoeuvring::{ManoeuvreNoise, ManoeuvringBox};
-pub use partly_seen::{PartlySeen, View, complete};
+pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
+pub use center::CenterFilter;
+pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
+pub use params::{BounceParams, MotionModel, MotionParams};
+pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
 
-use crate::BoxCovariance;
+use crate::roles::{Measurement, Prior};
+use crate::{BoxCovariance, Forecast, Velocity};
 use nalgebra::{SMatrix, SVector};
+use pursuit_estimation::motion::StepBox;
+use pursuit_estimation::{EstimationError, Result};
 use pursuit_geometry::{BBox, Point};
+use serde::{Deserialize, Serialize};
 
-/// What goes wrong inside a motion filter.
-type Failure = Box<dyn std::error::Error + Send + Sync>;
+/// What a motion model is told of a measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// The box measured.
+    pub bbox: BBox,
+    /// Standard deviation of its centre in pixels, where the localizer can tell.
+    pub sigma_px: Option<f64>,
+}
+
+impl From<&Measurement> for Sight {
+    fn from(m: &Measurement) -> Self {
+        Self { bbox: m.bbox, sigma_px: m.sigma_px }
+    }
+}
+
+/// Predicts where the box goes and corrects the prediction by what was measured.
+pub trait MotionFilter {
+    /// Moves the belief `dt_s` seconds on (> 0) and returns the prior.
+    ///
+    /// # Errors
+    /// When the step cannot be computed; the belief is then as before.
+    fn predict(&mut self, dt_s: f64) -> Result<Prior>;
+
+    /// Corrects the belief by a measurement that is believed.
+    ///
+    /// # Errors
+    /// When the step cannot be computed; the belief is then as before.
+    fn correct(&mut self, sight: &Sight) -> Result<()>;
+
+    /// Starts anew at `bbox`, at rest. A box that is not finite changes nothing.
+    fn restart(&mut self, bbox: BBox);
+
+    /// The box believed now.
+    fn bbox(&self) -> BBox;
+
+    /// Covariance of the box believed now.
+    fn covariance(&self) -> Option<BoxCovariance>;
+
+    /// Velocity of the centre believed now.
+    fn velocity(&self) -> Option<Velocity>;
+}
+
+/// The motion model of a target: the one that its parameters name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    params: MotionParams,
+    model: Model,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Model {
+    Box(Box<BoxFilter>),
+    Bounce(Box<PartialOcclusion<ManoeuvringBox>>),
+    Center(Box<CenterFilter>),
+    Still(StillBox),
+}
+
+impl Motion {
+    /// The model `params` name, at rest at `bbox`.
+    ///
+    /// # Errors
+    /// When the box is not finite or a noise is out of range.
+    pub fn new(params: MotionParams, bbox: BBox) -> Result<Self> {
+        let model = match params.model {
+            MotionModel::None if bbox.is_finite() => Model::Still(StillBox(bbox)),
+            MotionModel::None => return Err(EstimationError::NotFinite { what: "the box" }),
+            MotionModel::ConstantVelocity => {
+                Model::Box(Box::new(BoxFilter::new(BoxNoise::Relative((&params).into()), bbox)?))
+            }
+            MotionModel::Ball => Model::Box(Box::new(BoxFilter::new(BoxNoise::PerStep(StepBox::ball()), bbox)?)),
+            MotionModel::Bounce => {
+                let filter = ManoeuvringBox::new((&params).into(), bbox)?;
+                Model::Bounce(Box::new(PartialOcclusion::new(filter, (&params.bounce).into())))
+            }
+            _ => Model::Center(Box::new(CenterFilter::new(&params, bbox)?)),
+        };
+        Ok(Self { params, model })
+    }
+
+    /// Its parameters.
+    pub const fn params(&self) -> &MotionParams {
+        &self.params
+    }
+
+    /// Goes on with other parameters from the box believed now; what was known of its velocity is forgotten.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the model is then as before.
+    pub fn change(&mut self, params: MotionParams) -> Result<()> {
+        *self = Self::new(params, self.bbox())?;
+        Ok(())
+    }
+
+    /// Where the box will be `seconds` after `time_s`, the time of the last prediction; 0 or less: where it is now.
+    ///
+    /// # Errors
+    /// When the step cannot be computed.
+    pub fn forecast(&self, time_s: f64, seconds: f64) -> Result<Forecast> {
+        let mut ahead = self.clone();
+        let seconds = if seconds > 0.0 { seconds } else { 0.0 };
+        if seconds > 0.0 {
+            ahead.predict(seconds)?;
+        }
+        Ok(Forecast {
+            time_s: time_s + seconds,
+            bbox: ahead.bbox(),
+            covariance: ahead.covariance(),
+            velocity: ahead.velocity(),
+        })
+    }
+
+    fn filter(&self) -> &dyn MotionFilter {
+        match &self.model {
+            Model::Box(filter) => &**filter,
+            Model::Bounce(filter) => &**filter,
+            Model::Center(filter) => &**filter,
+            Model::Still(filter) => filter,
+        }
+    }
+
+    fn filter_mut(&mut self) -> &mut dyn MotionFilter {
+        match &mut self.model {
+            Model::Box(filter) => &mut **filter,
+            Model::Bounce(filter) => &mut **filter,
+            Model::Center(filter) => &mut **filter,
+            Model::Still(filter) => filter,
+        }
+    }
+}
+
+impl MotionFilter for Motion {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
+        self.filter_mut().predict(dt_s)
+    }
+
+    fn correct(&mut self, sight: &Sight) -> Result<()> {
+        self.filter_mut().correct(sight)
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        self.filter_mut().restart(bbox);
+    }
+
+    fn bbox(&self) -> BBox {
+        self.filter().bbox()
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        self.filter().covariance()
+    }
+
+    fn velocity(&self) -> Option<Velocity> {
+        self.filter().velocity()
+    }
+}
+
+/// The box measured last, expected to stay.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct StillBox(BBox);
+
+impl MotionFilter for StillBox {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
+        Ok(Prior { bbox: self.0, innovation_covariance: None, dt_s })
+    }
+
+    fn correct(&mut self, sight: &Sight) -> Result<()> {
+        if !sight.bbox.is_finite() {
+            return Err(EstimationError::NotFinite { what: "the measured box" });
+        }
+        self.0 = sight.bbox;
+        Ok(())
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        if bbox.is_finite() {
+            self.0 = bbox;
+        }
+    }
+
+    fn bbox(&self) -> BBox {
+        self.0
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        None
+    }
+
+    fn velocity(&self) -> Option<Velocity> {
+        None
+    }
+}
 
 /// Sides below this many pixels are not believed: a filter must not shrink a box to nothing.
 const SMALLEST_SIDE_PX: f64 = 1.0;
@@ -46,3 +239,6 @@ fn box_covariance<const N: usize>(covariance: &SMatrix<f64, N, N>, size: usize) 
 fn extent_px(bbox: &BBox) -> f64 {
     bbox.area().sqrt().max(SMALLEST_SIDE_PX)
 }
+
+#[cfg(test)]
+mod tests;

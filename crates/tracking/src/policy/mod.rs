@@ -1,143 +1,147 @@
-//! Policies that several trackers share: when a target counts as seen, occluded, lost.
+//! Policies: when a target counts as seen, occluded, lost; what is followed; what is learned.
+//!
+//! Three decisions stand apart: what to say (`state`, `score`), whether an unsure measurement moves the box (`follow`), and
+//! whether appearance learns (`learn`).
 
-use crate::{Evidence, Policy, TrackState, Verdict};
+mod params;
+
+pub use params::{PolicyModel, PolicyParams};
+
+use crate::roles::{Measurement, Prior};
+use crate::TrackState;
+use pursuit_geometry::Size;
 use serde::{Deserialize, Serialize};
 
-/// Thresholds of [`ConfidencePolicy`], probabilities in `[0, 1]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ConfidenceThresholds {
-    /// Below this the target counts as occluded.
-    pub occluded_below: f64,
-    /// An occluded target counts as seen again from here.
-    pub seen_from: f64,
-    /// A lost target counts as found again from here.
-    pub found_from: f64,
-    /// Appearance is learned from here.
-    pub learn_from: f64,
-    /// Time counts towards losing an occluded target while the confidence is below this; 1: always.
-    pub lost_below: f64,
-    /// Occluded for longer than this many seconds, the target is lost.
-    pub lost_after_s: f64,
-    /// Most that the score of an occluded target may be.
-    pub occluded_score: f64,
+/// Everything a policy may judge by.
+#[derive(Debug)]
+pub struct Evidence<'a> {
+    /// Size of the frame.
+    pub frame: Size,
+    /// What the motion model expected.
+    pub prior: &'a Prior,
+    /// What was found.
+    pub found: Option<&'a Measurement>,
+    /// The state before this frame.
+    pub state: TrackState,
 }
 
-impl ConfidenceThresholds {
-    /// For confidences that tell well whether a target that is seen is still seen, but less well whether one is seen again.
-    ///
-    /// The score: looks good enough to stay seen, but not to be seen again, are right less often than they would be of a
-    /// target that is seen: in 14 to 47 % of such frames of real sequences, depending on the tracker, where the confidence
-    /// was 41 % on average.
-    pub const CAUTIOUS: Self = Self {
-        occluded_below: 0.4,
-        seen_from: 0.5,
-        found_from: 0.5,
-        learn_from: 0.4,
-        lost_below: 1.0,
-        lost_after_s: 1.0,
-        occluded_score: 0.35,
-    };
+/// A policy's judgement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Verdict {
+    /// The state of this frame. `Tracking` means that the measurement is believed.
+    pub state: TrackState,
+    /// The probability, in `[0, 1]`, that the box reported overlaps the target by one half.
+    pub score: f64,
+    /// Whether a measurement that is not believed moves the box all the same, as the best guess of where the target is.
+    pub follow: bool,
+    /// Whether appearance may learn from this frame; ignored unless `state` is `Tracking`.
+    pub learn: bool,
 }
 
-/// Judges by the localizer's confidence, with hysteresis: easier to stay seen than to be seen again.
-///
-/// Where the target is believed to be stands apart from whether it is seen: an unsure measurement still moves the box while
-/// the target may be there, but the state says `Occluded` and nothing is learned.
+/// Judges whether the target is still seen, by the rule that its parameters name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ConfidencePolicy {
-    thresholds: ConfidenceThresholds,
+pub struct Policy {
+    params: PolicyParams,
+    /// Time that the target has not been seen, in seconds.
     unseen_s: f64,
 }
 
-impl ConfidencePolicy {
-    /// With these thresholds.
-    pub const fn new(thresholds: ConfidenceThresholds) -> Self {
-        Self { thresholds, unseen_s: 0.0 }
+impl Policy {
+    /// A policy at its start.
+    pub const fn new(params: PolicyParams) -> Self {
+        Self { params, unseen_s: 0.0 }
+    }
+
+    /// Its parameters.
+    pub const fn params(&self) -> &PolicyParams {
+        &self.params
+    }
+
+    /// Goes on with other parameters.
+    pub fn change(&mut self, params: PolicyParams) {
+        self.params = params;
+    }
+
+    /// Forgets everything: a new target.
+    pub fn restart(&mut self) {
+        self.unseen_s = 0.0;
+    }
+
+    /// From this probability on a measurement leaves no doubt, so that nobody need look elsewhere.
+    pub const fn sure_from(&self) -> f64 {
+        match self.params.model {
+            PolicyModel::Calibrated | PolicyModel::Gated => self.params.seen_from,
+            PolicyModel::Paper | PolicyModel::Always => 0.0,
+        }
+    }
+
+    /// The judgement of this frame.
+    pub fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict {
+        let confidence = evidence.found.map_or(0.0, |m| m.confidence);
+        if evidence.found.is_some_and(|found| self.believes(found, evidence.state)) {
+            self.unseen_s = 0.0;
+            let learn = match self.params.model {
+                PolicyModel::Calibrated | PolicyModel::Gated => confidence >= self.params.learn_from,
+                PolicyModel::Paper | PolicyModel::Always => true,
+            };
+            return Verdict { state: TrackState::Tracking, score: confidence, follow: true, learn };
+        }
+        self.wait(evidence, confidence);
+        let lost = evidence.state == TrackState::Lost || self.unseen_s > self.params.lost_after_s;
+        let state = if lost && self.params.model != PolicyModel::Always { TrackState::Lost } else { TrackState::Occluded };
+        let score = match (state, self.params.model) {
+            // A lost target's box is where it was long ago: a weak response elsewhere says nothing for it.
+            (TrackState::Lost, _) => 0.0,
+            (_, PolicyModel::Gated) => self.params.occluded_score / (1.0 + spread(evidence.prior)),
+            _ => confidence.min(self.params.occluded_score),
+        };
+        let follow = state == TrackState::Occluded && self.params.model == PolicyModel::Calibrated;
+        Verdict { state, score, follow, learn: false }
+    }
+
+    /// Whether what was found is the target.
+    fn believes(&self, found: &Measurement, state: TrackState) -> bool {
+        let p = &self.params;
+        match p.model {
+            PolicyModel::Always => true,
+            PolicyModel::Paper => found.psr.is_none_or(|psr| psr >= p.psr_from),
+            PolicyModel::Calibrated => {
+                found.confidence
+                    >= match state {
+                        TrackState::Tracking => p.occluded_below,
+                        TrackState::Occluded => p.seen_from,
+                        TrackState::Lost => p.found_from,
+                    }
+            }
+            PolicyModel::Gated => {
+                // Once lost there is no prediction to be near to.
+                let Some(share) = found.gate_share else { return found.confidence >= p.found_from };
+                let (near, far) =
+                    if self.unseen_s == 0.0 { (p.occluded_below, p.seen_from) } else { (p.seen_from, p.far_from) };
+                found.confidence >= near + share.clamp(0.0, 1.0).sqrt() * (far - near).max(0.0)
+            }
+        }
+    }
+
+    /// Counts the time of a frame in which the target was not seen.
+    fn wait(&mut self, evidence: &Evidence<'_>, confidence: f64) {
+        let dt_s = evidence.prior.dt_s;
+        let outside = evidence.prior.bbox.clipped_to(evidence.frame).is_none();
+        self.unseen_s += match self.params.model {
+            PolicyModel::Gated if outside => dt_s * self.params.outside_haste,
+            PolicyModel::Calibrated if confidence >= self.params.lost_below => 0.0,
+            _ => dt_s,
+        };
     }
 }
 
-impl Policy for ConfidencePolicy {
-    fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict {
-        let t = &self.thresholds;
-        let confidence = evidence.found.map_or(0.0, |m| m.confidence);
-        let needed = match evidence.state {
-            TrackState::Tracking => t.occluded_below,
-            TrackState::Occluded => t.seen_from,
-            TrackState::Lost => t.found_from,
-        };
-        if confidence >= needed {
-            self.unseen_s = 0.0;
-            return Verdict { state: TrackState::Tracking, score: confidence, learn: confidence >= t.learn_from };
-        }
-        if confidence < t.lost_below {
-            self.unseen_s += evidence.prior.dt_s;
-        }
-        let lost = evidence.state == TrackState::Lost || self.unseen_s > t.lost_after_s;
-        let state = if lost { TrackState::Lost } else { TrackState::Occluded };
-        // A lost target's box is where it was long ago: a weak response elsewhere says nothing for it.
-        Verdict { state, score: if lost { 0.0 } else { confidence.min(t.occluded_score) }, learn: false }
-    }
-
-    fn follows(&self, state: TrackState) -> bool {
-        state == TrackState::Occluded
-    }
-
-    fn restart(&mut self) {
-        self.unseen_s = 0.0;
-    }
+/// How far the expectation may be off, in half sides of the box: coasting loses its worth as that grows.
+fn spread(prior: &Prior) -> f64 {
+    prior.innovation_covariance.map_or(1.0, |s| {
+        let half = prior.bbox.area().sqrt() / 2.0;
+        ((s[(0, 0)] + s[(1, 1)]) / 2.0).max(0.0).sqrt() / half.max(1.0)
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Diagnostics, Measurement, Prior, Search};
-    use pursuit_geometry::BBox;
-    use pursuit_imaging::{Frame, Image, Pixels};
-
-    fn judge(policy: &mut ConfidencePolicy, state: TrackState, confidence: f64) -> Verdict {
-        let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 4, 7).unwrap()));
-        let bbox = BBox::from_ltwh(0.0, 0.0, 4.0, 4.0);
-        let prior = Prior { bbox, innovation_covariance: None, dt_s: 0.1 };
-        let search = Search { expected: bbox, region: bbox, gate: None, wide: state == TrackState::Lost };
-        let found = Measurement { bbox, confidence, sigma_px: None, diagnostics: Diagnostics::default() };
-        policy.judge(&Evidence { frame: &frame, prior: &prior, search: &search, found: Some(&found), state })
-    }
-
-    #[test]
-    fn seen_occluded_lost_and_found() {
-        let thresholds = ConfidenceThresholds {
-            occluded_below: 0.2,
-            seen_from: 0.3,
-            found_from: 0.6,
-            learn_from: 0.25,
-            lost_below: 0.3,
-            lost_after_s: 0.15,
-            occluded_score: 0.15,
-        };
-        let mut policy = ConfidencePolicy::new(thresholds);
-        let seen = judge(&mut policy, TrackState::Tracking, 0.22);
-        assert_eq!((seen.state, seen.learn), (TrackState::Tracking, false));
-        assert!(judge(&mut policy, TrackState::Tracking, 0.9).learn);
-        assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded);
-        assert_eq!(judge(&mut policy, TrackState::Occluded, 0.29).state, TrackState::Lost);
-        let lost = judge(&mut policy, TrackState::Lost, 0.5);
-        assert!(lost.state == TrackState::Lost && lost.score == 0.0 && !lost.learn);
-        assert_eq!(judge(&mut policy, TrackState::Lost, 0.7).state, TrackState::Tracking);
-        assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded);
-        assert!(policy.follows(TrackState::Occluded) && !policy.follows(TrackState::Lost));
-    }
-
-    #[test]
-    fn a_target_that_may_be_there_is_not_given_up() {
-        let thresholds = ConfidenceThresholds { lost_below: 0.1, lost_after_s: 0.15, ..ConfidenceThresholds::CAUTIOUS };
-        let mut policy = ConfidencePolicy::new(thresholds);
-        let mut state = TrackState::Tracking;
-        for _ in 0..10 {
-            let verdict = judge(&mut policy, state, 0.39);
-            assert_eq!((verdict.state, verdict.score, verdict.learn), (TrackState::Occluded, 0.35, false));
-            state = verdict.state;
-        }
-        assert_eq!(judge(&mut policy, state, 0.05).state, TrackState::Occluded);
-        assert_eq!(judge(&mut policy, state, 0.05).state, TrackState::Lost);
-    }
-}
+mod tests;

@@ -1,9 +1,9 @@
-use super::{Failure, box_covariance, box_of, extent_px, measured};
-use crate::roles::{Measurement, MotionFilter, Prior};
-use crate::{BoxCovariance, Result};
+use super::{MotionFilter, MotionParams, Sight, box_covariance, box_of, extent_px, measured};
+use crate::roles::Prior;
+use crate::{BoxCovariance, Velocity};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::motion::{PhysicalBox, StepBox};
-use pursuit_estimation::{EstimationError, Gaussian, LinearMeasurement, MotionModel, Transition};
+use pursuit_estimation::{Gaussian, LinearMeasurement, MotionModel, Result, Transition};
 use pursuit_geometry::BBox;
 use serde::{Deserialize, Serialize};
 
@@ -45,15 +45,19 @@ pub struct RelativeNoise {
     pub measurement: MeasurementNoise,
 }
 
-impl RelativeNoise {
-    /// For trackers that measure the centre to a few hundredths of the box: changes of velocity of about one extent per
-    /// second, each second ten times over.
-    pub const fn agile() -> Self {
+impl From<&MotionParams> for MeasurementNoise {
+    fn from(p: &MotionParams) -> Self {
+        Self { position: p.position_noise, size: p.size_noise, floor_px: p.noise_floor_px }
+    }
+}
+
+impl From<&MotionParams> for RelativeNoise {
+    fn from(p: &MotionParams) -> Self {
         Self {
-            acceleration: 100.0,
-            size_change: 0.3,
-            start_speed: 5.0,
-            measurement: MeasurementNoise { position: 0.03, size: 0.05, floor_px: 0.3 },
+            acceleration: p.acceleration,
+            size_change: p.size_change,
+            start_speed: p.start_speed,
+            measurement: p.into(),
         }
     }
 }
@@ -80,7 +84,7 @@ impl BoxFilter {
     ///
     /// # Errors
     /// When the box is not finite or a noise is out of range.
-    pub fn new(noise: BoxNoise, bbox: BBox) -> Result<Self, EstimationError> {
+    pub fn new(noise: BoxNoise, bbox: BBox) -> Result<Self> {
         Ok(Self { noise, belief: start(&noise, bbox)? })
     }
 
@@ -89,7 +93,7 @@ impl BoxFilter {
         &self.belief
     }
 
-    fn transition(&self, dt_s: f64) -> Result<Transition<6>, EstimationError> {
+    fn transition(&self, dt_s: f64) -> Result<Transition<6>> {
         match &self.noise {
             BoxNoise::PerStep(model) => model.over(dt_s),
             BoxNoise::Relative(noise) => {
@@ -103,7 +107,7 @@ impl BoxFilter {
         }
     }
 
-    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>, EstimationError> {
+    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>> {
         match &self.noise {
             BoxNoise::PerStep(model) => model.measurement(),
             BoxNoise::Relative(noise) => {
@@ -114,7 +118,7 @@ impl BoxFilter {
     }
 }
 
-fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>, EstimationError> {
+fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
     let z = measured(&bbox);
     let mean = SVector::from([z[0], z[1], 0.0, 0.0, z[2], z[3]]);
     let variances = match noise {
@@ -131,7 +135,7 @@ fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>, EstimationError> {
 }
 
 impl MotionFilter for BoxFilter {
-    fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
         let belief = self.belief.predicted(&self.transition(dt_s)?)?;
         self.belief = belief;
         let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
@@ -139,9 +143,9 @@ impl MotionFilter for BoxFilter {
         Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
     }
 
-    fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
-        let sensor = self.sensor(measurement.sigma_px)?;
-        self.belief.update(&sensor, &measured(&measurement.bbox))?;
+    fn correct(&mut self, sight: &Sight) -> Result<()> {
+        let sensor = self.sensor(sight.sigma_px)?;
+        self.belief.update(&sensor, &measured(&sight.bbox))?;
         Ok(())
     }
 
@@ -158,5 +162,10 @@ impl MotionFilter for BoxFilter {
 
     fn covariance(&self) -> Option<BoxCovariance> {
         Some(box_covariance(self.belief.covariance(), SIZE))
+    }
+
+    fn velocity(&self) -> Option<Velocity> {
+        let mean = self.belief.mean();
+        Some(Velocity { x: mean[2], y: mean[3] })
     }
 }

@@ -1,9 +1,9 @@
-use super::box_filter::MeasurementNoise;
-use super::{Failure, box_covariance, box_of, extent_px, measured};
-use crate::roles::{Measurement, MotionFilter, Prior};
-use crate::{BoxCovariance, Result};
+use super::constant_velocity::MeasurementNoise;
+use super::{MotionFilter, MotionParams, Sight, box_covariance, box_of, extent_px, measured};
+use crate::roles::Prior;
+use crate::{BoxCovariance, Velocity};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
-use pursuit_estimation::{EstimationError, Gaussian, Imm, LinearMeasurement, Switching, Transition};
+use pursuit_estimation::{Gaussian, Imm, LinearMeasurement, Result, Switching, Transition};
 use pursuit_geometry::BBox;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,10 @@ pub struct ManoeuvreNoise {
     pub between_jumps_s: f64,
     /// Mean duration of steady motion and of flight, in seconds; > 0.
     pub sojourn_s: f64,
+    /// Probability that flight, not steady motion, follows a jump.
+    pub flight_after_jump: f64,
+    /// Probabilities of flight and of a jump at the start.
+    pub at_start: (f64, f64),
     /// Growth of the standard deviation of the size, in extents per √s; ≥ 0.
     pub size_change: f64,
     /// Standard deviation of the velocity at the start, in extents/s; > 0.
@@ -42,18 +46,27 @@ pub struct ManoeuvreNoise {
 
 impl ManoeuvreNoise {
     /// For balls: thrown, rolled, bounced and carried.
-    pub const fn ball() -> Self {
+    pub fn ball() -> Self {
+        (&MotionParams::ball()).into()
+    }
+}
+
+impl From<&MotionParams> for ManoeuvreNoise {
+    fn from(p: &MotionParams) -> Self {
+        let b = &p.bounce;
         Self {
-            steady_acceleration: 0.01,
-            flight_jerk: 2500.0,
-            flight_acceleration: 100.0,
-            jump_speed: 3.0,
-            jump_of_speed: 1.0,
-            between_jumps_s: 1.0,
-            sojourn_s: 1.5,
-            size_change: 0.1,
-            start_speed: 10.0,
-            measurement: MeasurementNoise { position: 0.008, size: 0.02, floor_px: 0.2 },
+            steady_acceleration: b.steady_acceleration,
+            flight_jerk: b.flight_jerk,
+            flight_acceleration: b.flight_acceleration,
+            jump_speed: b.jump_speed,
+            jump_of_speed: b.jump_of_speed,
+            between_jumps_s: b.between_jumps_s,
+            sojourn_s: b.sojourn_s,
+            flight_after_jump: b.flight_after_jump,
+            at_start: (b.flight_at_start, b.jump_at_start),
+            size_change: p.size_change,
+            start_speed: p.start_speed,
+            measurement: p.into(),
         }
     }
 }
@@ -76,7 +89,7 @@ impl ManoeuvringBox {
     ///
     /// # Errors
     /// When the box is not finite or a noise is out of range.
-    pub fn new(noise: ManoeuvreNoise, bbox: BBox) -> Result<Self, EstimationError> {
+    pub fn new(noise: ManoeuvreNoise, bbox: BBox) -> Result<Self> {
         Ok(Self { noise, models: start(&noise, bbox)?, measured: true })
     }
 
@@ -90,7 +103,7 @@ impl ManoeuvringBox {
         (*self.models.probabilities()).into()
     }
 
-    fn transitions(&self, dt: f64) -> Result<[Transition<STATES>; MODES], EstimationError> {
+    fn transitions(&self, dt: f64) -> Result<[Transition<STATES>; MODES]> {
         let noise = &self.noise;
         let state = self.models.combined();
         let mean = state.mean();
@@ -156,11 +169,11 @@ impl ManoeuvringBox {
         Ok([whole(&steady_f, &steady)?, whole(&flight_f, &flight)?, whole(&flight_f, &jump)?])
     }
 
-    fn switching(&self, dt_s: f64) -> Result<Switching<MODES>, EstimationError> {
+    fn switching(&self, dt_s: f64) -> Result<Switching<MODES>> {
         let jump = 1.0 - (-dt_s / self.noise.between_jumps_s).exp();
         let change = (1.0 - (-dt_s / self.noise.sojourn_s).exp()) / 2.0;
         let stay = 1.0 - change;
-        // A jump is over within its step; flight follows it more often than not.
+        // A jump is over within its step.
         Switching::per_step(Matrix3::new(
             (1.0 - jump) * stay,
             (1.0 - jump) * change,
@@ -168,19 +181,19 @@ impl ManoeuvringBox {
             (1.0 - jump) * change,
             (1.0 - jump) * stay,
             jump,
-            (1.0 - jump) * 0.3,
-            (1.0 - jump) * 0.7,
+            (1.0 - jump) * (1.0 - self.noise.flight_after_jump),
+            (1.0 - jump) * self.noise.flight_after_jump,
             jump,
         ))
     }
 
-    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, STATES>, EstimationError> {
+    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, STATES>> {
         let (p, s) = self.noise.measurement.variances(extent_px(&self.bbox()), sigma_px);
         LinearMeasurement::select([0, 1, SIZE, SIZE + 1], [p, p, s, s])
     }
 }
 
-fn start(noise: &ManoeuvreNoise, bbox: BBox) -> Result<Imm<STATES, MODES>, EstimationError> {
+fn start(noise: &ManoeuvreNoise, bbox: BBox) -> Result<Imm<STATES, MODES>> {
     let extent = extent_px(&bbox);
     let z = measured(&bbox);
     let (position, size) = noise.measurement.variances(extent, None);
@@ -190,11 +203,12 @@ fn start(noise: &ManoeuvreNoise, bbox: BBox) -> Result<Imm<STATES, MODES>, Estim
         SVector::from([z[0], z[1], 0.0, 0.0, 0.0, 0.0, z[2], z[3]]),
         SVector::from([position, position, velocity, velocity, acceleration, acceleration, size, size]),
     )?;
-    Imm::new(belief, [0.5, 0.4, 0.1])
+    let (flight, jump) = noise.at_start;
+    Imm::new(belief, [1.0 - flight - jump, flight, jump])
 }
 
 impl MotionFilter for ManoeuvringBox {
-    fn predict(&mut self, dt_s: f64) -> Result<Prior, Failure> {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
         let (transitions, switching) = (self.transitions(dt_s)?, self.switching(dt_s)?);
         self.models.predict(&transitions, &switching)?;
         // Right after a measurement the gate must let pass what a jump can do, however unlikely a jump is. In a long
@@ -207,9 +221,9 @@ impl MotionFilter for ManoeuvringBox {
         Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
     }
 
-    fn correct(&mut self, measurement: &Measurement) -> Result<(), Failure> {
-        let sensor = self.sensor(measurement.sigma_px)?;
-        self.models.update(&sensor, &measured(&measurement.bbox))?;
+    fn correct(&mut self, sight: &Sight) -> Result<()> {
+        let sensor = self.sensor(sight.sigma_px)?;
+        self.models.update(&sensor, &measured(&sight.bbox))?;
         self.measured = true;
         Ok(())
     }
@@ -228,5 +242,10 @@ impl MotionFilter for ManoeuvringBox {
 
     fn covariance(&self) -> Option<BoxCovariance> {
         Some(box_covariance(self.models.combined().covariance(), SIZE))
+    }
+
+    fn velocity(&self) -> Option<Velocity> {
+        let belief = self.models.combined();
+        Some(Velocity { x: belief.mean()[2], y: belief.mean()[3] })
     }
 }

@@ -1,0 +1,5 @@
+//! Many targets at once.
+
+mod independent;
+
+pub use independent::{TargetId, TargetSet};

@@ -1,0 +1,215 @@
+//! Motion models of the centre, beside a size that changes slowly: the box is measured, the model moves its middle.
+
+use super::constant_velocity::MeasurementNoise;
+use super::{MotionFilter, MotionModel, MotionParams, SMALLEST_SIDE_PX, Sight, extent_px};
+use crate::roles::Prior;
+use crate::{BoxCovariance, Velocity};
+use nalgebra::{Matrix2, SMatrix, SVector};
+use pursuit_estimation::motion::{
+    ConstantAcceleration, ConstantVelocity, CoordinatedTurn, CurrentStatistical, KnownTurn, Singer,
+};
+use pursuit_estimation::{
+    Gaussian, Imm, LinearMeasurement, MotionModel as Model, Result, Switching, Transition,
+};
+use pursuit_geometry::{BBox, Point};
+use serde::{Deserialize, Serialize};
+
+/// Modes of the interacting models: quiet, agile, turning clockwise, turning counter-clockwise.
+const MODES: usize = 4;
+
+/// A box whose centre moves by one of several models; its width and height are random walks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CenterFilter {
+    params: MotionParams,
+    center: Center,
+    /// Width and height.
+    size: Gaussian<2>,
+}
+
+/// The belief about the centre; states are ordered by derivative and then by axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Center {
+    /// `[x, y, vx, vy, ax, ay]`: constant acceleration, Singer, current statistical.
+    Acceleration(Gaussian<6>),
+    /// `[x, y, vx, vy, ω]`.
+    Turn(Gaussian<5>),
+    /// `[x, y, vx, vy]`, four modes.
+    Modes(Imm<4, MODES>),
+}
+
+impl CenterFilter {
+    /// The model that `params` name, at rest at `bbox`.
+    ///
+    /// # Errors
+    /// When the box is not finite or a noise is out of range.
+    pub fn new(params: &MotionParams, bbox: BBox) -> Result<Self> {
+        let extent = extent_px(&bbox);
+        let (position, size) = MeasurementNoise::from(params).variances(extent, None);
+        let size = Gaussian::from_variances(SVector::from([bbox.width(), bbox.height()]), SVector::repeat(size))?;
+        let (x, y) = (bbox.center().x, bbox.center().y);
+        let velocity = (params.start_speed * extent).powi(2);
+        let acceleration = (params.largest_acceleration * extent).powi(2);
+        let center = match params.model {
+            MotionModel::CoordinatedTurn => Center::Turn(Gaussian::from_variances(
+                SVector::from([x, y, 0.0, 0.0, 0.0]),
+                SVector::from([position, position, velocity, velocity, params.turn_rate.powi(2)]),
+            )?),
+            MotionModel::Imm => {
+                let belief = Gaussian::from_variances(
+                    SVector::from([x, y, 0.0, 0.0]),
+                    SVector::from([position, position, velocity, velocity]),
+                )?;
+                Center::Modes(Imm::new(belief, [1.0 / MODES as f64; MODES])?)
+            }
+            _ => Center::Acceleration(Gaussian::from_variances(
+                SVector::from([x, y, 0.0, 0.0, 0.0, 0.0]),
+                SVector::from([position, position, velocity, velocity, acceleration, acceleration]),
+            )?),
+        };
+        Ok(Self { params: params.clone(), center, size })
+    }
+
+    /// The centre after `dt_s` seconds.
+    fn advanced(&self, dt_s: f64) -> Result<Center> {
+        let (p, extent) = (&self.params, extent_px(&self.bbox()));
+        let density = p.acceleration * extent * extent;
+        Ok(match &self.center {
+            Center::Acceleration(belief) => {
+                let rate_per_s = 1.0 / p.manoeuvre_s;
+                let largest = p.largest_acceleration * extent;
+                let transition = match p.model {
+                    MotionModel::Singer => {
+                        // Singer's own prior with accelerations uniform up to the largest: σ² = a²/3.
+                        Singer::<2>::from_prior(rate_per_s, largest, 0.0, 0.0).over(dt_s)?
+                    }
+                    MotionModel::CurrentStatistical => {
+                        CurrentStatistical::<2> { rate_per_s, max_acceleration: largest }
+                            .over_from(belief.mean(), dt_s)?
+                    }
+                    _ => ConstantAcceleration::<2>::white(p.jerk * extent * extent).over(dt_s)?,
+                };
+                Center::Acceleration(belief.predicted(&transition)?)
+            }
+            Center::Turn(belief) => {
+                let mut belief = *belief;
+                let model = CoordinatedTurn { acceleration_density: density, turn_density: p.turn_change };
+                belief.predict_extended(&model, dt_s)?;
+                Center::Turn(belief)
+            }
+            Center::Modes(modes) => {
+                let mut modes = *modes;
+                let turn = |rate_rad_per_s| {
+                    KnownTurn { rate_rad_per_s, acceleration_density: density * p.quiet_share }.over(dt_s)
+                };
+                let transitions: [Transition<4>; MODES] = [
+                    ConstantVelocity::<2>::white(density * p.quiet_share).over(dt_s)?,
+                    ConstantVelocity::<2>::white(density).over(dt_s)?,
+                    turn(p.turn_rate)?,
+                    turn(-p.turn_rate)?,
+                ];
+                modes.predict(&transitions, &switching(p.sojourn_s, dt_s)?)?;
+                Center::Modes(modes)
+            }
+        })
+    }
+
+    /// Mean and covariance of position, and the velocity.
+    fn state(&self) -> (Point, Matrix2<f64>, Velocity) {
+        fn parts<const N: usize>(belief: &Gaussian<N>) -> (Point, Matrix2<f64>, Velocity) {
+            let (mean, covariance) = (belief.mean(), belief.covariance());
+            let covariance = Matrix2::from_fn(|i, j| covariance[(i, j)]);
+            (Point::new(mean[0], mean[1]), covariance, Velocity { x: mean[2], y: mean[3] })
+        }
+        match &self.center {
+            Center::Acceleration(belief) => parts(belief),
+            Center::Turn(belief) => parts(belief),
+            Center::Modes(modes) => parts(&modes.combined()),
+        }
+    }
+
+    /// Covariance of centre and size, each with some variance added.
+    fn spread(&self, position: f64, size: f64) -> BoxCovariance {
+        let (_, center, _) = self.state();
+        let sides = self.size.covariance();
+        BoxCovariance::from_fn(|i, j| {
+            let own = match (i, j) {
+                (0 | 1, 0 | 1) => center[(i, j)],
+                (2 | 3, 2 | 3) => sides[(i - 2, j - 2)],
+                _ => 0.0,
+            };
+            let added = if i < 2 { position } else { size };
+            if i == j { own + added } else { own }
+        })
+    }
+}
+
+/// Every mode lasts `sojourn_s` on average and gives way to any other alike.
+fn switching(sojourn_s: f64, dt_s: f64) -> Result<Switching<MODES>> {
+    let leave = -(-dt_s / sojourn_s).exp_m1();
+    let to = leave / (MODES - 1) as f64;
+    Switching::per_step(SMatrix::from_fn(|i, j| if i == j { 1.0 - leave } else { to }))
+}
+
+/// Corrects by a measured position.
+fn corrected<const N: usize>(belief: &Gaussian<N>, at: Point, variance: f64) -> Result<Gaussian<N>> {
+    let mut belief = *belief;
+    let sensor = LinearMeasurement::<2, N>::select([0, 1], [variance, variance])?;
+    belief.update(&sensor, &SVector::from([at.x, at.y]))?;
+    Ok(belief)
+}
+
+impl MotionFilter for CenterFilter {
+    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
+        let center = self.advanced(dt_s)?;
+        let extent = extent_px(&self.bbox());
+        let growth = (self.params.size_change * extent).powi(2) * dt_s;
+        let walk = Transition::new(SMatrix::identity(), SMatrix::identity() * growth)?;
+        let size = self.size.predicted(&walk)?;
+        (self.center, self.size) = (center, size);
+        let bbox = self.bbox();
+        let (position, size) = MeasurementNoise::from(&self.params).variances(extent_px(&bbox), None);
+        Ok(Prior { bbox, innovation_covariance: Some(self.spread(position, size)), dt_s })
+    }
+
+    fn correct(&mut self, sight: &Sight) -> Result<()> {
+        let extent = extent_px(&self.bbox());
+        let (position, size) = MeasurementNoise::from(&self.params).variances(extent, sight.sigma_px);
+        let at = sight.bbox.center();
+        let center = match &self.center {
+            Center::Acceleration(belief) => Center::Acceleration(corrected(belief, at, position)?),
+            Center::Turn(belief) => Center::Turn(corrected(belief, at, position)?),
+            Center::Modes(modes) => {
+                let mut modes = *modes;
+                let sensor = LinearMeasurement::<2, 4>::select([0, 1], [position, position])?;
+                modes.update(&sensor, &SVector::from([at.x, at.y]))?;
+                Center::Modes(modes)
+            }
+        };
+        let mut sides = self.size;
+        let sensor = LinearMeasurement::<2, 2>::select([0, 1], [size, size])?;
+        sides.update(&sensor, &SVector::from([sight.bbox.width(), sight.bbox.height()]))?;
+        (self.center, self.size) = (center, sides);
+        Ok(())
+    }
+
+    fn restart(&mut self, bbox: BBox) {
+        // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
+        if let Ok(filter) = Self::new(&self.params, bbox) {
+            *self = filter;
+        }
+    }
+
+    fn bbox(&self) -> BBox {
+        let (center, ..) = self.state();
+        let side = |i: usize| self.size.mean()[i].max(SMALLEST_SIDE_PX);
+        BBox::from_center_size(center, side(0), side(1))
+    }
+
+    fn covariance(&self) -> Option<BoxCovariance> {
+        Some(self.spread(0.0, 0.0))
+    }
+
+    fn velocity(&self) -> Option<Velocity> {
+        Some(self.state().2)
+    }
+}

@@ -1,0 +1,252 @@
+//! Where to look: near the prediction, elsewhere while unsure, all over the frame once the target is lost.
+
+mod params;
+
+pub use params::{SearchModel, SearchParams};
+
+use crate::roles::{Gate, Look, Measurement, Prior, Search, ViewSize};
+use crate::{BoxCovariance, TrackState};
+use pursuit_geometry::{BBox, Point, Size};
+use serde::{Deserialize, Serialize};
+
+/// Most columns, and most rows, of the grid of windows that a sweep over the frame goes through.
+const MOST_LINES: usize = 64;
+
+/// What a proposer goes by.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// Size of the frame.
+    pub frame: Size,
+    /// What the motion model expects.
+    pub prior: &'a Prior,
+    /// The state before this frame.
+    pub state: TrackState,
+    /// How much one look of the localizer takes in; `None`: any region at once.
+    pub view: Option<ViewSize>,
+    /// From this probability on nobody need look elsewhere.
+    pub sure_from: f64,
+}
+
+/// A measurement and the search that led to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Where was looked.
+    pub search: Search,
+    /// What was seen there.
+    pub measurement: Measurement,
+}
+
+/// Proposes where to look, a round of searches at a time, until enough has been seen of a frame.
+///
+/// It owns everything that is believed about the whole frame: where the target was seen last, how sure that was, and how
+/// far the sweep over the frame has come.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Proposer {
+    params: SearchParams,
+    /// Where the target was seen last, believed or not.
+    last: (f64, f64),
+    /// Probability of what was seen near the prediction last.
+    latest: f64,
+    /// The window of the sweep looked at last.
+    cursor: usize,
+    #[serde(skip)]
+    progress: Progress,
+}
+
+/// How far the search of one frame has come; not state.
+#[derive(Debug, Clone, Default)]
+struct Progress {
+    round: Round,
+    near: Option<Found>,
+    swept: Option<Found>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Round {
+    /// Nothing has been looked at.
+    #[default]
+    First,
+    /// Near the prediction.
+    Near,
+    /// At some windows over the frame.
+    Sweep,
+    /// Again, centred on the best of them.
+    Centred,
+    /// Enough has been seen.
+    Done,
+}
+
+impl Proposer {
+    /// A proposer for a target that is at `bbox` now.
+    pub fn new(params: SearchParams, bbox: &BBox) -> Self {
+        let mut proposer = Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, progress: Progress::default() };
+        proposer.settle(bbox);
+        proposer
+    }
+
+    /// Its parameters.
+    pub const fn params(&self) -> &SearchParams {
+        &self.params
+    }
+
+    /// Goes on with other parameters.
+    pub fn change(&mut self, params: SearchParams) {
+        self.params = params;
+    }
+
+    /// Forgets everything: a new target at `bbox`.
+    pub fn restart(&mut self, bbox: &BBox) {
+        *self = Self::new(self.params.clone(), bbox);
+    }
+
+    /// Remembers where the target was seen.
+    pub fn settle(&mut self, bbox: &BBox) {
+        self.last = (bbox.center().x, bbox.center().y);
+    }
+
+    /// The part of the frame in which the target moves on; what is found outside of it came from elsewhere.
+    pub fn neighbourhood(&self, situation: &Situation<'_>) -> BBox {
+        match self.gate(situation) {
+            Some(gate) => self.gate_region(&situation.prior.bbox, &gate),
+            None => situation.prior.bbox.scaled(self.params.reach),
+        }
+    }
+
+    /// A new frame: the next call of [`propose`](Self::propose) is its first round.
+    pub fn begin(&mut self) {
+        self.progress = Progress::default();
+    }
+
+    /// The next round of searches, into `searches`; none: enough has been seen.
+    pub fn propose(&mut self, situation: &Situation<'_>, searches: &mut Vec<Search>) {
+        searches.clear();
+        self.progress.round = match self.progress.round {
+            Round::First if self.is_wide(situation.state) => self.sweep(situation, self.params.wide_windows, searches),
+            Round::First => {
+                searches.push(self.near(situation));
+                Round::Near
+            }
+            Round::Near if self.is_unsure(situation.sure_from) => {
+                self.sweep(situation, self.params.side_windows, searches)
+            }
+            Round::Sweep => self.centre(situation, searches),
+            Round::Near | Round::Centred | Round::Done => Round::Done,
+        };
+    }
+
+    /// Takes the best measurement of the round proposed last.
+    pub fn take(&mut self, best: Option<Found>) {
+        match self.progress.round {
+            Round::Near => self.progress.near = best,
+            Round::Sweep | Round::Centred => self.progress.swept = best,
+            Round::First | Round::Done => {}
+        }
+    }
+
+    /// What was found in this frame, after the last round. While the target is followed, what is seen elsewhere counts only
+    /// if there is no doubt about it.
+    pub fn finish(&mut self, situation: &Situation<'_>) -> Option<Found> {
+        let Progress { near, swept, .. } = std::mem::take(&mut self.progress);
+        let found = if self.is_wide(situation.state) {
+            swept
+        } else {
+            let found = swept.filter(|s| s.measurement.confidence >= situation.sure_from).or(near);
+            if let Some(found) = &found {
+                self.latest = found.measurement.confidence;
+            }
+            found
+        };
+        if let Some(found) = &found {
+            self.settle(&found.measurement.bbox);
+        }
+        found
+    }
+
+    fn is_wide(&self, state: TrackState) -> bool {
+        state == TrackState::Lost && self.params.model != SearchModel::Near
+    }
+
+    /// Whether the target that was seen near the prediction, now and in the frame before, may be another.
+    fn is_unsure(&self, sure_from: f64) -> bool {
+        let near = self.progress.near.as_ref().map(|f| f.measurement.confidence);
+        near.is_some_and(|near| near < sure_from && self.latest < sure_from)
+    }
+
+    /// The look about the place where the target is expected.
+    fn near(&self, situation: &Situation<'_>) -> Search {
+        let (expected, gain) = (situation.prior.bbox, self.params.prediction_gain);
+        let (x, y) = (expected.center().x, expected.center().y);
+        // A gain of one is the prediction itself, to the last bit.
+        let towards = |last: f64, predicted: f64| if gain == 1.0 { predicted } else { last + gain * (predicted - last) };
+        let expected = expected.centered_at(Point::new(towards(self.last.0, x), towards(self.last.1, y)));
+        Search {
+            expected,
+            region: self.neighbourhood(situation),
+            gate: self.gate(situation).or_else(|| {
+                let chi2 = self.params.gate_chi2;
+                situation.prior.innovation_covariance.map(|covariance| Gate { covariance, chi2 })
+            }),
+            look: Look::Near,
+        }
+    }
+
+    /// The gate of the search model of that name.
+    fn gate(&self, situation: &Situation<'_>) -> Option<Gate> {
+        let p = &self.params;
+        if p.model != SearchModel::Gate || situation.state == TrackState::Lost {
+            return None;
+        }
+        let covariance = situation.prior.innovation_covariance?;
+        let slack = p.gate_slack * situation.prior.bbox.area().sqrt();
+        let shrunk = if situation.state == TrackState::Occluded { covariance * p.gate_unseen } else { covariance };
+        Some(Gate { covariance: shrunk + BoxCovariance::identity() * (slack * slack), chi2: p.gate_chi2 })
+    }
+
+    /// Where the gate reaches, and the margin about it.
+    fn gate_region(&self, expected: &BBox, gate: &Gate) -> BBox {
+        let margin = self.params.gate_margin * expected.area().sqrt();
+        let reach = |axis: usize| (gate.chi2 * gate.covariance[(axis, axis)].max(0.0)).sqrt() + margin;
+        BBox::from_center_size(
+            expected.center(),
+            expected.width() + 2.0 * reach(0),
+            expected.height() + 2.0 * reach(1),
+        )
+    }
+
+    /// The next `windows` windows of the sweep over the frame.
+    fn sweep(&mut self, situation: &Situation<'_>, windows: usize, searches: &mut Vec<Search>) -> Round {
+        let (bounds, expected) = (situation.frame.bounds(), situation.prior.bbox);
+        let Some(view) = situation.view else {
+            searches.push(Search { expected, region: bounds, gate: None, look: Look::Sweep });
+            return Round::Centred;
+        };
+        // Windows overlap by half: what lies near the edge of one is weakened by the localizer's own window.
+        let lines = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, MOST_LINES);
+        let (columns, rows) = (lines(bounds.width(), view.width), lines(bounds.height(), view.height));
+        for _ in 0..windows.min(columns * rows) {
+            self.cursor = (self.cursor + 1) % (columns * rows);
+            let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+            let center = Point::new(
+                bounds.left() + share(self.cursor % columns, columns) * bounds.width(),
+                bounds.top() + share(self.cursor / columns, rows) * bounds.height(),
+            );
+            let region = BBox::from_center_size(center, view.width, view.height);
+            searches.push(Search { expected: expected.centered_at(center), region, gate: None, look: Look::Sweep });
+        }
+        Round::Sweep
+    }
+
+    /// A second look, centred on the best of the sweep.
+    fn centre(&self, situation: &Situation<'_>, searches: &mut Vec<Search>) -> Round {
+        if let (Some(best), Some(view)) = (&self.progress.swept, situation.view) {
+            let center = best.measurement.bbox.center();
+            let region = BBox::from_center_size(center, view.width, view.height);
+            let expected = situation.prior.bbox.centered_at(center);
+            searches.push(Search { expected, region, gate: None, look: Look::Centred });
+        }
+        Round::Centred
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,40 @@
+//! The group `[search]`.
+
+
+crate::choices! {
+    /// Where the loop looks.
+    pub enum SearchModel {
+        /// Near the prediction, always.
+        Near = "near",
+        /// Near the prediction, and all over the frame once the target is lost.
+        NearThenWide = "near-then-wide",
+        /// In the gate of the innovation covariance, and all over the frame once the target is lost.
+        Gate = "gate",
+    }
+}
+
+crate::parameters! {
+    /// Where the loop looks.
+    pub struct SearchParams {
+        /// The rule.
+        pub model: SearchModel = SearchModel::NearThenWide, source "ours";
+        /// How far the predicted motion moves the search: 0 looks where the target was, 1 where it is predicted.
+        pub prediction_gain: f64 = 1.0, in 0.0..=1.0, source "ours";
+        /// Side of the region about the prediction in which the target moves on; what is found outside came from elsewhere.
+        pub reach: f64 = 2.5, in 1.0..=20.0, unit "target sizes", source "ours";
+        /// Windows looked at per frame while searching all over.
+        pub wide_windows: usize = 8, in 1..=1000, source "ours";
+        /// Windows looked at elsewhere per frame while unsure of what is followed.
+        pub side_windows: usize = 0, in 0..=1000, source "ours";
+        /// Of `gate`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
+        /// freedom; 13.8 is its 99.9 % quantile).
+        pub gate_chi2: f64 = 13.8, in above(0.0), source "ours";
+        /// Of `gate`: standard deviation added to the gate, for what blur and shadow do to a measured centre.
+        pub gate_slack: f64 = 0.35, in 0.0..=10.0, unit "target sizes", source "ours";
+        /// Of `gate`: looked at on every side beyond the gate.
+        pub gate_margin: f64 = 1.0, in 0.0..=10.0, unit "target sizes", source "ours";
+        /// Of `gate`: what the gate's covariance is multiplied by while the target is coasted. A hidden target may bounce
+        /// behind what hides it, but far more often what shows up far away is something else.
+        pub gate_unseen: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+    }
+}

@@ -1,0 +1,145 @@
+use super::*;
+
+const FRAME: Size = Size::new(200, 100);
+
+fn prior() -> Prior {
+    Prior {
+        bbox: BBox::from_center_size(Point::new(60.0, 40.0), 20.0, 20.0),
+        innovation_covariance: Some(BoxCovariance::from_diagonal(&nalgebra::Vector4::new(9.0, 4.0, 1.0, 1.0))),
+        dt_s: 0.04,
+    }
+}
+
+fn situation(prior: &Prior, state: TrackState) -> Situation<'_> {
+    Situation { frame: FRAME, prior, state, view: Some(ViewSize { width: 100.0, height: 50.0 }), sure_from: 0.8 }
+}
+
+fn proposer(params: SearchParams) -> Proposer {
+    Proposer::new(params, &BBox::from_center_size(Point::new(50.0, 40.0), 20.0, 20.0))
+}
+
+/// Goes through all rounds; `answer` says the confidence of what a search finds at its centre.
+fn run(
+    proposer: &mut Proposer,
+    situation: &Situation<'_>,
+    answer: impl Fn(&Search) -> Option<f64>,
+) -> (Vec<(Look, f64, f64)>, Option<Found>) {
+    let (mut searches, mut looks) = (Vec::new(), Vec::new());
+    proposer.begin();
+    loop {
+        proposer.propose(situation, &mut searches);
+        if searches.is_empty() {
+            return (looks, proposer.finish(situation));
+        }
+        looks.extend(searches.iter().map(|s| (s.look, s.expected.center().x, s.expected.center().y)));
+        let found = searches.iter().filter_map(|s| Some((s, answer(s)?)));
+        let best = found.max_by(|a, b| a.1.total_cmp(&b.1));
+        proposer.take(best.map(|(search, confidence)| Found {
+            search: search.clone(),
+            measurement: Measurement::new(search.expected, confidence),
+        }));
+    }
+}
+
+#[test]
+fn the_prediction_moves_the_search_by_its_gain() {
+    let prior = prior();
+    for (gain, x) in [(1.0, 60.0), (0.0, 50.0), (0.3, 53.0)] {
+        let mut proposer = proposer(SearchParams { prediction_gain: gain, ..SearchParams::default() });
+        let (looks, found) = run(&mut proposer, &situation(&prior, TrackState::Tracking), |_| Some(0.9));
+        assert_eq!(looks, [(Look::Near, x, 40.0)]);
+        let search = found.unwrap().search;
+        assert_eq!(search.expected.width(), 20.0);
+        assert_eq!(search.region, prior.bbox.scaled(2.5));
+        assert_eq!(search.gate.unwrap().covariance, prior.innovation_covariance.unwrap());
+    }
+}
+
+#[test]
+fn where_it_was_is_where_it_was_seen_last_or_settled() {
+    let prior = prior();
+    let mut proposer = proposer(SearchParams { prediction_gain: 0.0, ..SearchParams::default() });
+    let near = |proposer: &mut Proposer, seen: bool| {
+        run(proposer, &situation(&prior, TrackState::Tracking), |_| seen.then_some(0.9)).0[0].1
+    };
+    proposer.settle(&BBox::from_center_size(Point::new(70.0, 40.0), 4.0, 4.0));
+    assert_eq!(near(&mut proposer, true), 70.0);
+    assert_eq!(near(&mut proposer, false), 70.0);
+    proposer.restart(&BBox::from_center_size(Point::new(20.0, 40.0), 4.0, 4.0));
+    assert_eq!(near(&mut proposer, false), 20.0);
+}
+
+#[test]
+fn a_lost_target_is_swept_for_window_by_window() {
+    let prior = prior();
+    let mut proposer = proposer(SearchParams { wide_windows: 3, ..SearchParams::default() });
+    let lost = situation(&prior, TrackState::Lost);
+    // Four columns and four rows, half windows apart; the sweep starts at its second window.
+    let (looks, found) = run(&mut proposer, &lost, |s| Some(s.expected.center().x / 1000.0));
+    let at = |i: f64, j: f64| (25.0 + 50.0 * i, 12.5 + 25.0 * j);
+    let sweep = |i, j| (Look::Sweep, at(i, j).0, at(i, j).1);
+    let centred = (Look::Centred, at(3.0, 0.0).0, at(3.0, 0.0).1);
+    assert_eq!(looks, [sweep(1.0, 0.0), sweep(2.0, 0.0), sweep(3.0, 0.0), centred]);
+    assert_eq!(found.unwrap().search.look, Look::Centred);
+    let (looks, found) = run(&mut proposer, &lost, |_| None);
+    assert_eq!(looks, [sweep(0.0, 1.0), sweep(1.0, 1.0), sweep(2.0, 1.0)]);
+    assert_eq!(found, None);
+    // All sixteen come once in as many looks.
+    let mut seen: Vec<_> = (0..16).flat_map(|_| run(&mut proposer, &lost, |_| None).0).map(|l| (l.1, l.2)).collect();
+    seen.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    seen.dedup();
+    assert_eq!(seen.len(), 16);
+}
+
+#[test]
+fn near_never_sweeps_and_whole_regions_are_searched_at_once() {
+    let prior = prior();
+    let mut near = proposer(SearchParams { model: SearchModel::Near, ..SearchParams::default() });
+    let lost = situation(&prior, TrackState::Lost);
+    assert_eq!(run(&mut near, &lost, |_| Some(0.9)).0, [(Look::Near, 60.0, 40.0)]);
+    let mut wide = proposer(SearchParams::default());
+    let at_once = Situation { view: None, ..lost };
+    let (looks, found) = run(&mut wide, &at_once, |_| Some(0.9));
+    assert_eq!(looks, [(Look::Sweep, 60.0, 40.0)]);
+    let search = found.unwrap().search;
+    assert_eq!((search.region, search.gate), (FRAME.bounds(), None));
+}
+
+#[test]
+fn doubt_twice_in_a_row_makes_it_look_elsewhere() {
+    let prior = prior();
+    let seen = situation(&prior, TrackState::Tracking);
+    let mut proposer = proposer(SearchParams { side_windows: 1, ..SearchParams::default() });
+    let elsewhere = |far: f64| move |s: &Search| Some(if s.look == Look::Near { 0.5 } else { far });
+    let count = |looks: &[(Look, f64, f64)]| looks.len();
+    assert_eq!(count(&run(&mut proposer, &seen, elsewhere(0.9)).0), 1, "the frame before left no doubt");
+    let (looks, found) = run(&mut proposer, &seen, elsewhere(0.7));
+    assert_eq!(looks.iter().map(|l| l.0).collect::<Vec<_>>(), [Look::Near, Look::Sweep, Look::Centred]);
+    assert_eq!(found.unwrap().search.look, Look::Near, "what is seen elsewhere is doubtful too");
+    let (_, found) = run(&mut proposer, &seen, elsewhere(0.8));
+    assert_eq!(found.unwrap().search.look, Look::Centred);
+    assert_eq!(count(&run(&mut proposer, &seen, elsewhere(0.9)).0), 1, "that left no doubt");
+    assert_eq!(count(&run(&mut proposer, &seen, |_| None).0), 1, "nothing near is the policy's business");
+    let never = Situation { sure_from: 0.0, ..seen };
+    assert_eq!(count(&run(&mut proposer, &never, elsewhere(0.9)).0), 1);
+}
+
+#[test]
+fn the_gate_reaches_as_far_as_the_covariance_says() {
+    let prior = prior();
+    let params = SearchParams { model: SearchModel::Gate, gate_chi2: 4.0, ..SearchParams::default() };
+    let proposer = proposer(params);
+    let region = proposer.neighbourhood(&situation(&prior, TrackState::Tracking));
+    // Slack of 7 px, margin of 20 px.
+    assert!((region.width() - (20.0 + 2.0 * (2.0 * 58.0_f64.sqrt() + 20.0))).abs() < 1e-9);
+    assert!((region.height() - (20.0 + 2.0 * (2.0 * 53.0_f64.sqrt() + 20.0))).abs() < 1e-9);
+    let unseen = proposer.neighbourhood(&situation(&prior, TrackState::Occluded));
+    assert!((unseen.width() - (20.0 + 2.0 * (2.0 * 53.5_f64.sqrt() + 20.0))).abs() < 1e-9);
+    let mut proposer = proposer;
+    let (_, found) = run(&mut proposer, &situation(&prior, TrackState::Tracking), |_| Some(0.9));
+    let gate = found.unwrap().search.gate.unwrap();
+    assert!((gate.covariance[(0, 0)] - 58.0).abs() < 1e-9 && gate.chi2 == 4.0);
+    let (looks, found) = run(&mut proposer, &situation(&prior, TrackState::Lost), |_| Some(0.9));
+    assert_eq!(looks[0].0, Look::Sweep);
+    assert_eq!(found.unwrap().search.gate, None);
+}
