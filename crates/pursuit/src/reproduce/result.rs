@@ -3,7 +3,7 @@
 
 use super::Paper;
 use crate::RunError;
-use crate::plot::Chart;
+use pursuit_charts::Chart;
 use serde::Serialize;
 use std::path::Path;
 
@@ -197,7 +197,8 @@ impl Reproduction {
         let text = self.to_json().map_err(|e| RunError::output(&path)(e.into()))?;
         std::fs::write(&path, text).map_err(RunError::output(&path))?;
         for (name, chart) in &self.charts {
-            chart.write(&folder.join(format!("{name}.svg")))?;
+            let path = folder.join(format!("{name}.svg"));
+            chart.write(&path).map_err(RunError::output(&path))?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::{Boxes, Filter, READINGS, follow};
 use crate::RunError;
-use crate::plot::{Chart, Series, colors};
+use pursuit_charts::{Axis, Chart, Color, Series};
 use pursuit_geometry::{BBox, Point};
 use pursuit_scenes::ball::{BallMotion, BallParams, BallTrack, ball_track};
 
@@ -26,11 +26,12 @@ pub(super) fn charts() -> Result<Vec<(String, Chart)>, RunError> {
 
 fn path(title: &str, track: &BallTrack, printed: &Boxes) -> Chart {
     let of = |boxes: &[BBox]| boxes.iter().map(|b| (b.center().x, -b.center().y)).collect();
-    Chart::new(title, "x, px", "−y, px (up)")
-        .with(Series::line("true", colors::TRUTH, of(&track.truth)))
-        .with(Series::points("detected", colors::MEASURED, of(&track.measured)))
-        .with(Series::dashed("predicted, printed", colors::PREDICTED, of(&printed.predicted)))
-        .with(Series::line("estimate, printed", colors::ESTIMATE, of(&printed.filtered)))
+    Chart::new(title, Axis::new("x, px"), Axis::new("−y, px (up)"))
+        .with_equal_units()
+        .with(Series::line("true", Color::Truth, of(&track.truth)))
+        .with(Series::points("detected", Color::Measured, of(&track.measured)))
+        .with(Series::dashed("predicted, printed", Color::Predicted, of(&printed.predicted)))
+        .with(Series::line("estimate, printed", Color::Estimate, of(&printed.filtered)))
 }
 
 fn coordinate(
@@ -41,11 +42,11 @@ fn coordinate(
     pick: impl Fn(Point) -> f64 + Copy,
 ) -> Chart {
     let of = |boxes: &[BBox]| track.time_s.iter().zip(boxes).map(|(t, b)| (*t, pick(b.center()))).collect();
-    Chart::new(title, "time, s", label)
-        .with(Series::line("true", colors::TRUTH, of(&track.truth)))
-        .with(Series::points("detected", colors::MEASURED, of(&track.measured)))
-        .with(Series::dashed("predicted, printed", colors::PREDICTED, of(&printed.predicted)))
-        .with(Series::line("estimate, printed", colors::ESTIMATE, of(&printed.filtered)))
+    Chart::new(title, Axis::new("time, s"), Axis::new(label))
+        .with(Series::line("true", Color::Truth, of(&track.truth)))
+        .with(Series::points("detected", Color::Measured, of(&track.measured)))
+        .with(Series::dashed("predicted, printed", Color::Predicted, of(&printed.predicted)))
+        .with(Series::line("estimate, printed", Color::Estimate, of(&printed.filtered)))
 }
 
 fn error(title: &str, track: &BallTrack, printed: &Boxes, own: &Boxes) -> Chart {
@@ -53,9 +54,9 @@ fn error(title: &str, track: &BallTrack, printed: &Boxes, own: &Boxes) -> Chart 
         let errors = boxes.iter().zip(&track.truth).map(|(a, b)| a.center().distance(b.center()));
         track.time_s.iter().copied().zip(errors).collect()
     };
-    Chart::new(title, "time, s", "error of the centre, px")
-        .with(Series::points("detected", colors::MEASURED, of(&track.measured)))
-        .with(Series::dashed("predicted, printed", colors::PREDICTED, of(&printed.predicted)))
-        .with(Series::dashed("predicted, own mode", colors::OTHER, of(&own.predicted)))
-        .with(Series::line("estimate, own mode", colors::ESTIMATE, of(&own.filtered)))
+    Chart::new(title, Axis::new("time, s"), Axis::new("error of the centre, px"))
+        .with(Series::points("detected", Color::Measured, of(&track.measured)))
+        .with(Series::dashed("predicted, printed", Color::Predicted, of(&printed.predicted)))
+        .with(Series::dashed("predicted, own mode", Color::Other, of(&own.predicted)))
+        .with(Series::line("estimate, own mode", Color::Estimate, of(&own.filtered)))
 }

@@ -4,9 +4,9 @@ use super::super::axis_filters::AxisFilter;
 use super::params::{Bench, PHASE_B, Q_OVER_R_1, Q_OVER_R_B, SIGMA_B};
 use super::{IMM, STREAM, trace};
 use crate::RunError;
-use crate::plot::{Chart, Series, colors};
 use crate::reproduce::random::Random;
 use nalgebra::SVector;
+use pursuit_charts::{Axis, Chart, Color, Series};
 use pursuit_estimation::gao2007::LiteralParams;
 
 type Points = [SVector<f64, 1>];
@@ -29,16 +29,16 @@ pub(super) fn charts() -> Result<Vec<(String, Chart)>, RunError> {
         let imm = trace(bench, IMM, &measured)?.filtered;
         let truth = &bench.path.positions;
         let title = format!("gao2007, Fig. {number}: {what}");
-        let chart = Chart::new(title.clone(), "time, frames", "x, px")
-            .with(Series::line("true", colors::TRUTH, points(truth)))
-            .with(Series::points("measured", colors::MEASURED, points(&measured)))
-            .with(Series::dashed("plain", colors::PREDICTED, points(&plain)))
-            .with(Series::line("adaptive", colors::ESTIMATE, points(&adaptive)));
-        let error = Chart::new(format!("{title}, error"), "time, frames", "error, px")
-            .with(Series::points("measured", colors::MEASURED, difference(&measured, truth)))
-            .with(Series::dashed("plain", colors::PREDICTED, difference(&plain, truth)))
-            .with(Series::line("adaptive", colors::ESTIMATE, difference(&adaptive, truth)))
-            .with(Series::line("IMM", colors::OTHER, difference(&imm, truth)));
+        let chart = Chart::new(title.clone(), Axis::new("time, frames"), Axis::new("x, px"))
+            .with(Series::line("true", Color::Truth, points(truth)))
+            .with(Series::points("measured", Color::Measured, points(&measured)))
+            .with(Series::dashed("plain", Color::Predicted, points(&plain)))
+            .with(Series::line("adaptive", Color::Estimate, points(&adaptive)));
+        let error = Chart::new(format!("{title}, error"), Axis::new("time, frames"), Axis::new("error, px"))
+            .with(Series::points("measured", Color::Measured, difference(&measured, truth)))
+            .with(Series::dashed("plain", Color::Predicted, difference(&plain, truth)))
+            .with(Series::line("adaptive", Color::Estimate, difference(&adaptive, truth)))
+            .with(Series::line("IMM", Color::Other, difference(&imm, truth)));
         all.extend([(format!("fig{number}"), chart), (format!("fig{number}_error"), error)]);
     }
     Ok(all)

@@ -3,10 +3,10 @@
 use super::params::Simulation;
 use super::{Point, STREAM, Trace, Truth, Walk, filter, initial, walk};
 use crate::RunError;
-use crate::plot::{Chart, Series, colors};
 use crate::reproduce::monte_carlo::{over_seeds, root_mean_square};
 use crate::reproduce::random::Random;
 use nalgebra::SVector;
+use pursuit_charts::{Axis, Chart, Color, Series};
 
 /// All pictures of the experiment.
 pub(super) fn charts(seeds: u32) -> Result<Vec<(String, Chart)>, RunError> {
@@ -28,20 +28,21 @@ const SHOWN: usize = 20;
 fn against_time(walk: &Walk, trace: &Trace<2>, axis: usize, name: &str) -> Chart {
     let of = |points: &[Point]| points.iter().take(SHOWN + 1).enumerate().map(|(k, p)| (k as f64, p[axis])).collect();
     let title = format!("qu2010, Fig. 3: {name} against time, started from zero");
-    Chart::new(title, "time, s", name)
-        .with(Series::line("true", colors::TRUTH, of(&walk.truth)))
-        .with(Series::points("measured", colors::MEASURED, of(&walk.measured)))
-        .with(Series::dashed("predicted", colors::PREDICTED, of(&trace.predicted)))
-        .with(Series::line("filtered", colors::ESTIMATE, of(&trace.filtered)))
+    Chart::new(title, Axis::new("time, s"), Axis::new(name))
+        .with(Series::line("true", Color::Truth, of(&walk.truth)))
+        .with(Series::points("measured", Color::Measured, of(&walk.measured)))
+        .with(Series::dashed("predicted", Color::Predicted, of(&trace.predicted)))
+        .with(Series::line("filtered", Color::Estimate, of(&trace.filtered)))
 }
 
 fn path(walk: &Walk, trace: &Trace<2>) -> Chart {
     let of = |points: &[Point]| points.iter().take(SHOWN + 1).map(|p| (p.x, p.y)).collect();
-    Chart::new("qu2010: the walk", "x", "y")
-        .with(Series::line("true", colors::TRUTH, of(&walk.truth)))
-        .with(Series::points("measured", colors::MEASURED, of(&walk.measured)))
-        .with(Series::dashed("predicted", colors::PREDICTED, of(&trace.predicted)))
-        .with(Series::line("filtered", colors::ESTIMATE, of(&trace.filtered)))
+    Chart::new("qu2010: the walk", Axis::new("x"), Axis::new("y"))
+        .with_equal_units()
+        .with(Series::line("true", Color::Truth, of(&walk.truth)))
+        .with(Series::points("measured", Color::Measured, of(&walk.measured)))
+        .with(Series::dashed("predicted", Color::Predicted, of(&trace.predicted)))
+        .with(Series::line("filtered", Color::Estimate, of(&trace.filtered)))
 }
 
 /// Root mean square error of both axes over the seeds, step by step.
@@ -60,10 +61,10 @@ fn settling(seeds: u32) -> Result<Chart, RunError> {
         let at = |k: usize| root_mean_square(runs.iter().filter_map(|r| r[which].get(k).copied()));
         (1..=sim.steps).map(|k| (k as f64, at(k) / 2.0_f64.sqrt())).collect()
     };
-    Ok(Chart::new("qu2010: error of one axis against time", "time, s", "root mean square error")
-        .with(Series::points("measured", colors::MEASURED, by_step(&zero, 0)))
-        .with(Series::dashed("predicted, from zero", colors::PREDICTED, by_step(&zero, 1)))
-        .with(Series::line("predicted, from the truth", colors::PREDICTED, by_step(&known, 1)))
-        .with(Series::dashed("filtered, from zero", colors::ESTIMATE, by_step(&zero, 2)))
-        .with(Series::line("filtered, from the truth", colors::ESTIMATE, by_step(&known, 2))))
+    Ok(Chart::new("qu2010: error of one axis against time", Axis::new("time, s"), Axis::new("root mean square error"))
+        .with(Series::points("measured", Color::Measured, by_step(&zero, 0)))
+        .with(Series::dashed("predicted, from zero", Color::Predicted, by_step(&zero, 1)))
+        .with(Series::line("predicted, from the truth", Color::Predicted, by_step(&known, 1)))
+        .with(Series::dashed("filtered, from zero", Color::Estimate, by_step(&zero, 2)))
+        .with(Series::line("filtered, from the truth", Color::Estimate, by_step(&known, 2))))
 }

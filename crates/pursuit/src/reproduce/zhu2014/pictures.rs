@@ -3,9 +3,9 @@
 use super::params::{Setting, variants};
 use super::{Filter, Point, STREAM, run_once};
 use crate::RunError;
-use crate::plot::{Chart, Series, colors};
 use crate::reproduce::monte_carlo::{over_seeds, root_mean_square};
 use crate::reproduce::random::Random;
+use pursuit_charts::{Axis, Chart, Color, Series};
 
 /// The reading that is the default.
 const DEFAULT: &str = "jump anywhere, 5.99";
@@ -26,20 +26,25 @@ pub(super) fn charts(seeds: u32) -> Result<Vec<(String, Chart)>, RunError> {
     let plane = |points: &[Point]| points.iter().map(|p| (p.x, p.y)).collect();
     let mut charts = vec![(
         "path".to_owned(),
-        Chart::new("zhu2014: a path with 90° turns, one-step predictions", "x, px", "y, px")
-            .with(Series::line("true", colors::TRUTH, plane(&path.positions)))
-            .with(Series::points("measured", colors::MEASURED, plane(&measured)))
-            .with(Series::dashed("predicted, standard", colors::PREDICTED, plane(&plain.predicted)))
-            .with(Series::line("predicted, jump", colors::ESTIMATE, plane(&ours.predicted))),
+        Chart::new("zhu2014: a path with 90° turns, one-step predictions", Axis::new("x, px"), Axis::new("y, px"))
+            .with_equal_units()
+            .with(Series::line("true", Color::Truth, plane(&path.positions)))
+            .with(Series::points("measured", Color::Measured, plane(&measured)))
+            .with(Series::dashed("predicted, standard", Color::Predicted, plane(&plain.predicted)))
+            .with(Series::line("predicted, jump", Color::Estimate, plane(&ours.predicted))),
     )];
     for (axis, name) in [(0, "x"), (1, "y")] {
         let of = |points: &[Point]| points.iter().enumerate().map(|(k, p)| (k as f64, p[axis])).collect();
-        let chart = Chart::new(format!("zhu2014: {name} against time"), "time, frames", format!("{name}, px"))
-            .with(Series::line("true", colors::TRUTH, of(&path.positions)))
-            .with(Series::points("measured", colors::MEASURED, of(&measured)))
-            .with(Series::dashed("predicted, standard", colors::PREDICTED, of(&plain.predicted)))
-            .with(Series::line("predicted, jump", colors::ESTIMATE, of(&ours.predicted)))
-            .with(Series::line("filtered, jump", colors::OTHER, of(&ours.filtered)));
+        let chart = Chart::new(
+            format!("zhu2014: {name} against time"),
+            Axis::new("time, frames"),
+            Axis::new(format!("{name}, px")),
+        )
+        .with(Series::line("true", Color::Truth, of(&path.positions)))
+        .with(Series::points("measured", Color::Measured, of(&measured)))
+        .with(Series::dashed("predicted, standard", Color::Predicted, of(&plain.predicted)))
+        .with(Series::line("predicted, jump", Color::Estimate, of(&ours.predicted)))
+        .with(Series::line("filtered, jump", Color::Other, of(&ours.filtered)));
         charts.push((name.to_owned(), chart));
     }
     charts.push(("error".to_owned(), around_turns(&setting, seeds)?));
@@ -48,16 +53,19 @@ pub(super) fn charts(seeds: u32) -> Result<Vec<(String, Chart)>, RunError> {
 
 /// Root mean square error of the prediction by frames since a turn.
 fn around_turns(setting: &Setting, seeds: u32) -> Result<Chart, RunError> {
-    let mut chart =
-        Chart::new("zhu2014: error of the prediction around 90° turns", "frames since the turn", "RMSE, px");
+    let mut chart = Chart::new(
+        "zhu2014: error of the prediction around 90° turns",
+        Axis::new("frames since the turn"),
+        Axis::new("RMSE, px"),
+    );
     let literal = named("literal: observed velocity, 9.21");
     let halves = named("A(dt/2) A(dt/2), Q/2 each");
     let filters = [
-        ("standard", colors::PREDICTED, Some(Filter::Standard { q: setting.process_variance }), false),
-        ("A(dt/2) A(dt/2)", colors::TRUTH, halves, true),
-        ("observed velocity", colors::MEASURED, literal, false),
-        ("jump anywhere", colors::ESTIMATE, named(DEFAULT), false),
-        ("IMM", colors::OTHER, Some(Filter::Models { q: setting.process_variance }), false),
+        ("standard", Color::Predicted, Some(Filter::Standard { q: setting.process_variance }), false),
+        ("A(dt/2) A(dt/2)", Color::Truth, halves, true),
+        ("observed velocity", Color::Measured, literal, false),
+        ("jump anywhere", Color::Estimate, named(DEFAULT), false),
+        ("IMM", Color::Other, Some(Filter::Models { q: setting.process_variance }), false),
     ];
     for (name, color, filter, dashed) in filters {
         let Some(filter) = filter else { continue };
