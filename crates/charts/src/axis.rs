@@ -49,7 +49,7 @@ impl Axis {
 
     /// The axis with a range that holds `values` (finite).
     pub(crate) fn fitted(&self, values: impl Iterator<Item = f64>, wanted: usize) -> Scale {
-        let usable = values.filter(|v| !self.logarithmic || *v > 0.0);
+        let usable = values.filter(|v| !self.logarithmic || *v > 1e-290);
         let (low, high) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let least_step = if self.whole { 1.0 } else { 0.0 };
         let (from, to) = match (self.range, self.logarithmic) {
@@ -66,11 +66,12 @@ impl Axis {
 
 /// A range with an extent, in the middle of which a lone value lies.
 fn widened(low: f64, high: f64) -> (f64, f64) {
-    let least = 1e-9 * low.abs().max(high.abs());
+    // Values nearer to each other than this are one.
+    let least = (1e-9 * low.abs().max(high.abs())).max(1e-290);
     if high - low > least {
         return (low, high);
     }
-    let around = if low == 0.0 { 0.5 } else { 0.05 * low.abs() };
+    let around = if low.abs() <= least { 0.5 } else { 0.05 * low.abs() };
     (low - around, high + around)
 }
 

