@@ -15,6 +15,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-scenes", 3),
     ("pursuit-evaluation", 4),
     ("pursuit", 5),
+    ("pursuit-experiments", 5),
     ("pursuit-cli", 6),
     ("xtask", 0),
 ];

@@ -11,7 +11,6 @@ mod demo;
 mod error;
 mod input;
 mod record;
-pub mod reproduce;
 mod run_file;
 mod session;
 pub mod sinks;
