@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 /// Package and floor; the plan stands in ARCHITECTURE.md.
 const FLOORS: &[(&str, u8)] = &[
     ("pursuit-charts", 0),
+    ("pursuit-containers", 0),
     ("pursuit-geometry", 0),
     ("pursuit-estimation", 0),
     ("pursuit-imaging", 1),

@@ -1,8 +1,14 @@
-//! One door per parser for fuzz targets and mutation tests: arbitrary bytes in, no panic, no hang, bounded memory.
+//! One function for each parser, for fuzz targets and mutation tests: arbitrary bytes in, no panic, no hang, bounded memory.
 //!
 //! Not part of the interface; may change at any time.
 
-use crate::input::doors;
+use crate::input::annotations::{read_list, read_truth};
+use crate::input::avi::AviSource;
+use crate::input::image::decode_image;
+use crate::input::mjpeg::{self, MjpegSource};
+#[cfg(feature = "h264")]
+use crate::input::mp4::Mp4Source;
+use crate::input::y4m::Y4mSource;
 use crate::{Source, Truth};
 use std::io::Cursor;
 
@@ -19,35 +25,35 @@ fn drain(mut source: impl Source) -> usize {
 /// MP4 and H.264. How many frames could be decoded.
 #[cfg(feature = "h264")]
 pub fn mp4(bytes: &[u8]) -> usize {
-    doors::Mp4Source::new(Box::new(Cursor::new(bytes.to_vec())), "fuzz").map_or(0, drain)
+    Mp4Source::new(Box::new(Cursor::new(bytes.to_vec())), "fuzz").map_or(0, drain)
 }
 
 /// AVI and Motion JPEG. How many frames could be decoded.
 pub fn avi(bytes: &[u8]) -> usize {
-    doors::AviSource::new(Box::new(Cursor::new(bytes.to_vec())), "fuzz").map_or(0, drain)
+    AviSource::new(Box::new(Cursor::new(bytes.to_vec())), "fuzz").map_or(0, drain)
 }
 
 /// Y4M. How many frames could be read.
 pub fn y4m(bytes: &[u8]) -> usize {
-    doors::Y4mSource::new(Cursor::new(bytes), "fuzz", Some(bytes.len() as u64), 30.0).map_or(0, drain)
+    Y4mSource::new(Cursor::new(bytes), "fuzz", Some(bytes.len() as u64), 30.0).map_or(0, drain)
 }
 
 /// Bare Motion JPEG. How many frames could be decoded.
 pub fn mjpeg(bytes: &[u8]) -> usize {
-    doors::is_jpeg_stream(&mut Cursor::new(bytes));
-    doors::MjpegSource::new(Cursor::new(bytes), "fuzz", 30.0).map_or(0, drain)
+    mjpeg::is_stream(&mut Cursor::new(bytes));
+    MjpegSource::new(Cursor::new(bytes), "fuzz", 30.0).map_or(0, drain)
 }
 
 /// PNG and JPEG. One where it could be decoded.
 pub fn image(bytes: &[u8]) -> usize {
-    usize::from(doors::decode_image(bytes).is_ok())
+    usize::from(decode_image(bytes).is_ok())
 }
 
 /// `frames.csv` and truth files. How many rows could be read.
 pub fn list(bytes: &[u8]) -> usize {
     let visible = |truth: &Truth| truth.bbox().is_none_or(|bbox| bbox.is_finite() && bbox.width() > 0.0);
-    if let Ok(Some(truth)) = doors::read_truth(bytes, "fuzz") {
+    if let Ok(Some(truth)) = read_truth(bytes, "fuzz") {
         assert!(truth.iter().all(visible), "a truth that is no box");
     }
-    doors::read_list(bytes, "fuzz").map_or(0, |rows| rows.len())
+    read_list(bytes, "fuzz").map_or(0, |rows| rows.len())
 }

@@ -1,9 +1,9 @@
 use super::boxes::{child, full};
-use crate::input::fault::Fault;
+use crate::{ContainerError, Result};
 
 /// Which part of the media is shown, and when (edit list, ISO/IEC 14496-12 §8.6.6).
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Edits {
+pub struct Edits {
     segments: Vec<Segment>,
 }
 
@@ -17,7 +17,7 @@ struct Segment {
 
 impl Edits {
     /// From a track's `edts`; `movie_scale` and `media_scale` are time units per second.
-    pub fn read(trak: &[u8], movie_scale: u32, media_scale: u32) -> Result<Self, Fault> {
+    pub(crate) fn read(trak: &[u8], movie_scale: u32, media_scale: u32) -> Result<Self> {
         let mut segments: Vec<Segment> = Vec::new();
         let Some((version, _, mut fields)) = child(trak, b"edts").and_then(|b| child(b, b"elst")).and_then(full) else {
             return Ok(Self::default());
@@ -36,7 +36,7 @@ impl Edits {
             if media_start >= 0 {
                 let media_end = if length == 0 { i64::MAX } else { media_start.saturating_add(length) };
                 if rate != 0x0001_0000 || segments.last().is_some_and(|s| media_start < s.media_end) {
-                    return Err(Fault::unsupported("MP4 with an edit list that repeats, reverses or retimes"));
+                    return Err(ContainerError::unsupported("MP4 with an edit list that repeats, reverses or retimes"));
                 }
                 segments.push(Segment { media_start, media_end, shown_at });
             }
@@ -86,6 +86,9 @@ mod tests {
 
     #[test]
     fn repeating_edits_are_left_to_others() {
-        assert!(matches!(Edits::read(&trak(&[(1000, 30), (1000, 30)]), 1000, 30), Err(Fault::Unsupported(_))));
+        assert!(matches!(
+            Edits::read(&trak(&[(1000, 30), (1000, 30)]), 1000, 30),
+            Err(ContainerError::Unsupported { .. })
+        ));
     }
 }

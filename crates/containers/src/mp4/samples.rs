@@ -1,20 +1,22 @@
 use super::Sample;
 use super::boxes::{child, full};
-use crate::input::bytes::Fields;
-use crate::input::fault::Fault;
+use crate::bytes::Fields;
+use crate::{ContainerError, Result};
 
 /// More samples than this (38 hours at 30 frames per second) are refused: the index would not fit in memory sensibly.
 pub(super) const MAX_SAMPLES: usize = 1 << 22;
 
 /// Expands the tables of a sample table box (`stbl`, ISO/IEC 14496-12 §8.5–8.7) to one entry a sample, in decoding order.
-pub(super) fn expand(stbl: &[u8], file_len: u64) -> Result<Vec<Sample>, Fault> {
-    let sizes = Sizes::read(stbl).ok_or_else(|| Fault::malformed("its index has no sample sizes"))?;
-    let chunks = ChunkOffsets::read(stbl).ok_or_else(|| Fault::malformed("its index has no chunk offsets"))?;
-    let runs = table(stbl, b"stsc", 12).ok_or_else(|| Fault::malformed("its index has no chunk table"))?;
+pub(super) fn expand(stbl: &[u8], file_len: u64) -> Result<Vec<Sample>> {
+    let sizes = Sizes::read(stbl).ok_or_else(|| ContainerError::malformed("its index has no sample sizes"))?;
+    let chunks = ChunkOffsets::read(stbl).ok_or_else(|| ContainerError::malformed("its index has no chunk offsets"))?;
+    let runs = table(stbl, b"stsc", 12).ok_or_else(|| ContainerError::malformed("its index has no chunk table"))?;
     let mut times = Times::new(table(stbl, b"stts", 8), table(stbl, b"ctts", 8));
     let count = sizes.count(file_len);
     if count > MAX_SAMPLES {
-        return Err(Fault::malformed(format!("its index lists {count} frames, more than {MAX_SAMPLES}; cut the file")));
+        return Err(ContainerError::malformed(format!(
+            "its index lists {count} frames, more than {MAX_SAMPLES}; cut the file"
+        )));
     }
     let mut samples = Vec::with_capacity(count);
     let mut runs = ChunkRuns::new(runs);
@@ -135,10 +137,10 @@ impl<'a> ChunkRuns<'a> {
         Some((self.entries.u32()?, self.entries.u32()?, self.entries.u32()?))
     }
 
-    fn samples_in(&mut self, chunk: u32) -> Result<u32, Fault> {
+    fn samples_in(&mut self, chunk: u32) -> Result<u32> {
         while let Some((first, per_chunk, description)) = self.next.filter(|run| run.0 <= chunk) {
             if description > 1 {
-                return Err(Fault::unsupported(format!("MP4 that changes its coding at chunk {first}")));
+                return Err(ContainerError::unsupported(format!("MP4 that changes its coding at chunk {first}")));
             }
             self.current = per_chunk;
             self.next = self.read();

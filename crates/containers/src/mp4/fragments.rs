@@ -1,8 +1,8 @@
 use super::Sample;
 use super::boxes::{child, children, full};
 use super::samples::MAX_SAMPLES;
-use crate::input::bytes::Fields;
-use crate::input::fault::Fault;
+use crate::bytes::Fields;
+use crate::{ContainerError, Result};
 
 /// What a fragment's samples have in common unless it says otherwise (`trex`, `tfhd`).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,7 +42,7 @@ struct Place {
 
 impl Fragments {
     /// Adds one `moof` that begins at byte `start` of the file.
-    pub fn add(&mut self, moof: &[u8], start: u64) -> Result<(), Fault> {
+    pub fn add(&mut self, moof: &[u8], start: u64) -> Result<()> {
         // Without flags a track's data begins where that of the track before it ended.
         let mut previous_end = start;
         for (_, traf) in children(moof).filter(|(kind, _)| kind == b"traf") {
@@ -53,7 +53,7 @@ impl Fragments {
         Ok(())
     }
 
-    fn add_track(&mut self, traf: &[u8], moof_start: u64, previous_end: u64) -> Result<Option<u64>, Fault> {
+    fn add_track(&mut self, traf: &[u8], moof_start: u64, previous_end: u64) -> Result<Option<u64>> {
         let Some((id, mut place)) = child(traf, b"tfhd").and_then(|b| self.place(b, moof_start, previous_end)) else {
             return Ok(None);
         };
@@ -87,7 +87,7 @@ impl Fragments {
         Some((id, Place { defaults, base, data: base }))
     }
 
-    fn add_run(&mut self, trun: &[u8], ours: bool, place: &mut Place) -> Result<(), Fault> {
+    fn add_run(&mut self, trun: &[u8], ours: bool, place: &mut Place) -> Result<()> {
         let Some((_, flags, mut fields)) = full(trun) else { return Ok(()) };
         let Some(count) = fields.u32() else { return Ok(()) };
         if flags & 0x01 != 0 {
@@ -99,13 +99,15 @@ impl Fragments {
         }
         let field_bytes = 4 * (flags & 0x0F00).count_ones();
         if field_bytes == 0 && u64::from(count) * u64::from(place.defaults.size.max(1)) > self.file_len {
-            return Err(Fault::malformed("a fragment lists more data than the file has"));
+            return Err(ContainerError::malformed("a fragment lists more data than the file has"));
         }
         for _ in 0..count {
             let Some(entry) = Entry::read(&mut fields, flags, place.defaults) else { break };
             if ours {
                 if self.samples.len() == MAX_SAMPLES {
-                    return Err(Fault::malformed(format!("it has more than {MAX_SAMPLES} frames; cut the file")));
+                    return Err(ContainerError::malformed(format!(
+                        "it has more than {MAX_SAMPLES} frames; cut the file"
+                    )));
                 }
                 let composition_time = self.decoding_time.saturating_add(i64::from(entry.offset));
                 self.samples.push(Sample { offset: place.data, size: entry.size, composition_time });

@@ -1,6 +1,6 @@
-//! Reading MP4 and QuickTime files (ISO/IEC 14496-12): where each video sample lies and when it is shown.
+//! MP4 and QuickTime files (ISO/IEC 14496-12): where each video sample lies and when it is shown, and how to write one.
 //!
-//! Written for files from outside: every count is checked against the bytes that are really there, a file whose end is
+//! Reading is written for files from outside: every count is checked against the bytes that are really there, a file whose end is
 //! missing gives the samples it still has, and only the index is held in memory.
 
 mod boxes;
@@ -8,14 +8,15 @@ mod edits;
 mod fragments;
 mod movie;
 mod samples;
+mod write;
 
-pub(crate) use movie::Movie;
-
-use super::color::ColorInfo;
+pub use edits::Edits;
+pub use movie::{Movie, VideoTrack};
+pub use write::{EncodedSample, Writer};
 
 /// One compressed picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Sample {
+pub struct Sample {
     /// First byte in the file.
     pub offset: u64,
     /// Length in bytes.
@@ -26,7 +27,7 @@ pub(crate) struct Sample {
 
 /// How the pictures of a track are coded.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Codec {
+pub enum Codec {
     /// H.264 with length-prefixed units.
     Avc(AvcConfig),
     /// Anything else, by its four-character code.
@@ -35,7 +36,7 @@ pub(crate) enum Codec {
 
 /// The decoder configuration of an H.264 track (ISO/IEC 14496-15 §5.3.3).
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct AvcConfig {
+pub struct AvcConfig {
     /// Bytes of each unit's length field.
     pub length_bytes: usize,
     /// Sequence parameter sets, without start codes.
@@ -43,5 +44,14 @@ pub(crate) struct AvcConfig {
     /// Picture parameter sets, without start codes.
     pub pps: Vec<Vec<u8>>,
     /// What the container says about colour.
-    pub color: ColorInfo,
+    pub color: ColorTags,
+}
+
+/// What a container says about colours; `None` where it says nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ColorTags {
+    /// `matrix_coefficients` of ITU-T H.273 table 4.
+    pub matrix_code: Option<u8>,
+    /// Whether samples use their full range.
+    pub full_range: Option<bool>,
 }

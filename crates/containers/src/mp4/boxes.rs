@@ -1,5 +1,5 @@
-use crate::input::bytes::{Fields, RandomAccess};
-use crate::input::fault::Fault;
+use crate::Result;
+use crate::bytes::{Fields, RandomAccess};
 
 /// A box type.
 pub(super) type FourCc = [u8; 4];
@@ -17,7 +17,7 @@ pub(super) struct FileBox {
 }
 
 /// The box at `start`, or `None` where no whole header is left or its size makes no sense.
-pub(super) fn file_box(input: &mut RandomAccess, start: u64) -> Result<Option<FileBox>, Fault> {
+pub(super) fn file_box(input: &mut RandomAccess, start: u64) -> Result<Option<FileBox>> {
     let (bytes, available) = input.peek::<16>(start)?;
     let mut fields = Fields(&bytes[..available]);
     let Some((short, kind)) = fields.u32().zip(fields.array::<4>()) else { return Ok(None) };

@@ -1,9 +1,10 @@
-use super::pictures::PictureDecoder;
-use crate::input::bytes::{RandomAccess, ReadSeek};
-use crate::input::fault::Fault;
-use crate::input::limits::MAX_SAMPLE_BYTES;
-use crate::input::mp4::{Codec, Movie, Sample};
+use super::fault::Fault;
+use super::h264::PictureDecoder;
+use super::limits::MAX_SAMPLE_BYTES;
+use super::orientation::Orientation;
 use crate::{Result, Source, SourceInfo};
+use pursuit_containers::bytes::{RandomAccess, ReadSeek};
+use pursuit_containers::mp4::{Codec, Movie, Sample};
 use pursuit_imaging::{Frame, Pixels, Yuv420};
 use std::collections::BTreeMap;
 
@@ -41,11 +42,13 @@ impl Mp4Source {
             Codec::Avc(config) => config,
             Codec::Other(code) => return Err(Fault::unsupported(format!("the codec {code} in MP4"))),
         };
+        let orientation = Orientation::from_matrix(track.matrix);
+        let orientation = orientation.ok_or_else(|| Fault::unsupported("MP4 with a slanted picture"))?;
         let (ranks, times_s) = display_order(&track.samples, |t| track.edits.shown_at(t), track.time_scale);
         let mut buffer = Vec::new();
         let first = track.samples.first().ok_or_else(|| Fault::malformed("its video track has no frames"))?;
         read_sample(&mut input, first, &mut buffer)?;
-        let decoder = PictureDecoder::new(config, track.orientation, &buffer)?;
+        let decoder = PictureDecoder::new(config, orientation, &buffer)?;
         let info = SourceInfo {
             name: name.to_owned(),
             size: decoder.size(),
@@ -149,7 +152,7 @@ fn read_sample(input: &mut RandomAccess, sample: &Sample, buffer: &mut Vec<u8>) 
     if u64::from(sample.size) > MAX_SAMPLE_BYTES {
         return Err(Fault::malformed(format!("a frame of {} bytes cannot be right", sample.size)));
     }
-    input.read_at(sample.offset, sample.size.into(), buffer)
+    Ok(input.read_at(sample.offset, sample.size.into(), buffer)?)
 }
 
 /// For every sample its place in display order, and the times in that order, in seconds from the first.
