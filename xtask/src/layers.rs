@@ -14,6 +14,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-media", 2),
     ("pursuit-tracking", 3),
     ("pursuit-scenes", 3),
+    ("pursuit-trackers", 4),
     ("pursuit-evaluation", 4),
     ("pursuit", 5),
     ("pursuit-experiments", 5),

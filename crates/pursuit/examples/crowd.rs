@@ -8,7 +8,8 @@ use pursuit::geometry::BBox;
 use pursuit::imaging::Frame;
 use pursuit::media::OpenOptions;
 use pursuit::media::output::write_png;
-use pursuit::tracking::{Estimate, TargetId, TargetSet, registry};
+use pursuit::trackers::registry;
+use pursuit::tracking::{Estimate, TargetId, TargetSet};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -64,7 +65,7 @@ fn read_frames(folder: &Path) -> Result<Vec<Frame>, Box<dyn Error>> {
 fn run(folder: &Path, tracker: &str, threads: usize) -> Result<(), Box<dyn Error>> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     let (truth, frames) = (read_truth(folder)?, read_frames(folder)?);
-    let recipe = registry::tracker(tracker)?.recipe(Default::default())?;
+    let recipe = registry::tracker(tracker)?.recipe(&Default::default())?;
     let mut targets = TargetSet::new();
     let first = frames.first().ok_or("there are no frames")?;
     for bbox in &truth[0] {

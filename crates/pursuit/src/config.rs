@@ -2,7 +2,9 @@
 
 use crate::RunError;
 use pursuit_geometry::BBox;
-use pursuit_tracking::{Detector, Recipe, registry};
+use pursuit_trackers::registry;
+use pursuit_tracking::parameters::Parameter;
+use pursuit_tracking::{Detector, Recipe};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -115,23 +117,27 @@ impl RunConfig {
             (None, Some(detector)) => registry::tracker(detector.default_tracker)?,
             (None, None) => registry::tracker(registry::DEFAULT_TRACKER)?,
         };
-        let for_tracker = tracker.parameter_names();
-        let for_detector = detector.map(|d| d.parameter_names()).unwrap_or_default();
-        let knows = |names: &[&str], key: &str| names.contains(&key);
-        if let Some(key) = self.parameters.keys().find(|k| !knows(&for_tracker, k) && !knows(&for_detector, k)) {
-            return Err(RunError::usage(unknown_parameter(key, tracker, detector)));
-        }
-        let select = |names: &[&str]| -> toml::Table {
-            self.parameters.iter().filter(|(k, _)| knows(names, k)).map(|(k, v)| (k.clone(), v.clone())).collect()
+        let for_tracker = tracker.default_recipe().schema();
+        let for_detector = detector.map(|d| d.schema()).unwrap_or_default();
+        let knows = |schema: &[Parameter], key: &str| {
+            let first = key.split('.').next().unwrap_or(key);
+            schema.iter().any(|p| p.name == first)
         };
-        let mut tracker_parameters = select(&for_tracker);
-        if let (Some(seed), true) = (self.seed, knows(&for_tracker, "seed")) {
-            let seed = i64::try_from(seed).map_err(|_| RunError::usage("the seed must be below 2^63"))?;
-            tracker_parameters.entry("seed").or_insert(seed.into());
+        if let Some(key) = self.parameters.keys().find(|k| !knows(&for_tracker, k) && !knows(&for_detector, k)) {
+            let names = |schema: &[Parameter]| schema.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+            let mut message =
+                format!("tracker `{}` has no parameter `{key}`; it has: {}", tracker.name, names(&for_tracker));
+            if let Some(d) = detector {
+                message += &format!("; detector `{}` has: {}", d.name, names(&for_detector));
+            }
+            return Err(RunError::usage(message));
         }
+        let select = |schema: &[Parameter]| -> toml::Table {
+            self.parameters.iter().filter(|(k, _)| knows(schema, k)).map(|(k, v)| (k.clone(), v.clone())).collect()
+        };
         Ok(Methods {
-            recipe: tracker.recipe(tracker_parameters)?,
-            detector: detector.map(|d| d.detector(select(&for_detector))).transpose()?,
+            recipe: tracker.recipe(&select(&for_tracker))?,
+            detector: detector.map(|d| d.detector(&select(&for_detector))).transpose()?,
         })
     }
 }
@@ -142,22 +148,6 @@ pub struct Methods {
     pub recipe: Box<dyn Recipe>,
     /// Finds the target.
     pub detector: Option<Box<dyn Detector>>,
-}
-
-fn unknown_parameter(
-    key: &str,
-    tracker: &registry::TrackerEntry,
-    detector: Option<&registry::DetectorEntry>,
-) -> String {
-    let mut message = format!(
-        "tracker `{}` has no parameter `{key}`; it has: {}",
-        tracker.name,
-        tracker.parameter_names().join(", ")
-    );
-    if let Some(d) = detector {
-        message += &format!("; detector `{}` has: {}", d.name, d.parameter_names().join(", "));
-    }
-    message
 }
 
 /// Reads `KEY=VALUE`; the value is read as TOML (`3`, `0.5`, `true`, `[1, 2]`, `"word"`) and, failing that, as a word.

@@ -35,5 +35,6 @@ pub use pursuit_geometry as geometry;
 pub use pursuit_imaging as imaging;
 pub use pursuit_media as media;
 pub use pursuit_scenes as scenes;
+pub use pursuit_trackers as trackers;
 pub use pursuit_tracking as tracking;
 pub use pursuit_vision as vision;

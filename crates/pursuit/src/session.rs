@@ -117,7 +117,7 @@ impl<'a> Session<'a> {
         let found: Vec<(BBox, f64)> = match &mut self.start {
             Start::Boxes(boxes) => boxes.iter().map(|b| (*b, 1.0)).collect(),
             Start::Detector(detector) => {
-                detector.detect(frame)?.first().map(|d| (d.bbox, d.confidence)).into_iter().collect()
+                detector.detect(frame, &[])?.first().map(|d| (d.bbox, d.confidence)).into_iter().collect()
             }
         };
         if found.is_empty() {
@@ -128,7 +128,7 @@ impl<'a> Session<'a> {
             .map(|(bbox, score)| {
                 let began = Instant::now();
                 let id = targets.add(self.recipe, frame, bbox)?;
-                Ok(record(frame, id, Some(started(bbox, score)), Some(ms_since(began))))
+                Ok(record(frame, id, Some(Estimate::started(frame.time_s(), bbox, score)), Some(ms_since(began))))
             })
             .collect()
     }
@@ -160,19 +160,6 @@ fn update(targets: &mut TargetSet, frame: &Frame, run: &mut Run) -> Result<Vec<R
         })
         .collect::<Result<_, TrackingError>>()
         .map_err(RunError::from)
-}
-
-/// What is known in the frame a target is started on: the box itself, taken for measured.
-fn started(bbox: BBox, score: f64) -> Estimate {
-    Estimate {
-        bbox,
-        score,
-        state: TrackState::Tracking,
-        prediction: None,
-        measurement: Some(bbox),
-        covariance: None,
-        diagnostics: Default::default(),
-    }
 }
 
 fn record(frame: &Frame, target: TargetId, estimate: Option<Estimate>, update_ms: Option<f64>) -> Record {

@@ -4,7 +4,7 @@ use crate::console;
 use pursuit::RunError;
 use pursuit::config::parse_setting;
 use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
-use pursuit::tracking::registry;
+use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
 use std::process::ExitCode;
 
@@ -64,7 +64,7 @@ fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
             Some((k.strip_prefix(name.as_str())?.strip_prefix('.')?.to_owned(), v.clone()))
         };
         let parameters = settings.iter().filter_map(own).collect();
-        Ok(Contestant::from(registry::tracker(name)?.recipe(parameters)?))
+        Ok(Contestant::from(registry::tracker(name)?.recipe(&parameters)?))
     };
     names.iter().map(contestant).collect()
 }

@@ -1,6 +1,7 @@
 use super::print;
 use crate::args::Trackers;
-use pursuit::tracking::registry;
+use pursuit::trackers::registry;
+use pursuit::tracking::parameters::template_at;
 use std::fmt::Write;
 use std::process::ExitCode;
 
@@ -43,8 +44,8 @@ fn template(name: &str) -> anyhow::Result<String> {
         writeln!(text, "# Finds the target where no box is given: {}\ndetect = \"{name}\"", detector.summary)?;
     }
     let parameters = match (tracker, detector) {
-        (Some(tracker), _) => tracker.template()?,
-        (None, Some(detector)) => detector.template()?,
+        (Some(tracker), _) => template_at(&tracker.default_recipe().schema(), "parameters"),
+        (None, Some(detector)) => template_at(&detector.schema(), "parameters"),
         (None, None) => String::new(),
     };
     write!(text, "\n[parameters]\n{}", parameters.trim_end())?;

@@ -9,7 +9,7 @@ mod schema;
 mod tables;
 
 pub use schema::{Bounds, Declared, Field, Kind, Parameter, above, check_ranges, schema_of};
-pub use tables::{describe, merge, nested, template};
+pub use tables::{describe, merge, nested, template, template_at};
 pub use toml::Value;
 
 use crate::{Result, TrackingError};

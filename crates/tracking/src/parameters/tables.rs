@@ -13,8 +13,13 @@ pub fn describe(lines: &[&str]) -> String {
 
 /// The parameters with their defaults as commented TOML, ready to be edited: plain ones first, then each group as a table.
 pub fn template(schema: &[Parameter]) -> String {
+    template_at(schema, "")
+}
+
+/// The same below the table `path`, whose header is the caller's.
+pub fn template_at(schema: &[Parameter], path: &str) -> String {
     let mut text = String::new();
-    write_group(&mut text, schema, "");
+    write_group(&mut text, schema, path);
     text
 }
 
