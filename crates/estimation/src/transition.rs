@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::matrix::{require_finite, require_semi_definite};
+use crate::matrix::{is_finite, require_finite, require_semi_definite};
 use crate::prediction::Shear;
 use crate::{EstimationError, Result};
 
@@ -59,8 +59,9 @@ impl<const N: usize> Transition<N> {
 
     /// A step built from a model whose matrices are sound by construction; only overflow is looked for.
     pub(crate) fn computed(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
-        require_finite("the transition matrix", &matrix)?;
-        require_finite("the process noise", &noise)?;
+        if !(is_finite(&matrix) && is_finite(&noise)) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
         Ok(Self::sound(matrix, noise, SVector::zeros()))
     }
 

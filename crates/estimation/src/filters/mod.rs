@@ -4,6 +4,7 @@
 mod adaptation;
 mod delayed;
 mod fading;
+mod fixed_lag;
 mod input_estimation;
 mod sequential;
 mod smoother;
@@ -12,7 +13,8 @@ mod steady;
 
 pub use adaptation::{MeasurementNoiseAdaptation, ProcessNoiseScaling};
 pub use delayed::{LastUpdate, Replay};
+pub use fixed_lag::FixedLag;
 pub use input_estimation::InputEstimator;
-pub use smoother::smooth;
+pub use smoother::{smooth, smooth_extended, smooth_unscented};
 pub use square_root::SquareRoot;
 pub use steady::SteadyState;

@@ -13,6 +13,9 @@ use crate::{Gaussian, Innovation, LinearMeasurement, MotionModel, Result};
 /// Each prediction first asks whether the last `W` innovations were too large. If so, the velocity is replaced by the
 /// regression of the last `N` measured velocities, extrapolated to now; the difference squared is added to the velocity's
 /// variance and its correlation with the position is dropped.
+///
+/// That is done once after a measurement, in the first prediction that follows it: without new measurements the same
+/// innovations would open the gate at every step of a gap, and the velocity would be extrapolated further each time.
 #[derive(Debug, Clone)]
 pub struct GatedFilter {
     params: GatedParams,
@@ -30,6 +33,8 @@ pub struct GatedFilter {
     now_s: f64,
     open: usize,
     opened: bool,
+    /// Whether a measurement came since the last prediction.
+    fresh: bool,
 }
 
 impl GatedFilter {
@@ -52,6 +57,7 @@ impl GatedFilter {
             now_s: 0.0,
             open: 0,
             opened: false,
+            fresh: false,
         })
     }
 
@@ -75,14 +81,18 @@ impl GatedFilter {
             && self.surprises.iter().sum::<f64>() > self.params.threshold * self.params.window as f64;
         let open = if surprised { self.params.hold } else { self.open };
         let ready = self.velocities.len() == self.params.samples;
+        let opened = self.fresh && open > 0 && ready;
         let mut belief = self.belief;
-        if open > 0 && ready {
+        if opened {
             belief = self.with_regressed_velocity(dt_s)?;
         }
         belief.predict(&transition)?;
         self.belief = belief;
-        self.opened = open > 0 && ready;
-        self.open = open.saturating_sub(1);
+        self.opened = opened;
+        if self.fresh {
+            self.open = open.saturating_sub(1);
+        }
+        self.fresh = false;
         self.now_s += dt_s;
         Ok(())
     }
@@ -121,6 +131,7 @@ impl GatedFilter {
             push(&mut self.times_s, self.now_s, self.params.samples);
         }
         self.last = Some((self.now_s, position));
+        self.fresh = true;
         Ok(innovation)
     }
 }
