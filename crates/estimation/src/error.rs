@@ -106,6 +106,14 @@ pub enum EstimationError {
         /// The length needed.
         expected: usize,
     },
+    /// More cases than may be looked at.
+    #[error(
+        "there are too many {what} to look at; narrow the gate, raise the limit, or take a method that does not enumerate them"
+    )]
+    TooMany {
+        /// What is counted.
+        what: &'static str,
+    },
     /// An iteration did not settle.
     #[error(
         "{what} did not converge in {iterations} iterations; check that the model is detectable from its measurements"

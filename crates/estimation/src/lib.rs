@@ -24,10 +24,12 @@
 //!
 //! An error, whatever its kind, leaves the belief as it was.
 
+pub mod association;
 pub mod consistency;
 mod correction;
 mod error;
 pub mod filters;
+pub mod fitting;
 mod gaussian;
 mod imm;
 mod matrix;
@@ -36,6 +38,7 @@ pub mod motion;
 pub mod nonlinear;
 pub mod papers;
 pub mod particle;
+pub mod point;
 mod prediction;
 pub mod regression;
 mod sharp;
@@ -45,5 +48,7 @@ pub use error::{EstimationError, Result};
 pub use gaussian::Gaussian;
 pub use imm::{Embedded, Extended, Imm, Mode, Sojourn, Switching, UnscentedMode};
 pub use measurement::{Innovation, LinearMeasurement};
+pub use nalgebra;
 pub use papers::{gao2007, qu2010, zhai2024, zhu2014};
+pub use rand_pcg;
 pub use transition::{MotionModel, Transition};

@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::matrix::{is_finite, require_finite, require_semi_definite};
+use crate::motion::spread;
 use crate::prediction::Shear;
 use crate::{EstimationError, Result};
 
@@ -63,6 +64,37 @@ impl<const N: usize> Transition<N> {
             return Err(EstimationError::Overflow { what: "the transition of a motion model" });
         }
         Ok(Self::sound(matrix, noise, SVector::zeros()))
+    }
+
+    /// A step that moves `axes` axes alike and apart, each by the upper triangular `matrix` of `K` orders: component `k` of
+    /// axis `d` is at `k · axes + d`. The blocks are sound by construction; only overflow is looked for.
+    #[inline]
+    pub(crate) fn of_axes<const K: usize>(
+        matrix: &SMatrix<f64, K, K>,
+        noise: &SMatrix<f64, K, K>,
+        axes: usize,
+    ) -> Result<Self> {
+        if !(is_finite(matrix) && is_finite(noise)) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
+        Ok(Self {
+            matrix: spread(matrix, axes),
+            noise: spread(noise, axes),
+            offset: SVector::zeros(),
+            shear: Shear::of_axes(matrix, noise, axes),
+        })
+    }
+
+    /// A step of `[x, y, vx, vy, …]` by `dt_s` that leaves all other components where they are.
+    #[inline]
+    pub(crate) fn moving_centre(dt_s: f64, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        if !is_finite(&noise) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
+        let mut matrix = SMatrix::<f64, N, N>::identity();
+        matrix[(0, 2)] = dt_s;
+        matrix[(1, 3)] = dt_s;
+        Ok(Self { matrix, noise, offset: SVector::zeros(), shear: Shear::moving_centre(dt_s, noise.trace()) })
     }
 
     /// The same step with the known displacement `B u` (a control input) added to the mean.

@@ -134,7 +134,7 @@ macro_rules! singer_models {
                 let variance = self.acceleration_variance;
                 require("acceleration_variance", variance, variance >= 0.0, "zero or more")?;
                 let (matrix, noise) = axis(self.rate_per_s, dt_s)?;
-                Transition::computed(spread(&matrix, $axes), spread(&(noise * variance), $axes))
+                Transition::of_axes::<3>(&matrix, &(noise * variance), $axes)
             }
         }
 
