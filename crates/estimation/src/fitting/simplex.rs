@@ -16,6 +16,8 @@ const SIDE: f64 = 0.7;
 /// Settled where values and places differ by no more than this.
 const VALUES: f64 = 1e-9;
 const PLACES: f64 = 1e-5;
+/// What has gone so far is going to infinity. Parameters are exponentials of places.
+const FAR: f64 = 600.0;
 /// Searches, each from what the last one found: a simplex that has collapsed unfolds again.
 const SEARCHES: usize = 20;
 /// Evaluations in one search for each parameter.
@@ -36,6 +38,9 @@ pub(super) fn minimise<const P: usize>(
         let gain = best.least - found.least;
         let evaluations = best.evaluations + found.evaluations;
         best = Minimum { evaluations, ..found };
+        if best.at.amax() > FAR {
+            break;
+        }
         if gain <= 1e-6 * (1.0 + best.least.abs() * 1e-6) {
             return Ok(best);
         }
