@@ -9,13 +9,20 @@ use crate::prediction::Shear;
 use crate::{EstimationError, Result};
 
 /// One step of linear motion: `x ← F x + B u + w`, `w ~ N(0, Q)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(try_from = "Raw<N>", into = "Raw<N>")]
 pub struct Transition<const N: usize> {
     matrix: SMatrix<f64, N, N>,
     noise: SMatrix<f64, N, N>,
     offset: SVector<f64, N>,
+    /// What the others say, for speed.
     shear: Option<Shear<N>>,
+}
+
+impl<const N: usize> PartialEq for Transition<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.matrix == other.matrix && self.noise == other.noise && self.offset == other.offset
+    }
 }
 
 /// What is stored: read back through the same checks as any outside input.

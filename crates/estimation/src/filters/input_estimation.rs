@@ -108,13 +108,11 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
-        let before = (self.belief, self.filled, self.pending);
-        self.predict(transition, input)?;
-        let answer = self.update(measurement, value);
-        if answer.is_err() {
-            (self.belief, self.filled, self.pending) = before;
-        }
-        answer
+        let mut after = self.clone();
+        after.predict(transition, input)?;
+        let answer = after.update(measurement, value)?;
+        *self = after;
+        Ok(answer)
     }
 
     /// Moves the belief through time. An input acts on the step through `input` `G` (`[dt²/2, dt]` for the acceleration of a
@@ -128,7 +126,7 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         require_finite("the input's effect", input)?;
         self.belief.predict(transition)?;
         if self.pending.is_some() {
-            self.filled = 0;
+            self.forget();
         }
         self.pending = Some((*transition.matrix(), *input));
         Ok(())
@@ -168,7 +166,7 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         if let Some(Found { size, spread, effect }) = &found {
             // The state gains the input's effect, and the doubt about its size: without that the correction would be final.
             belief = Gaussian::computed(belief.mean() + effect * size, belief.covariance() + sandwich(effect, spread))?;
-            filled = 0;
+            (steps, filled) = ([None; W], 0);
         }
         *self = Self { belief, threshold: self.threshold, steps, filled, pending: None };
         Ok((innovation, found.map(|found| found.size)))
@@ -180,8 +178,14 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
     /// As [`Gaussian::predict`]; the filter is then as it was.
     pub fn coast(&mut self, transition: &Transition<N>) -> Result<()> {
         self.belief.predict(transition)?;
-        (self.filled, self.pending) = (0, None);
+        self.pending = None;
+        self.forget();
         Ok(())
+    }
+
+    /// Empties the window.
+    fn forget(&mut self) {
+        (self.steps, self.filled) = ([None; W], 0);
     }
 }
 

@@ -11,13 +11,9 @@ fn setup<const M: usize, const N: usize, const D: usize>(
     variance: f64,
     variances: [f64; D],
 ) -> Result<(LinearMeasurement<M, N>, SVector<f64, N>)> {
-    let (got, expected) = (M * (D + 1), N);
-    if got != expected {
-        return Err(EstimationError::Length {
-            what: "variances of the derivatives at the start",
-            got: D,
-            expected: N / M.max(1),
-        });
+    if M * (D + 1) != N {
+        let expected = (N / M.max(1)).saturating_sub(1);
+        return Err(EstimationError::Length { what: "variances of the derivatives at the start", got: D, expected });
     }
     let sensor = LinearMeasurement::select(std::array::from_fn(|row| row), [variance; M])?;
     let start = SVector::from_fn(|r, _| match (r / M).checked_sub(1) {
