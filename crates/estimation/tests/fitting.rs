@@ -89,15 +89,49 @@ fn switching_is_found() {
     })
     .unwrap();
     println!("{found:?}");
-    // Merging the branches leaves a bias of its own, so the bound is wider than the deviations.
+    // A velocity that is not measured is known after several steps only; merging the branches meanwhile makes modes last
+    // longer than they do, so that this is less exact than the fit believes.
     for (value, truth) in found.parameters.into_iter().zip(truth) {
-        assert!((0.6..1.7).contains(&(value / truth)), "{:?}", found.parameters);
+        assert!((0.5..2.0).contains(&(value / truth)), "{:?}", found.parameters);
     }
     let plain = fit(&tracks, [5.0, 1.0], |&[density, variance]| {
         LinearFilter::new(ConstantVelocity::<1>::white(density), variance, [1e3])
     })
     .unwrap();
     assert!(found.log_likelihood > plain.log_likelihood + 50.0);
+}
+
+/// Where a position is all there is and a sensor sees it well, every mode's belief is the same after an update, so that
+/// the estimator is exact, and so is the fit.
+#[test]
+fn switching_that_is_seen_at_once_is_found_exactly() {
+    let truth = [0.5, 50.0, 2.0, 1.0];
+    let sojourn = Sojourn::new([truth[2], truth[3]]).unwrap();
+    let tracks: Vec<_> = (0..12)
+        .map(|seed| {
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let (mut x, mut mode, mut time_s) = (0.0, 0, 0.0);
+            let (mut times, mut values) = (vec![], vec![]);
+            for k in 0..200 {
+                let dt_s = if k % 3 == 0 { 0.15 } else { 0.1 };
+                let stay = sojourn.over(dt_s).unwrap().matrix()[(mode, mode)];
+                if (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 > stay {
+                    mode = 1 - mode;
+                }
+                x += (truth[mode] * dt_s).sqrt() * normal(&mut random);
+                time_s += dt_s;
+                times.push(time_s);
+                values.push(Some(SVector::<f64, 1>::new(x + 1e-3 * normal(&mut random))));
+            }
+            Recording::new(times, values).unwrap()
+        })
+        .collect();
+    let found = fit(&tracks, [1.0, 10.0, 1.0, 1.0], |&[quiet, agile, long, short]| {
+        ImmFilter::new([quiet, agile].map(RandomWalk::<1>::white), [long, short], 1e-6, [])
+    })
+    .unwrap();
+    println!("{found:?}");
+    near(found.parameters, found.deviations.unwrap(), truth, 0.2);
 }
 
 /// The likelihood is the product of the densities of what was not expected, with gaps, from the first measurement on.
