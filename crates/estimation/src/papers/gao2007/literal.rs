@@ -2,17 +2,20 @@
 //! `v(j) / v(j − 1)`.
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 use super::params::{LiteralParams, VelocityReading};
 use super::{motion, sensor, start};
+use crate::error::require_time_step;
 use crate::regression::LeastSquaresSvm;
-use crate::{Gaussian, Innovation, LinearMeasurement, MotionModel, Result, Transition};
+use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, MotionModel, Result, Transition};
 
 /// One axis of the printed filter, equations (9) and (12) to (14).
 ///
 /// Steps should be of one length: a ratio of velocities has no meaning otherwise. A step without a measurement keeps the
 /// history as it is.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Raw", into = "Raw")]
 pub struct LiteralFilter {
     params: LiteralParams,
     measurement: LinearMeasurement<1, 2>,
@@ -26,6 +29,63 @@ pub struct LiteralFilter {
     last_velocity: Option<f64>,
     ratio: f64,
     dt_s: Option<f64>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "LiteralFilter")]
+struct Raw {
+    params: LiteralParams,
+    belief: Gaussian<2>,
+    ratios: Vec<f64>,
+    last_measured: f64,
+    last_filtered: f64,
+    last_velocity: Option<f64>,
+    ratio: f64,
+    dt_s: Option<f64>,
+}
+
+impl From<LiteralFilter> for Raw {
+    fn from(it: LiteralFilter) -> Self {
+        Self {
+            params: it.params,
+            belief: it.belief,
+            ratios: it.ratios,
+            last_measured: it.last_measured,
+            last_filtered: it.last_filtered,
+            last_velocity: it.last_velocity,
+            ratio: it.ratio,
+            dt_s: it.dt_s,
+        }
+    }
+}
+
+impl TryFrom<Raw> for LiteralFilter {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw) -> Result<Self> {
+        let fresh = Self::new(raw.params, raw.last_measured, 0.0)?;
+        if raw.ratios.len() > raw.params.samples {
+            let (got, expected) = (raw.ratios.len(), raw.params.samples);
+            return Err(EstimationError::Length { what: "ratios kept", got, expected });
+        }
+        let numbers = [raw.last_filtered, raw.ratio, raw.last_velocity.unwrap_or(0.0)];
+        if !raw.ratios.iter().chain(&numbers).all(|value| value.is_finite()) {
+            return Err(EstimationError::NotFinite { what: "the history of velocities" });
+        }
+        raw.dt_s.map_or(Ok(()), require_time_step)?;
+        let mut ratios = fresh.ratios;
+        ratios.extend(raw.ratios);
+        Ok(Self {
+            belief: raw.belief,
+            ratios,
+            last_filtered: raw.last_filtered,
+            last_velocity: raw.last_velocity,
+            ratio: raw.ratio,
+            dt_s: raw.dt_s,
+            ..fresh
+        })
+    }
 }
 
 impl LiteralFilter {

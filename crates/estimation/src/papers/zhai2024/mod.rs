@@ -8,19 +8,55 @@ pub use params::{VarianceParams, VarianceRule};
 pub use particles::{LikelihoodNoiseFilter, bhattacharyya_coefficient, similarity_log_likelihood};
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
-use crate::Result;
+use crate::error::require;
 use crate::matrix::require_finite;
+use crate::{EstimationError, Result};
 use params::LONGEST;
 
 /// The running estimate of the variance of `M` independent residual components.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<M>", into = "Raw<M>")]
 pub struct VarianceEstimate<const M: usize> {
     params: VarianceParams,
     count: usize,
     variance: SVector<f64, M>,
     /// Squares of the last residuals, a ring.
     recent: [SVector<f64, M>; LONGEST],
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "VarianceEstimate")]
+struct Raw<const M: usize> {
+    params: VarianceParams,
+    count: usize,
+    variance: SVector<f64, M>,
+    recent: Vec<SVector<f64, M>>,
+}
+
+impl<const M: usize> From<VarianceEstimate<M>> for Raw<M> {
+    fn from(it: VarianceEstimate<M>) -> Self {
+        Self { params: it.params, count: it.count, variance: it.variance, recent: it.recent.to_vec() }
+    }
+}
+
+impl<const M: usize> TryFrom<Raw<M>> for VarianceEstimate<M> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<M>) -> Result<Self> {
+        raw.params.validate()?;
+        for &value in raw.recent.iter().flatten().chain(raw.variance.iter()) {
+            require("a variance learnt", value, value >= 0.0, "zero or more")?;
+        }
+        let recent = <[_; LONGEST]>::try_from(raw.recent).map_err(|given: Vec<_>| EstimationError::Length {
+            what: "residuals kept",
+            got: given.len(),
+            expected: LONGEST,
+        })?;
+        Ok(Self { params: raw.params, count: raw.count, variance: raw.variance, recent })
+    }
 }
 
 impl<const M: usize> VarianceEstimate<M> {
@@ -41,7 +77,7 @@ impl<const M: usize> VarianceEstimate<M> {
         require_finite("the residual", residual)?;
         let square = residual.component_mul(residual);
         self.recent[self.count % LONGEST] = square;
-        self.count += 1;
+        self.count = self.count.saturating_add(1);
         let k = self.count as f64;
         self.variance = match self.params.rule {
             VarianceRule::Corrected => self.variance * ((k - 1.0) / k) + square / k,

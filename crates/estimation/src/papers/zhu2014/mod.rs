@@ -5,14 +5,17 @@ mod params;
 
 pub use params::{HalfInterval, Jump, Zhu2014Params};
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
+use crate::error::require_time_step;
 use crate::matrix::sandwich;
 use crate::motion::ConstantVelocity;
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, MotionModel, Result, Transition};
 
 /// The patent's filter: state `[x, y, vx, vy]`, measured `[x, y]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw", into = "Raw")]
 pub struct HalfIntervalFilter {
     params: Zhu2014Params,
     measurement: LinearMeasurement<2, 4>,
@@ -21,8 +24,34 @@ pub struct HalfIntervalFilter {
     interval: Option<(Gaussian<4>, f64)>,
 }
 
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "HalfIntervalFilter")]
+struct Raw {
+    params: Zhu2014Params,
+    belief: Gaussian<4>,
+    interval: Option<(Gaussian<4>, f64)>,
+}
+
+impl From<HalfIntervalFilter> for Raw {
+    fn from(it: HalfIntervalFilter) -> Self {
+        Self { params: it.params, belief: it.belief, interval: it.interval }
+    }
+}
+
+impl TryFrom<Raw> for HalfIntervalFilter {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw) -> Result<Self> {
+        if let Some((_, dt_s)) = raw.interval {
+            require_time_step(dt_s)?;
+        }
+        Ok(Self { interval: raw.interval, ..Self::new(raw.params, raw.belief)? })
+    }
+}
+
 /// What an update found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The innovation against the plain prediction: what the manoeuvre was judged by.
     pub innovation: Innovation<2>,
@@ -51,12 +80,20 @@ impl HalfIntervalFilter {
         ConstantVelocity::<2>::per_step(self.params.process_variance).over(dt_s)
     }
 
+    /// The belief after `dt_s` seconds, leaving this one alone.
+    ///
+    /// # Errors
+    /// Where `dt_s` is not positive and finite or the result overflows.
+    pub fn forecast(&self, dt_s: f64) -> Result<Gaussian<4>> {
+        self.belief.predicted(&self.transition(dt_s)?)
+    }
+
     /// Moves the belief by `dt_s` seconds, as the plain filter does.
     ///
     /// # Errors
     /// Where `dt_s` is not positive and finite; the filter is then as it was.
     pub fn predict(&mut self, dt_s: f64) -> Result<()> {
-        let predicted = self.belief.predicted(&self.transition(dt_s)?)?;
+        let predicted = self.forecast(dt_s)?;
         // After a gap only the last step is gone over again: the belief at its start is the prediction so far.
         self.interval = Some((self.belief, dt_s));
         self.belief = predicted;
@@ -68,7 +105,20 @@ impl HalfIntervalFilter {
     /// # Errors
     /// As [`Gaussian::update`]; the filter is then as it was.
     pub fn update(&mut self, position_px: &SVector<f64, 2>) -> Result<Outcome> {
-        let innovation = self.belief.innovation(&self.measurement, position_px)?;
+        let sensor = self.measurement;
+        self.update_by(&sensor, position_px)
+    }
+
+    /// [`update`](Self::update) by a position of this `noise`, px², in place of the parameters'.
+    ///
+    /// # Errors
+    /// Where `noise` is no covariance, and as [`Gaussian::update`]; the filter is then as it was.
+    pub fn update_with_noise(&mut self, position_px: &SVector<f64, 2>, noise: &SMatrix<f64, 2, 2>) -> Result<Outcome> {
+        self.update_by(&self.measurement.with_noise(*noise)?, position_px)
+    }
+
+    fn update_by(&mut self, sensor: &LinearMeasurement<2, 4>, position_px: &SVector<f64, 2>) -> Result<Outcome> {
+        let innovation = self.belief.innovation(sensor, position_px)?;
         let surprised = innovation.nis() > self.params.threshold;
         let mut belief = self.belief;
         let mut manoeuvre = false;
@@ -78,7 +128,7 @@ impl HalfIntervalFilter {
             belief = again(&self.params, &before, dt_s, position_px)?;
             manoeuvre = true;
         }
-        belief.update(&self.measurement, position_px)?;
+        belief.update(sensor, position_px)?;
         self.belief = belief;
         self.interval = None;
         Ok(Outcome { innovation, manoeuvre })

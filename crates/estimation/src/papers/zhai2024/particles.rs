@@ -2,19 +2,21 @@
 
 use nalgebra::SVector;
 use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
 
 use super::{VarianceEstimate, VarianceParams};
-use crate::Result;
-use crate::error::require_time_step;
+use crate::error::{require, require_time_step};
 use crate::matrix::require_finite;
 use crate::particle::{ParticleFilter, ParticleOptions};
+use crate::{EstimationError, Result};
 
 /// Particles over a position `[x, y]`, equations (22) to (25): `x ← x + v dt + ε`, `ε ~ N(0, s_k)`, with `v` from the last
 /// two estimates and `s_k` from the residuals between what was found and what was predicted.
 ///
 /// One frame is [`predict`](Self::predict), then weighing through [`particles_mut`](Self::particles_mut), then
 /// [`correct`](Self::correct) with the position found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Raw", into = "Raw")]
 pub struct LikelihoodNoiseFilter {
     particles: ParticleFilter<2>,
     variance: VarianceEstimate<2>,
@@ -22,6 +24,50 @@ pub struct LikelihoodNoiseFilter {
     velocity_px_per_s: SVector<f64, 2>,
     predicted_px: SVector<f64, 2>,
     since_s: f64,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "LikelihoodNoiseFilter")]
+struct Raw {
+    particles: ParticleFilter<2>,
+    variance: VarianceEstimate<2>,
+    estimate_px: SVector<f64, 2>,
+    velocity_px_per_s: SVector<f64, 2>,
+    predicted_px: SVector<f64, 2>,
+    since_s: f64,
+}
+
+impl From<LikelihoodNoiseFilter> for Raw {
+    fn from(it: LikelihoodNoiseFilter) -> Self {
+        Self {
+            particles: it.particles,
+            variance: it.variance,
+            estimate_px: it.estimate_px,
+            velocity_px_per_s: it.velocity_px_per_s,
+            predicted_px: it.predicted_px,
+            since_s: it.since_s,
+        }
+    }
+}
+
+impl TryFrom<Raw> for LikelihoodNoiseFilter {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw) -> Result<Self> {
+        require_finite("the estimate", &raw.estimate_px)?;
+        require_finite("the velocity", &raw.velocity_px_per_s)?;
+        require_finite("the prediction", &raw.predicted_px)?;
+        require("the time since the last frame", raw.since_s, raw.since_s >= 0.0, "zero or more")?;
+        Ok(Self {
+            particles: raw.particles,
+            variance: raw.variance,
+            estimate_px: raw.estimate_px,
+            velocity_px_per_s: raw.velocity_px_per_s,
+            predicted_px: raw.predicted_px,
+            since_s: raw.since_s,
+        })
+    }
 }
 
 impl LikelihoodNoiseFilter {
