@@ -114,8 +114,8 @@ impl Planes {
     /// With what is known about colour.
     pub fn into_pixels(self, color: ColorInfo) -> Result<Pixels, Fault> {
         Ok(match self {
-            Self::Gray8(image) => Pixels::Gray8(image),
-            Self::Gray16(image) => Pixels::Gray16(image),
+            Self::Gray8(image) => image.into(),
+            Self::Gray16(image) => image.into(),
             Self::Yuv420([y, u, v]) => {
                 let (matrix, range) = color.resolve(y.size());
                 Pixels::Yuv420(Yuv420::new(y, u, v, matrix, range)?)

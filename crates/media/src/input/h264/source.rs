@@ -4,7 +4,7 @@ use crate::input::fault::Fault;
 use crate::input::limits::MAX_SAMPLE_BYTES;
 use crate::input::mp4::{Codec, Movie, Sample};
 use crate::{Result, Source, SourceInfo};
-use pursuit_imaging::{Frame, Pixels, Yuv420};
+use pursuit_imaging::{Frame, Yuv420};
 use std::collections::BTreeMap;
 
 /// H.264 in MP4 or QuickTime, decoded here.
@@ -100,7 +100,7 @@ impl Mp4Source {
             };
             let index = u64::from(rank.saturating_sub(self.skipped));
             let time_s = self.times_s.get(rank as usize).copied().unwrap_or_default();
-            return Ok(Some(Frame::new(index, time_s, Pixels::Yuv420(picture))));
+            return Ok(Some(Frame::new(index, time_s, picture)));
         }
     }
 
