@@ -92,10 +92,10 @@ mod tests {
     use super::*;
     use crate::{Diagnostics, Measurement, Prior, Search};
     use pursuit_geometry::BBox;
-    use pursuit_imaging::{Frame, Image, Pixels};
+    use pursuit_imaging::{Frame, Image};
 
     fn judge(policy: &mut ConfidencePolicy, state: TrackState, confidence: f64) -> Verdict {
-        let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 4, 7).unwrap()));
+        let frame = Frame::new(0, 0.0, Image::filled(4, 4, 7u8).unwrap());
         let bbox = BBox::from_ltwh(0.0, 0.0, 4.0, 4.0);
         let prior = Prior { bbox, innovation_covariance: None, dt_s: 0.1 };
         let search = Search { expected: bbox, region: bbox, gate: None, wide: state == TrackState::Lost };
