@@ -62,6 +62,6 @@ impl Source for SceneSource {
         let index = self.next;
         self.next += 1;
         let time_s = self.scene.frame_time_s(index);
-        Ok(Some(Frame::new(index, time_s, self.scene.render(time_s).image)))
+        Ok(Some(self.scene.render(time_s).into_frame(index, time_s, &self.scene.home())))
     }
 }

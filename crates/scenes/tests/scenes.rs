@@ -2,9 +2,9 @@
 
 #![allow(clippy::panic)] // a test names the scene it fails on
 
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Truth};
 use pursuit_imaging::{Image, Rgb8};
-use pursuit_media::{Source, Truth};
+use pursuit_media::Source;
 use pursuit_scenes::{SCENES, Scene, SceneError, SceneQuery, SceneSource, open};
 
 fn made(query: &str) -> Box<dyn Scene> {
@@ -62,7 +62,8 @@ fn every_scene_begins_with_a_visible_target_and_stays_sane() {
             assert_eq!(moment.targets, scene.targets(scene.frame_time_s(k)));
             let truth = moment.targets[0];
             assert!((0.0..=1.0).contains(&truth.visible_fraction));
-            if k == 0 {
+            // Into the room of `person` somebody comes later.
+            if k == 0 && entry.name != "person" {
                 assert!(truth.visible_fraction > 0.97, "{} seed {seed}: {truth:?}", entry.name);
             }
             if let Some(seen) = truth.visible() {

@@ -101,5 +101,7 @@ mod tests {
         assert!((normalized_center_error(&truth, &estimate) - 0.5).abs() < 1e-12, "hypot(.3, .4)");
         assert!((center_errors(&[truth], &[estimate])[0] - 481f64.sqrt()).abs() < 1e-12);
         assert!((average_overlap(&[0.25, 0.5, 0.9]) - 0.55).abs() < 1e-12);
+        let other = truth.translated(15.0, 0.0);
+        assert_eq!(overlaps(&[truth, truth], &[truth, other]), [1.0, 1.0 / 3.0]);
     }
 }

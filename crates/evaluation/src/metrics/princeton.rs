@@ -51,13 +51,13 @@ mod tests {
             claim(true, false, 0.0),
             claim(false, true, 0.0),
             claim(false, true, 0.9),
-            claim(false, true, 0.0),
+            claim(false, false, 0.0),
             claim(false, false, 0.0),
         ];
         let types = error_types(&claims, 0.5);
-        let expected = ErrorTypes { success: 0.25, wrong_box: 0.25, false_box: 0.375, missing_box: 0.125 };
+        let expected = ErrorTypes { success: 0.375, wrong_box: 0.25, false_box: 0.25, missing_box: 0.125 };
         assert_eq!(types, expected);
-        assert_eq!(error_types(&claims, 0.4).success, 0.375);
+        assert_eq!(error_types(&claims, 0.4).success, 0.5);
         let none = error_types(&[], 0.5);
         assert_eq!((none.success, none.wrong_box, none.false_box, none.missing_box), (0.0, 0.0, 0.0, 0.0));
     }

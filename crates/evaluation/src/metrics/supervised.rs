@@ -154,6 +154,7 @@ mod tests {
     #[test]
     fn reliability_falls_exponentially_with_failures() {
         assert_eq!((reliability(0.0, 100.0, 30.0), reliability(3.0, 0.0, 30.0)), (1.0, 0.0));
+        assert_eq!(reliability(0.0, 0.0, 30.0), 0.0, "nothing seen proves nothing");
         assert!((reliability(2.0, 120.0, 30.0) - (-0.5f64).exp()).abs() < 1e-12);
     }
 
