@@ -3,7 +3,7 @@ use crate::correlation::Features;
 use crate::regularised::AppearanceFeatures;
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
-use pursuit_vision::fourier::hann_plane;
+use pursuit_vision::fourier::{HannEnds, hann_plane};
 use pursuit_vision::sampling::{Planes, Window};
 
 /// Not state: made of the settings, overwritten at every use.
@@ -24,7 +24,7 @@ impl Scratch {
         let features = AppearanceFeatures::new(cell_px, color);
         let grid = features.grid(patch);
         Self {
-            hann: hann_plane(grid.width, grid.height),
+            hann: hann_plane(grid.width, grid.height, HannEnds::Zero),
             plain: Planes::new(grid, features.channels()),
             windowed: Planes::new(grid, features.channels()),
             response: vec![0.0; grid.area()],
