@@ -13,7 +13,11 @@ fn made(query: &str) -> Box<dyn Scene> {
 
 /// The scene with this seed; large ones smaller, so that the tests are quick.
 fn query(name: &str, seed: u64) -> String {
-    let smaller = if name == "crowd" { "&width=480&height=270&targets=6" } else { "" };
+    let smaller = match name {
+        "crowd" => "&width=480&height=270&targets=6",
+        "person" | "people" | "wide-world" => "&width=160&height=120",
+        _ => "",
+    };
     format!("scene:{name}?seed={seed}{smaller}")
 }
 
