@@ -25,7 +25,7 @@ pub use datasets::Dataset;
 pub use error::EvaluationError;
 pub use evaluate::{Contestant, EvalOptions, Progress, evaluate};
 pub use protocol::{Pass, Protocol, spatial_variants, temporal_starts};
-pub use pursuit_media::Truth;
+pub use pursuit_geometry::Truth;
 pub use results::Results;
 pub use run::{RunRecord, UpdateTime};
 pub use sequence::{Footage, Sequence};

@@ -2,10 +2,11 @@
 
 use crate::clock::timed;
 use crate::film::Film;
+use crate::metrics::accuracy::overlap;
 use crate::metrics::supervised::SKIP_AFTER_FAILURE;
 use crate::metrics::{mean, quantile};
 use crate::protocol::Pass;
-use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory};
+use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory, Truth};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::{Recipe, TrackState, Tracker};
@@ -166,8 +167,8 @@ impl Running<'_> {
         self.wall_ms.push(elapsed.wall.as_secs_f64() * 1e3);
         self.thread_time += elapsed.thread;
         self.trajectory.set(i, output);
-        let overlap = truth.map(|t| if output.state == TrackState::Lost { 0.0 } else { t.iou(&output.bbox) });
-        if self.protocol == Protocol::Reset && overlap.is_some_and(|o| o <= 0.0) {
+        let missed = truth.is_some_and(|t| overlap(&Truth::Visible(t), Some(&output)) <= 0.0);
+        if self.protocol == Protocol::Reset && missed {
             self.failures.push(i);
             self.tracker = None;
             self.next_start = Some((i + SKIP_AFTER_FAILURE, None));

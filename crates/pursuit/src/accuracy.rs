@@ -117,15 +117,7 @@ mod tests {
     fn record(state: TrackState, left: f64) -> Record {
         let bbox = BBox::from_ltwh(left, 0.0, 10.0, 10.0);
         let (prediction, measurement) = (Some(bbox.translated(3.0, 4.0)), Some(bbox.translated(0.0, 1.0)));
-        let estimate = Estimate {
-            bbox,
-            score: 1.0,
-            state,
-            prediction,
-            measurement,
-            covariance: None,
-            diagnostics: Default::default(),
-        };
+        let estimate = Estimate { state, prediction, measurement, ..Estimate::started(0.0, bbox, 1.0) };
         Record { frame: 0, time_s: 0.0, target: TargetId(1), estimate: Some(estimate), update_ms: None }
     }
 

@@ -5,13 +5,13 @@ use crate::sampling::Planes;
 use proptest::prelude::*;
 use pursuit_geometry::Size;
 
-struct Twin {
+struct Reference {
     width: usize,
     height: usize,
     histograms: Vec<[f64; 18]>,
 }
 
-impl Twin {
+impl Reference {
     fn new(patch: &Planes, cell: usize) -> Self {
         let (w, h) = (patch.size().width, patch.size().height);
         let (width, height) = (w / cell, h / cell);
@@ -107,7 +107,7 @@ fn patch(width: usize, height: usize, channels: usize, seed: u32) -> Planes {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
-    fn features_equal_the_slow_twin(
+    fn features_equal_the_slow_reference(
         width in 2usize..40, height in 2usize..40, color: bool, cell in 1usize..9, seed: u32, dalal: bool,
     ) {
         let patch = patch(width, height, if color { 3 } else { 1 }, seed);
@@ -115,12 +115,12 @@ proptest! {
         let mut hog = Hog::new(layout, cell);
         let mut out = Planes::default();
         hog.extract(&patch, &mut out);
-        let twin = Twin::new(&patch, cell);
-        prop_assert_eq!(out.size(), Size::new(twin.width, twin.height));
-        for y in 0..twin.height {
-            for x in 0..twin.width {
-                for (c, want) in twin.features(layout, y, x).into_iter().enumerate() {
-                    let got = f64::from(out.plane(c)[y * twin.width + x]);
+        let reference = Reference::new(&patch, cell);
+        prop_assert_eq!(out.size(), Size::new(reference.width, reference.height));
+        for y in 0..reference.height {
+            for x in 0..reference.width {
+                for (c, want) in reference.features(layout, y, x).into_iter().enumerate() {
+                    let got = f64::from(out.plane(c)[y * reference.width + x]);
                     prop_assert!((got - want).abs() < 1e-5 * want.abs().max(1.0), "({y}, {x}) channel {c}: {got}, {want}");
                 }
             }
