@@ -100,7 +100,11 @@ mod tests {
     fn a_disk_is_simple_and_a_pixel_has_no_perimeter() {
         let disk = features(120, 120, |x, y| (x as f64 - 59.5).hypot(y as f64 - 59.5) < 50.0);
         // The line of steps 1 and √2 round a large disk is 8·(√2 − 1)/π = 1.0548 times as long as the circle.
-        assert!((disk.complexity / (4.0 * std::f64::consts::PI) - 1.0548f64.powi(2)).abs() < 0.05, "{}", disk.complexity);
+        assert!(
+            (disk.complexity / (4.0 * std::f64::consts::PI) - 1.0548f64.powi(2)).abs() < 0.05,
+            "{}",
+            disk.complexity
+        );
         let pixel = features(3, 3, |x, y| x == 1 && y == 1);
         assert_eq!((pixel.area_px, pixel.perimeter_px, pixel.complexity, pixel.aspect_ratio), (1.0, 0.0, 0.0, 1.0));
         let holed = features(20, 20, |x, y| (2..18).contains(&x) && (2..18).contains(&y) && !(x == 9 && y == 9));
@@ -111,7 +115,12 @@ mod tests {
     fn every_range_can_refuse() {
         let f = features(30, 40, |x, y| (5..15).contains(&x) && (6..36).contains(&y));
         assert!(FeatureRanges::default().admit(&f));
-        let person = FeatureRanges { area_px: 300.0..=300.0, perimeter_px: 70.0..=80.0, aspect_ratio: 1.5..=4.0, complexity: 12.0..=40.0 };
+        let person = FeatureRanges {
+            area_px: 300.0..=300.0,
+            perimeter_px: 70.0..=80.0,
+            aspect_ratio: 1.5..=4.0,
+            complexity: 12.0..=40.0,
+        };
         assert!(person.admit(&f));
         assert!(!FeatureRanges { area_px: 301.0..=999.0, ..person.clone() }.admit(&f));
         assert!(!FeatureRanges { perimeter_px: 0.0..=75.0, ..person.clone() }.admit(&f));

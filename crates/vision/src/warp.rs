@@ -74,7 +74,14 @@ impl Affine {
     pub fn after(&self, first: &Self) -> Self {
         let [xx, xy, x, yx, yy, y] = self.m;
         let [a, b, c, d, e, f] = first.m;
-        let m = [xx * a + xy * d, xx * b + xy * e, xx * c + xy * f + x, yx * a + yy * d, yx * b + yy * e, yx * c + yy * f + y];
+        let m = [
+            xx * a + xy * d,
+            xx * b + xy * e,
+            xx * c + xy * f + x,
+            yx * a + yy * d,
+            yx * b + yy * e,
+            yx * c + yy * f + y,
+        ];
         Self { m }
     }
 
@@ -128,7 +135,8 @@ fn warp_row(image: ImageView<'_, u8>, (x, y): (f64, f64), (step_x, step_y): (f64
         let (column, row) = (at_x.floor(), at_y.floor());
         let (across, down) = ((at_x - column) as f32, (at_y - row) as f32);
         let (column, row) = (column as isize, row as isize);
-        let inside = column >= 0 && row >= 0 && column + 1 < image.width() as isize && row + 1 < image.height() as isize;
+        let inside =
+            column >= 0 && row >= 0 && column + 1 < image.width() as isize && row + 1 < image.height() as isize;
         let [a, b, c, d] = if inside {
             let (above, below) = (image.row(row as usize), image.row(row as usize + 1));
             let i = column as usize;

@@ -70,7 +70,9 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
     /// # Errors
     /// When a share is not within 0 to 1.
     pub fn new(model: M, params: LightingParams) -> Result<Self, VisionError> {
-        for (name, share) in [("changed", params.changed), ("explained", params.explained), ("replaced", params.replaced)] {
+        for (name, share) in
+            [("changed", params.changed), ("explained", params.explained), ("replaced", params.replaced)]
+        {
             require_range(name, share, (0.0, 1.0), "from 0 to 1")?;
         }
         Ok(Self { model, params, age: 0, background: Image::filled(1, 1, P::default())?, ratios: Vec::new() })

@@ -227,7 +227,8 @@ impl State {
             let mut means = self.means.iter_mut().map(|m| &mut m[at..at + width]);
             let mut next = || means.next().unwrap_or_default();
             let means = [next(), next(), next()];
-            let first = First { counts: &self.counts[at..at + width], variances: &mut self.variances[at..at + width], means };
+            let first =
+                First { counts: &self.counts[at..at + width], variances: &mut self.variances[at..at + width], means };
             match protect {
                 None => first.update::<C>(&self.line, rule, &mut self.left_over),
                 Some(_) => self.left_over.fill(1),

@@ -49,7 +49,9 @@ fn slow_mog2(values: &[[f64; 3]], p: &Mog2Params) -> Vec<u8> {
         let mut total = 0.0;
         let mut background = false;
         for (k, m) in modes.iter().enumerate() {
-            background |= owner.is_none_or(|o| k <= o) && total < p.background_ratio && distance(&m.2) < p.background_distance * m.1;
+            background |= owner.is_none_or(|o| k <= o)
+                && total < p.background_ratio
+                && distance(&m.2) < p.background_distance * m.1;
             total += (1.0 - a) * m.0 - a * p.complexity_reduction + if owner == Some(k) { a } else { 0.0 };
         }
         for (k, m) in modes.iter_mut().enumerate() {
@@ -84,11 +86,19 @@ fn mog2_equals_the_twin() {
         [0, 1, 2].map(|c| (base + noise(x, y, 3 * n + c) / 24 + c * 5) as u8)
     };
     for history_frames in [500, 30] {
-        let params = Mog2Params { shadow_ratio: None, history_frames, most_modes: 3, ..Default::default() };
+        let params = Mog2Params {
+            shadow_ratio: None,
+            history_frames,
+            most_modes: 3,
+            background_ratio: 0.6,
+            ..Default::default()
+        };
         let (mut model, mut mask) = (Mog2::<Rgb8>::new(params).unwrap(), mask());
         let mut masks = Vec::new();
         for n in 0..frames {
-            model.apply(Image::from_fn(w, h, |x, y| value(x, y, n)).unwrap().view(), &Learning::default(), &mut mask).unwrap();
+            model
+                .apply(Image::from_fn(w, h, |x, y| value(x, y, n)).unwrap().view(), &Learning::default(), &mut mask)
+                .unwrap();
             masks.push(mask.clone());
         }
         let (mut differ, mut foreground) = (0, 0);
@@ -112,9 +122,17 @@ fn mog2_marks_what_opencv_marks() {
     let (mut model, mut mask) = (mog2(), mask());
     for frame in 0..60 {
         model.apply(clip(frame).view(), &Learning::default(), &mut mask).unwrap();
-        let runs = match frame { 10 => MASK_10, 21 => MASK_21, 35 => MASK_35, 59 => MASK_59, _ => continue };
-        let expected: Vec<u8> =
-            runs.iter().flat_map(|&(n, code)| std::iter::repeat_n([BACKGROUND, SHADOW, FOREGROUND][usize::from(code)], n)).collect();
+        let runs = match frame {
+            10 => MASK_10,
+            21 => MASK_21,
+            35 => MASK_35,
+            59 => MASK_59,
+            _ => continue,
+        };
+        let expected: Vec<u8> = runs
+            .iter()
+            .flat_map(|&(n, code)| std::iter::repeat_n([BACKGROUND, SHADOW, FOREGROUND][usize::from(code)], n))
+            .collect();
         let differ = mask.as_slice().iter().zip(&expected).filter(|(a, b)| a != b).count();
         assert!(differ * 1000 <= expected.len(), "frame {frame}: {differ} of {}", expected.len());
     }
@@ -163,8 +181,8 @@ fn fast_learning_forgets_and_slow_learning_remembers() {
 
 /// Every model, after the empty lead-in.
 fn models() -> Vec<(&'static str, Box<dyn BackgroundModel<Rgb8>>)> {
-    let average = RunningAverageParams { rate: 0.05, ..Default::default() };
-    let median = TemporalMedianParams { samples: 9, every: 2, ..Default::default() };
+    let average = RunningAverageParams { rate: 0.01, ..Default::default() };
+    let median = TemporalMedianParams { samples: 9, every: 5, ..Default::default() };
     vec![
         ("fixed", Box::new(FixedBackground::from_first_frame(25))),
         ("average", Box::new(RunningAverage::new(average).unwrap())),
@@ -217,7 +235,7 @@ fn what_is_protected_is_not_learnt() {
             free.apply(clip(frame).view(), &Learning::default(), &mut mask).unwrap();
         }
         protect_boxes(Size::new(96, 64), &[square(30)], &mut protect).unwrap();
-        let rate = (name == "mog2").then_some(0.05);
+        let rate = (name != "median").then_some(0.05);
         // It stands for a hundred frames.
         for _ in 0..100 {
             free.apply(clip(30).view(), &Learning { rate, protect: None }, &mut mask).unwrap();
@@ -266,7 +284,9 @@ fn frames_masks_and_rates_are_checked() {
     assert_eq!(mog2().params(), &good);
     assert!(RunningAverage::<u8>::new(RunningAverageParams { rate: 1.5, ..Default::default() }).is_err());
     for bad in [(0, 1), (256, 1), (3, 0)] {
-        assert!(TemporalMedian::<u8>::new(TemporalMedianParams { samples: bad.0, every: bad.1, threshold: 1 }).is_err());
+        assert!(
+            TemporalMedian::<u8>::new(TemporalMedianParams { samples: bad.0, every: bad.1, threshold: 1 }).is_err()
+        );
     }
 }
 
@@ -330,7 +350,8 @@ fn grey_models_follow_their_equations() {
 #[test]
 fn grey_mog2_sees_shadows_by_brightness() {
     let (mut model, mut mask) = (Mog2::<u8>::new(Mog2Params::default()).unwrap(), mask());
-    let frame = |patch: u8| Image::from_fn(50, 20, |x, y| if x < 10 { patch } else { 118 + ((x + y) % 5) as u8 }).unwrap();
+    let frame =
+        |patch: u8| Image::from_fn(50, 20, |x, y| if x < 10 { patch } else { 118 + ((x + y) % 5) as u8 }).unwrap();
     for _ in 0..30 {
         model.apply(frame(120).view(), &Learning::default(), &mut mask).unwrap();
     }
@@ -352,12 +373,14 @@ fn dimmed(frame: i64, gain: f64) -> Image<Rgb8> {
 #[test]
 fn a_step_of_the_light_is_said_and_survived() {
     for (name, model) in models() {
-        let mut watched = Watched::<Box<dyn BackgroundModel<Rgb8>>, Rgb8>::new(model, LightingParams::default()).unwrap();
+        let mut watched =
+            Watched::<Box<dyn BackgroundModel<Rgb8>>, Rgb8>::new(model, LightingParams::default()).unwrap();
         let (mut mask, mut protect) = (mask(), mask());
-        protect_boxes(Size::new(96, 64), &[square(25)], &mut protect).unwrap();
         for frame in 0..30 {
-            let protect = (frame >= 25).then(|| protect.view());
-            let report = watched.apply(clip(25.min(frame)).view(), &Learning { rate: None, protect }, &mut mask).unwrap();
+            protect_boxes(Size::new(96, 64), &[square(frame.clamp(20, 25))], &mut protect).unwrap();
+            let protect = (frame >= 20).then(|| protect.view());
+            let report =
+                watched.apply(clip(25.min(frame)).view(), &Learning { rate: None, protect }, &mut mask).unwrap();
             assert!(report.step.is_none() && report.changed < 0.2, "{name} {frame} {report:?}");
         }
         let learning = Learning { rate: None, protect: Some(protect.view()) };
@@ -406,7 +429,11 @@ fn a_crowd_is_no_step_of_the_light_but_another_scene_is_learnt() {
     // Not before the background has settled.
     let (report, _) = run(LightingParams { settled_frames: 50, ..params }, 96, None);
     assert!(report.step.is_none() && report.changed > 0.8);
-    for bad in [LightingParams { changed: 1.5, ..params }, LightingParams { explained: -1.0, ..params }, LightingParams { replaced: f64::NAN, ..params }] {
+    for bad in [
+        LightingParams { changed: 1.5, ..params },
+        LightingParams { explained: -1.0, ..params },
+        LightingParams { replaced: f64::NAN, ..params },
+    ] {
         assert!(Watched::new(FixedBackground::<u8>::from_first_frame(10), bad).is_err());
     }
 }
@@ -416,7 +443,11 @@ fn rates_in_seconds_and_boxes_to_masks() {
     assert!((learning_rate(0.04, 2.0) - (1.0 - (-0.02f64).exp())).abs() < 1e-15);
     assert_eq!((learning_rate(0.0, 2.0), learning_rate(-1.0, 2.0), learning_rate(1.0, 0.0)), (0.0, 0.0, 0.0));
     let mut mask = mask();
-    let boxes = [BBox::from_ltwh(-5.0, 1.5, 7.0, 2.0), BBox::from_ltwh(8.2, 0.0, 0.5, 1.0), BBox::from_ltwh(50.0, 0.0, 5.0, 5.0)];
+    let boxes = [
+        BBox::from_ltwh(-5.0, 1.5, 7.0, 2.0),
+        BBox::from_ltwh(8.2, 0.0, 0.5, 1.0),
+        BBox::from_ltwh(50.0, 0.0, 5.0, 5.0),
+    ];
     protect_boxes(Size::new(10, 5), &boxes, &mut mask).unwrap();
     let expected = ["........#.", "##........", "##........", "##........", ".........."];
     for (y, row) in expected.iter().enumerate() {

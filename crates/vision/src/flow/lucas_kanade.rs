@@ -1,6 +1,6 @@
+use super::Pyramid;
 use super::kernel::{self, LANES, Patch};
 use super::template::{Template, gather};
-use super::Pyramid;
 use crate::error::{VisionError, require_range, require_size};
 use pursuit_geometry::{Point, Size};
 use pursuit_imaging::Image;
@@ -322,10 +322,8 @@ fn patch<'a>(
     gathered: &'a mut [u8],
 ) -> Patch<'a> {
     let row = window.width.next_multiple_of(LANES) + 1;
-    let inside = x >= 0
-        && y >= 0
-        && x as usize + window.width < image.width()
-        && y as usize + window.height < image.height();
+    let inside =
+        x >= 0 && y >= 0 && x as usize + window.width < image.width() && y as usize + window.height < image.height();
     if inside {
         // The padding of a row may read on into the next one; only the last one has none.
         let from = y as usize * image.width() + x as usize;

@@ -10,9 +10,7 @@ mod pyramid;
 mod template;
 
 pub use lucas_kanade::{Lighting, LucasKanade, LucasKanadeParams, Outcome, RoundTrip, Track};
-pub use median_flow::{
-    BoxMotion, FlowFailure, MedianFlow, MedianFlowParams, Pairing, ScaleRule, box_motion, grid,
-};
+pub use median_flow::{BoxMotion, FlowFailure, MedianFlow, MedianFlowParams, Pairing, ScaleRule, box_motion, grid};
 pub use pyramid::Pyramid;
 
 #[cfg(test)]

@@ -105,7 +105,8 @@ impl Template {
                 let (above, below) = if j % 2 == 1 { (even, odd) } else { (odd, even) };
                 let out = (j - 1) * self.stride;
                 let planes = [&mut self.intensity, &mut self.gradient_x, &mut self.gradient_y];
-                for (plane, (above, below)) in planes.into_iter().zip(above.chunks_exact(n).zip(below.chunks_exact(n))) {
+                for (plane, (above, below)) in planes.into_iter().zip(above.chunks_exact(n).zip(below.chunks_exact(n)))
+                {
                     interpolate(above, below, across, down, &mut plane[out..out + width]);
                 }
             }
@@ -119,9 +120,11 @@ impl Template {
         let n = (self.window.width * self.window.height) as f32;
         let rows = |plane: &'_ [f32], f: &dyn Fn(usize, f32) -> f32| -> f32 {
             let (stride, width) = (self.stride, self.window.width);
-            plane.chunks_exact(stride).enumerate().map(|(j, row)| {
-                row[..width].iter().enumerate().map(|(i, &v)| f(j * stride + i, v)).sum::<f32>()
-            }).sum()
+            plane
+                .chunks_exact(stride)
+                .enumerate()
+                .map(|(j, row)| row[..width].iter().enumerate().map(|(i, &v)| f(j * stride + i, v)).sum::<f32>())
+                .sum()
         };
         let mean = rows(&self.intensity, &|_, v| v) / n;
         let variance = rows(&self.intensity, &|_, v| (v - mean) * (v - mean)) / n;
@@ -131,7 +134,9 @@ impl Template {
         });
         (self.mean, self.variance) = (mean, variance);
         for (gradient, (constant, along)) in [&mut self.gradient_x, &mut self.gradient_y].into_iter().zip(parts) {
-            for (gradient, intensity) in gradient.chunks_exact_mut(self.stride).zip(self.intensity.chunks_exact(self.stride)) {
+            for (gradient, intensity) in
+                gradient.chunks_exact_mut(self.stride).zip(self.intensity.chunks_exact(self.stride))
+            {
                 for (g, i) in gradient[..self.window.width].iter_mut().zip(intensity) {
                     *g -= constant + along * (i - mean);
                 }

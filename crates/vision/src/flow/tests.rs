@@ -133,14 +133,18 @@ impl MapTo for Vec<Point> {
 /// The slow, obvious twin of one level: Gauss-Newton with whole-pixel central differences in double precision.
 fn slow(first: &Image<u8>, second: &Image<u8>, p: Point, half: i32) -> Point {
     let sample = |image: &Image<u8>, x: f64, y: f64| {
-        let at = |dx: f64, dy: f64| f64::from(image.view().clamped((x.floor() + dx) as isize, (y.floor() + dy) as isize));
+        let at =
+            |dx: f64, dy: f64| f64::from(image.view().clamped((x.floor() + dx) as isize, (y.floor() + dy) as isize));
         let (fx, fy) = (x - x.floor(), y - y.floor());
-        (1.0 - fy) * ((1.0 - fx) * at(0.0, 0.0) + fx * at(1.0, 0.0)) + fy * ((1.0 - fx) * at(0.0, 1.0) + fx * at(1.0, 1.0))
+        (1.0 - fy) * ((1.0 - fx) * at(0.0, 0.0) + fx * at(1.0, 0.0))
+            + fy * ((1.0 - fx) * at(0.0, 1.0) + fx * at(1.0, 1.0))
     };
     let scharr = |x: f64, y: f64| {
         let d = |a: f64, b: f64| sample(first, x + a, y + b);
-        let gx = 3.0 * (d(1.0, -1.0) - d(-1.0, -1.0) + d(1.0, 1.0) - d(-1.0, 1.0)) + 10.0 * (d(1.0, 0.0) - d(-1.0, 0.0));
-        let gy = 3.0 * (d(-1.0, 1.0) - d(-1.0, -1.0) + d(1.0, 1.0) - d(1.0, -1.0)) + 10.0 * (d(0.0, 1.0) - d(0.0, -1.0));
+        let gx =
+            3.0 * (d(1.0, -1.0) - d(-1.0, -1.0) + d(1.0, 1.0) - d(-1.0, 1.0)) + 10.0 * (d(1.0, 0.0) - d(-1.0, 0.0));
+        let gy =
+            3.0 * (d(-1.0, 1.0) - d(-1.0, -1.0) + d(1.0, 1.0) - d(1.0, -1.0)) + 10.0 * (d(0.0, 1.0) - d(0.0, -1.0));
         (gx / 32.0, gy / 32.0)
     };
     let (mut dx, mut dy) = (0.0, 0.0);
@@ -167,8 +171,15 @@ fn one_level_equals_the_twin() {
     let first = texture(90, 70, [256, 0, 80_000, 0, 256, 9_000]);
     let second = texture(90, 70, [256, 0, 79_800, 0, 256, 9_150]);
     let images = [first, second];
-    let params = LucasKanadeParams { window: Size::new(13, 13), levels: 1, epsilon_px: 0.0, iterations: 60, ..Default::default() };
-    let points: Vec<Point> = (0..12).map(|k| Point::new(20.25 + 4.1 * f64::from(k), 18.5 + 2.7 * f64::from(k))).collect();
+    let params = LucasKanadeParams {
+        window: Size::new(13, 13),
+        levels: 1,
+        epsilon_px: 0.0,
+        iterations: 60,
+        ..Default::default()
+    };
+    let points: Vec<Point> =
+        (0..12).map(|k| Point::new(20.25 + 4.1 * f64::from(k), 18.5 + 2.7 * f64::from(k))).collect();
     for (track, &p) in follow(params, &pyramids(&images, 1), &points).iter().zip(&points) {
         let want = slow(&images[0], &images[1], p, 6);
         assert!(track.is_found() && track.point.distance(want) < 6e-3, "{track:?} {want:?}");
@@ -180,7 +191,8 @@ fn one_level_equals_the_twin() {
 fn round_trips_end_where_they_start_unless_the_point_is_covered() {
     let [first, mut second] = fixture_images();
     for y in 40..80 {
-        second.row_mut(y)[60..110].copy_from_slice(&texture(50, 1, [256, 0, 1_000_000, 0, 256, 77 * y as i64 * 256]).row(0)[..50]);
+        second.row_mut(y)[60..110]
+            .copy_from_slice(&texture(50, 1, [256, 0, 1_000_000, 0, 256, 77 * y as i64 * 256]).row(0)[..50]);
     }
     let [from, to] = pyramids(&[first, second], 4);
     let mut flow = LucasKanade::new(LucasKanadeParams { window: Size::new(11, 11), ..Default::default() }).unwrap();
@@ -213,9 +225,11 @@ fn a_guess_bridges_what_the_pyramid_cannot() {
 fn flat_and_distant_points_are_said_to_be_such() {
     let flat = Image::filled(60, 50, 90u8).unwrap();
     let images = [flat.clone(), flat];
-    let tracks = follow(LucasKanadeParams::default(), &pyramids(&images, 3), &[
-        Point::new(30.0, 25.0), Point::new(-300.0, 25.0), Point::new(30.0, 1e300), Point::new(30.0, f64::INFINITY),
-    ]);
+    let tracks = follow(
+        LucasKanadeParams::default(),
+        &pyramids(&images, 3),
+        &[Point::new(30.0, 25.0), Point::new(-300.0, 25.0), Point::new(30.0, 1e300), Point::new(30.0, f64::INFINITY)],
+    );
     let outcomes: Vec<_> = tracks.iter().map(|t| t.outcome).collect();
     assert_eq!(outcomes, [Outcome::Flat, Outcome::Outside, Outcome::Outside, Outcome::Outside]);
     assert!(!tracks[0].is_found());
@@ -234,9 +248,13 @@ fn flat_and_distant_points_are_said_to_be_such() {
 fn the_least_eigenvalue_is_a_threshold_per_pixel() {
     // Slopes 2 across and 1 down everywhere: eigenvalues 0 and 5; a checkerboard of slopes gives both.
     let image = Image::from_fn(80, 80, |x, y| {
-        let fold = |v: usize| { let v = v % 40; if v < 20 { v } else { 40 - v } };
+        let fold = |v: usize| {
+            let v = v % 40;
+            if v < 20 { v } else { 40 - v }
+        };
         (4 * fold(x) + 2 * fold(y)) as u8
-    }).unwrap();
+    })
+    .unwrap();
     let pyramids = pyramids(&[image.clone(), image], 1);
     let at = |min_eigenvalue: f64| {
         let params = LucasKanadeParams { levels: 1, min_eigenvalue, ..Default::default() };
@@ -286,13 +304,27 @@ fn numbers(value: &serde_json::Value) -> Vec<f64> {
 
 #[test]
 fn the_motion_of_a_box_is_that_of_the_reference() {
-    let oracle: serde_json::Value = serde_json::from_str(include_str!("../../tests/fixtures/median_flow.json")).unwrap();
+    let oracle: serde_json::Value =
+        serde_json::from_str(include_str!("../../tests/fixtures/median_flow.json")).unwrap();
     let points = |key: &str| -> Vec<Point> {
-        oracle[key].as_array().unwrap().iter().map(|p| { let p = numbers(p); Point::new(p[0], p[1]) }).collect()
+        oracle[key]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|p| {
+                let p = numbers(p);
+                Point::new(p[0], p[1])
+            })
+            .collect()
     };
     let (before, after, back, ncc) = (points("p0"), points("p1"), points("back"), numbers(&oracle["ncc"]));
     let pairings: Vec<Pairing> = (0..before.len())
-        .map(|i| Pairing { before: before[i], after: after[i], error_px: back[i].distance(before[i]), correlation: ncc[i] })
+        .map(|i| Pairing {
+            before: before[i],
+            after: after[i],
+            error_px: back[i].distance(before[i]),
+            correlation: ncc[i],
+        })
         .collect();
     let b = numbers(&oracle["box"]);
     let bbox = BBox::from_ltwh(b[0], b[1], b[2], b[3]);
@@ -318,7 +350,8 @@ fn the_motion_of_a_box_is_that_of_the_reference() {
 #[test]
 fn too_few_points_are_no_motion() {
     let bbox = BBox::from_ltwh(0.0, 0.0, 9.0, 9.0);
-    let pairing = Pairing { before: Point::new(1.0, 1.0), after: Point::new(2.0, 1.0), error_px: 0.0, correlation: 1.0 };
+    let pairing =
+        Pairing { before: Point::new(1.0, 1.0), after: Point::new(2.0, 1.0), error_px: 0.0, correlation: 1.0 };
     let motion = |points: &[Pairing], rule| box_motion(points, &bbox, rule, &mut Vec::new());
     for rule in [ScaleRule::Median, ScaleRule::Mean] {
         assert_eq!(motion(&[], rule), Err(FlowFailure::FewPoints { kept: 0 }));
@@ -350,7 +383,9 @@ fn a_box_follows_its_texture_and_says_when_it_cannot() {
         let params = MedianFlowParams { max_residual_px, max_forward_backward_px, ..Default::default() };
         MedianFlow::new(params).unwrap().estimate(&from, &to, &bbox).unwrap()
     };
-    assert!(matches!(strict(0.1, 10.0), Err(FlowFailure::Scattered { residual_px }) if residual_px == motion.residual_px));
+    assert!(
+        matches!(strict(0.1, 10.0), Err(FlowFailure::Scattered { residual_px }) if residual_px == motion.residual_px)
+    );
     assert!(matches!(strict(10.0, 1e-9), Err(FlowFailure::Inconsistent { .. })));
     let small = Pyramid::of(Image::filled(9, 9, 0).unwrap().view(), 1).unwrap();
     assert!(flow.estimate(&from, &small, &bbox).is_err());
@@ -361,5 +396,8 @@ fn the_grid_reaches_the_corners() {
     let mut points = Vec::new();
     grid(&BBox::from_ltwh(10.0, 20.0, 30.0, 6.0), Size::new(4, 3), &mut points);
     assert_eq!(points.len(), 12);
-    assert_eq!((points[0], points[1], points[4], points[11]), (Point::new(10.0, 20.0), Point::new(20.0, 20.0), Point::new(10.0, 23.0), Point::new(40.0, 26.0)));
+    assert_eq!(
+        (points[0], points[1], points[4], points[11]),
+        (Point::new(10.0, 20.0), Point::new(20.0, 20.0), Point::new(10.0, 23.0), Point::new(40.0, 26.0))
+    );
 }

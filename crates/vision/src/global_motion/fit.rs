@@ -199,7 +199,11 @@ mod tests {
         // No similarity nearby has a smaller sum of squares.
         let best = least_squares(MotionKind::Similarity, || pairs.iter()).unwrap();
         let cost = |m: &Affine| pairs.iter().map(|p| distance(m, p).powi(2)).sum::<f64>();
-        for (i, (c, s, x, y)) in [(1e-4, 0.0, 0.0, 0.0), (0.0, 1e-4, 0.0, 0.0), (0.0, 0.0, 1e-4, 0.0), (0.0, 0.0, 0.0, 1e-4)].into_iter().enumerate() {
+        for (i, (c, s, x, y)) in
+            [(1e-4, 0.0, 0.0, 0.0), (0.0, 1e-4, 0.0, 0.0), (0.0, 0.0, 1e-4, 0.0), (0.0, 0.0, 0.0, 1e-4)]
+                .into_iter()
+                .enumerate()
+        {
             for sign in [1.0, -1.0] {
                 let m = best.coefficients();
                 let (c, s, x, y) = (sign * c, sign * s, sign * x, sign * y);
@@ -233,8 +237,14 @@ mod tests {
     fn equal_input_gives_equal_output() {
         let truth = Affine::similarity(1.02, 0.01, 3.0, -2.0).unwrap();
         let noise = scattered(200, 9);
-        let pairs: Vec<_> = scattered(200, 5).into_iter().zip(noise)
-            .map(|(p, n)| { let q = truth.apply(p); (p, Point::new(q.x + (n.x - 320.0) / 640.0, q.y + (n.y - 240.0) / 480.0)) }).collect();
+        let pairs: Vec<_> = scattered(200, 5)
+            .into_iter()
+            .zip(noise)
+            .map(|(p, n)| {
+                let q = truth.apply(p);
+                (p, Point::new(q.x + (n.x - 320.0) / 640.0, q.y + (n.y - 240.0) / 480.0))
+            })
+            .collect();
         let mut fit = RobustFit::new(RobustFitParams::default()).unwrap();
         let first = fit.fit(&pairs).unwrap();
         assert_eq!(fit.fit(&pairs), Some(first));

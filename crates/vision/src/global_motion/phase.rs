@@ -36,6 +36,8 @@ struct Work {
     plan: RealFft2,
     across: Vec<f32>,
     down: Vec<f32>,
+    /// Energy of the noise in a bin.
+    noise: f32,
     /// Weight of every bin.
     weights: Vec<f32>,
     plane: Vec<f32>,
@@ -44,7 +46,7 @@ struct Work {
 }
 
 /// Standard deviation of the peak, cells.
-const PEAK_SIGMA: f64 = 1.0;
+const PEAK_SIGMA: f64 = 0.75;
 
 impl PhaseCorrelation {
     /// An estimator that works on the largest level whose sides are not above `longest_side` pixels (at least 32);
@@ -109,13 +111,14 @@ impl Work {
             .collect();
         // The mean of the picture says nothing of its motion.
         weights[0] = 0.0;
-        // All bins in phase make a peak of 1.
-        let total: f32 = weights.iter().enumerate().map(|(i, w)| w * plan.multiplicity(i / size.height) as f32).sum();
-        weights.iter_mut().for_each(|w| *w *= size.area() as f32 / total.max(f32::MIN_POSITIVE));
+        // Noise of a code a pixel has this energy in every bin.
+        let energy = |window: &[f32]| window.iter().map(|w| w * w).sum::<f32>();
+        let (across, down) = (tapered(size.width), tapered(size.height));
         let spectrum = vec![Complex32::default(); plan.spectrum_len()];
         Self {
-            across: tapered(size.width),
-            down: tapered(size.height),
+            noise: energy(&across) * energy(&down),
+            across,
+            down,
             weights,
             plane: vec![0.0; size.area()],
             spectra: [spectrum.clone(), spectrum],
@@ -134,11 +137,13 @@ impl Work {
         if strongest <= 1e-6 {
             return None;
         }
-        for ((a, b), weight) in a.iter_mut().zip(b.iter()).zip(&self.weights) {
+        let mut total = 0.0;
+        for (i, ((a, b), weight)) in a.iter_mut().zip(b.iter()).zip(&self.weights).enumerate() {
             let cross = a.conj() * b;
-            // Bins without energy have no phase.
-            let norm = cross.norm();
-            *a = if norm > 1e-9 * strongest { cross * (weight / norm) } else { Complex32::default() };
+            // Bins in which noise is all there is have no phase to tell.
+            let factor = weight / (cross.norm() + self.noise);
+            total += cross.norm() * factor * self.plan.multiplicity(i / self.down.len()) as f32;
+            *a = cross * factor;
         }
         self.plan.inverse(a, &mut self.plane, &mut self.scratch);
         let Size { width, height } = self.plan.size();
@@ -146,7 +151,9 @@ impl Work {
         let peak = parabola_peak(&self.plane, width, x, y);
         let signed = |v: f64, n: usize| if 2.0 * v >= n as f64 { v - n as f64 } else { v };
         let peak_to_sidelobe = peak_to_sidelobe_ratio(&self.plane, width, 5);
-        Some(PhaseShift { dx: signed(peak.x, width), dy: signed(peak.y, height), peak: peak.value, peak_to_sidelobe })
+        // All bins in phase make a peak of 1.
+        let value = peak.value * self.plane.len() as f64 / f64::from(total);
+        Some(PhaseShift { dx: signed(peak.x, width), dy: signed(peak.y, height), peak: value, peak_to_sidelobe })
     }
 }
 

@@ -82,11 +82,13 @@ impl SparseMotion {
         self.points.clear();
         for j in 0..grid.height {
             let y = frame.height as f64 * (j as f64 + 0.5) / grid.height as f64;
-            let along = (0..grid.width).map(|i| Point::new(frame.width as f64 * (i as f64 + 0.5) / grid.width as f64, y));
+            let along =
+                (0..grid.width).map(|i| Point::new(frame.width as f64 * (i as f64 + 0.5) / grid.width as f64, y));
             self.points.extend(along.filter(|p| !exclude.iter().any(|b| b.contains(*p))));
         }
         self.flow.track_there_and_back(from, to, &self.points, &mut self.trips)?;
-        let steady = self.points.iter().zip(&self.trips).filter(|(_, t)| t.error_px <= self.params.max_forward_backward_px);
+        let steady =
+            self.points.iter().zip(&self.trips).filter(|(_, t)| t.error_px <= self.params.max_forward_backward_px);
         self.pairs.clear();
         self.pairs.extend(steady.map(|(p, t)| (*p, t.there.point)));
         Ok(self.fit.fit(&self.pairs))

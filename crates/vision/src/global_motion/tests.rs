@@ -11,11 +11,11 @@ fn pair(m: [i64; 6], covered: bool) -> [Image<u8>; 2] {
     let mut first = texture(320, 240, [256, 0, 500_000, 0, 256, 300_000]);
     let mut second = texture(320, 240, m);
     if covered {
-        // 176 × 131 of 320 × 240 pixels: 30 %, moving by (9, −5).
-        let object = texture(176, 131, [256, 0, 5_000_000, 0, 256, 2_000_000]);
+        // 176 × 131 of 320 × 240 pixels: 30 %, moving by (−12.4, 9.4).
+        let object = [0, 100].map(|shift| texture(176, 131, [256, 0, 5_000_000 + shift, 0, 256, 2_000_000 - shift]));
         for y in 0..131 {
-            first.row_mut(60 + y)[40..216].copy_from_slice(object.row(y));
-            second.row_mut(55 + y)[49..225].copy_from_slice(object.row(y));
+            first.row_mut(60 + y)[40..216].copy_from_slice(object[0].row(y));
+            second.row_mut(69 + y)[28..204].copy_from_slice(object[1].row(y));
         }
     }
     [first, second]
@@ -46,7 +46,9 @@ fn worst(a: &Affine, b: &Affine) -> f64 {
 #[test]
 fn the_camera_is_followed_whatever_moves_before_it() {
     let mut motion = SparseMotion::new(SparseMotionParams::default()).unwrap();
-    for (m, covered, tolerance) in [(TURNED, false, 0.1), (TURNED, true, 0.1), (SHIFTED, false, 0.05), (SHIFTED, true, 0.05)] {
+    for (m, covered, tolerance) in
+        [(TURNED, false, 0.1), (TURNED, true, 0.1), (SHIFTED, false, 0.08), (SHIFTED, true, 0.08)]
+    {
         let [from, to] = pyramids(&pair(m, covered));
         let got = motion.estimate(&from, &to, &[]).unwrap().unwrap();
         assert!(worst(&got.second_from_first, &truth(m)) < tolerance, "{got:?} {:?}", truth(m));
