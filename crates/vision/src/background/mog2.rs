@@ -8,6 +8,7 @@ use pursuit_geometry::Size;
 use pursuit_imaging::{Image, ImageView};
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
+use std::ops::Range;
 
 /// Parameters of [`Mog2`]; the names of OpenCV's `BackgroundSubtractorMOG2` in parentheses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,7 +31,7 @@ pub struct Mog2Params {
     pub least_variance: f64,
     /// Greatest variance, codes² (`varMax`).
     pub most_variance: f64,
-    /// Prior weight against many Gaussians, 0 to 1 (`complexityReductionThreshold`, c_T).
+    /// Prior weight against many Gaussians, 0 to 0.5 (`complexityReductionThreshold`, c_T).
     pub complexity_reduction: f64,
     /// How dark a shadow may be relative to the background, 0 to 1 (`shadowThreshold`, τ); `None`: shadows are foreground.
     /// In grey images everything darkened that little is a shadow.
@@ -72,7 +73,7 @@ impl Mog2Params {
         let between = (self.least_variance, self.most_variance);
         require_range("initial_variance", self.initial_variance, between, "from least_variance to most_variance")?;
         require_range("background_ratio", self.background_ratio, (0.0, 1.0), "from 0 to 1")?;
-        require_range("complexity_reduction", self.complexity_reduction, (0.0, 1.0), "from 0 to 1")?;
+        require_range("complexity_reduction", self.complexity_reduction, (0.0, 0.5), "from 0 to 0.5")?;
         require_range("shadow_ratio", self.shadow_ratio.unwrap_or(0.0), (0.0, 1.0), "from 0 to 1")
     }
 }
@@ -148,13 +149,14 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
     fn apply(&mut self, frame: ImageView<'_, P>, learning: &Learning<'_>, mask: &mut Image<u8>) -> Result<()> {
         check(self.state.as_ref().map(|s| s.size), frame.size(), learning)?;
         mask.resize_for_overwrite(frame.size(), 0)?;
+        if self.state.is_some() {
+            self.frames += 1;
+        }
+        let rule = self.rule(learning.rate.unwrap_or_else(|| self.automatic_rate()));
         let Some(state) = &mut self.state else {
             mask.as_mut_slice().fill(BACKGROUND);
             return if learning.rate == Some(0.0) { Ok(()) } else { self.relearn(frame, 1.0, None) };
         };
-        let mut state = std::mem::take(state);
-        self.frames += 1;
-        let rule = self.rule(learning.rate.unwrap_or_else(|| self.automatic_rate()));
         for (y, row) in frame.rows().enumerate() {
             let protect = learning.protect.map(|p| p.row(y)).filter(|row| row.iter().any(|&v| v != 0));
             match P::COUNT {
@@ -162,7 +164,6 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
                 _ => state.update_row::<3>(y, P::channels(row), &rule, protect, mask.row_mut(y)),
             }
         }
-        self.state = Some(state);
         Ok(())
     }
 
@@ -186,12 +187,6 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
         }
         self.frames = 1;
         Ok(())
-    }
-}
-
-impl Default for State {
-    fn default() -> Self {
-        Self::new(Size::new(0, 0), 0, 1)
     }
 }
 
@@ -223,16 +218,12 @@ impl State {
         let width = self.size.width;
         let at = y * width;
         split_channels::<C>(row, &mut self.line);
-        {
-            let mut means = self.means.iter_mut().map(|m| &mut m[at..at + width]);
-            let mut next = || means.next().unwrap_or_default();
-            let means = [next(), next(), next()];
-            let first =
-                First { counts: &self.counts[at..at + width], variances: &mut self.variances[at..at + width], means };
-            match protect {
-                None => first.update::<C>(&self.line, rule, &mut self.left_over),
-                Some(_) => self.left_over.fill(1),
-            }
+        // What lies between protected pixels is done one by one, too.
+        let span = protect.and_then(|p| Some(p.iter().position(|&v| v != 0)?..p.iter().rposition(|&v| v != 0)? + 1));
+        let span = span.unwrap_or(width..width);
+        self.left_over[span.clone()].fill(1);
+        for part in [0..span.start, span.end..width] {
+            self.update_only(at, part, rule);
         }
         mask.fill(BACKGROUND);
         for x in 0..width {
@@ -242,6 +233,27 @@ impl State {
             let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
             let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
             mask[x] = self.judge::<C>(at + x, &value, rule, learn);
+        }
+    }
+
+    /// Updates those pixels of a part of the row from pixel `row` on whose only Gaussian the value fits, and marks all
+    /// others of them in `left_over`.
+    ///
+    /// The weight of an only Gaussian is 1: before it is divided by itself it is (1 − α) − αc_T + α.
+    fn update_only(&mut self, row: usize, part: Range<usize>, rule: &Rule) {
+        let near = rule.match_distance.min(rule.background_distance);
+        let limits = (near, rule.rate / (1.0 - rule.prune), rule.least_variance, rule.most_variance);
+        let (from, to) = (row + part.start, row + part.end);
+        let (counts, variances) = (&self.counts[from..to], &mut self.variances[from..to]);
+        let left_over = &mut self.left_over[part.clone()];
+        let channel = |c: usize| &self.line[c * self.size.width..][part.clone()];
+        match self.means.as_mut_slice() {
+            [gray] => update_gray(channel(0), counts, variances, &mut gray[from..to], limits, left_over),
+            [r, g, b] => {
+                let means = [&mut r[from..to], &mut g[from..to], &mut b[from..to]];
+                update_color([0, 1, 2].map(channel), counts, variances, means, limits, left_over);
+            }
+            _ => left_over.fill(1),
         }
     }
 
@@ -298,34 +310,6 @@ impl State {
             } else {
                 (self.counts[pixel], self.weights[pixel], self.variances[pixel]) = (1, 1.0, variance);
                 self.means.iter_mut().zip(value).for_each(|(m, &v)| m[pixel] = f32::from(v));
-            }
-        }
-    }
-}
-
-/// A row of the first Gaussians.
-struct First<'a> {
-    counts: &'a [u8],
-    variances: &'a mut [f32],
-    means: [&'a mut [f32]; 3],
-}
-
-impl First<'_> {
-    /// Updates the pixels whose only Gaussian the value fits, and marks all others in `left_over`.
-    ///
-    /// The weight of an only Gaussian is 1: before it is divided by itself it is (1 − α) − αc_T + α.
-    fn update<const C: usize>(self, line: &[f32], rule: &Rule, left_over: &mut [u8]) {
-        let [a, b, c] = self.means;
-        let near = rule.match_distance.min(rule.background_distance);
-        let k = rule.rate / (1.0 - rule.prune);
-        let limits = (near, k, rule.least_variance, rule.most_variance);
-        let width = left_over.len();
-        match C {
-            1 => update_gray(line, self.counts, self.variances, a, limits, left_over),
-            _ => {
-                let (red, rest) = line.split_at(width);
-                let (green, blue) = rest.split_at(width);
-                update_color([red, green, blue], self.counts, self.variances, [a, b, c], limits, left_over);
             }
         }
     }

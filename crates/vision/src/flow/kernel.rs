@@ -59,10 +59,11 @@ fn sums<const SPREAD: bool>(patch: Patch<'_>, planes: Planes<'_>, offset: f32, l
     let rows = planes.intensity.chunks_exact(n).zip(planes.gradient_x.chunks_exact(n));
     for (j, ((intensity, gx), gy)) in rows.zip(planes.gradient_y.chunks_exact(n)).enumerate() {
         blend_rows(patch, j, n, line);
-        let (left, right) = (&line[..n], &line[1..n + 1]);
-        let vectors = left.chunks_exact(LANES).zip(right.chunks_exact(LANES)).zip(intensity.chunks_exact(LANES));
-        let gradients = gx.chunks_exact(LANES).zip(gy.chunks_exact(LANES)).zip(planes.inside.chunks_exact(LANES));
-        for (((l, r), i), ((gx, gy), inside)) in vectors.zip(gradients) {
+        // Arrays of a fixed length: the compiler makes one vector of each.
+        let vectors = line[..n].as_chunks::<LANES>().0.iter().zip(line[1..n + 1].as_chunks::<LANES>().0);
+        let template = intensity.as_chunks::<LANES>().0.iter().zip(gx.as_chunks::<LANES>().0);
+        let rest = gy.as_chunks::<LANES>().0.iter().zip(planes.inside.as_chunks::<LANES>().0);
+        for (((l, r), (i, gx)), (gy, inside)) in vectors.zip(template).zip(rest) {
             for k in 0..LANES {
                 let v = l[k] + patch.across * (r[k] - l[k]);
                 let d = v - i[k];
@@ -92,9 +93,9 @@ pub(super) fn mean_difference(
     let mut sum = [0.0f32; LANES];
     for (j, intensity) in planes.intensity.chunks_exact(n).enumerate() {
         blend_rows(patch, j, n, line);
-        let (left, right) = (&line[..n], &line[1..n + 1]);
-        let vectors = left.chunks_exact(LANES).zip(right.chunks_exact(LANES)).zip(intensity.chunks_exact(LANES));
-        for (((l, r), i), inside) in vectors.zip(planes.inside.chunks_exact(LANES)) {
+        let vectors = line[..n].as_chunks::<LANES>().0.iter().zip(line[1..n + 1].as_chunks::<LANES>().0);
+        let template = intensity.as_chunks::<LANES>().0.iter().zip(planes.inside.as_chunks::<LANES>().0);
+        for ((l, r), (i, inside)) in vectors.zip(template) {
             for k in 0..LANES {
                 let v = l[k] + patch.across * (r[k] - l[k]);
                 sum[k] += (gain * v + bias - i[k]).abs() * inside[k];
@@ -109,8 +110,12 @@ pub(super) fn mean_difference(
 #[inline(always)]
 fn blend_rows(patch: Patch<'_>, j: usize, n: usize, line: &mut [f32]) {
     let (top, bottom) = (&patch.pixels[j * patch.stride..][..n + 1], &patch.pixels[(j + 1) * patch.stride..][..n + 1]);
-    for ((line, &t), &b) in line[..n + 1].iter_mut().zip(top).zip(bottom) {
-        let t = f32::from(t);
-        *line = t + patch.down * (f32::from(b) - t);
+    let blend = |t: u8, b: u8| f32::from(t) + patch.down * (f32::from(b) - f32::from(t));
+    let vectors = top.as_chunks::<LANES>().0.iter().zip(bottom.as_chunks::<LANES>().0);
+    for (line, (t, b)) in line.as_chunks_mut::<LANES>().0.iter_mut().zip(vectors) {
+        for k in 0..LANES {
+            line[k] = blend(t[k], b[k]);
+        }
     }
+    line[n] = blend(top[n], bottom[n]);
 }

@@ -57,8 +57,8 @@ impl Template {
             gradient_y: plane.clone(),
             intensity: plane,
             inside,
-            pixels: vec![0; (window.width + 3) * (window.height + 3)],
-            lines: vec![0.0; 6 * (window.width + 1)],
+            pixels: vec![0; (stride + LANES + 2) * (window.height + 3)],
+            lines: vec![0.0; 6 * (stride + LANES)],
             mean: 0.0,
             variance: 0.0,
         }
@@ -79,12 +79,13 @@ impl Template {
     /// Gradients are Scharr's, in codes per pixel; beyond the image pixels are reflected and gradients are 0, as in
     /// OpenCV's implementation of Bouguet.
     pub fn take(&mut self, image: &Image<u8>, (x, y): (isize, isize), across: f32, down: f32) {
-        let Size { width, height } = self.window;
-        gather(image, (x - 1, y - 1), Size::new(width + 3, height + 3), width + 3, &mut self.pixels);
-        let n = width + 1;
+        let height = self.window.height;
+        // One vector more than a row of the planes, so that all is done in whole vectors.
+        let n = self.stride + LANES;
+        gather(image, (x - 1, y - 1), Size::new(n + 2, height + 3), n + 2, &mut self.pixels);
         let columns = columns_inside(x, n, image.width());
         for j in 0..=height {
-            let rows = [j, j + 1, j + 2].map(|r| &self.pixels[r * (width + 3)..][..width + 3]);
+            let rows = [j, j + 1, j + 2].map(|r| &self.pixels[r * (n + 2)..][..n + 2]);
             let half = (j % 2) * 3 * n;
             let (intensity, gradients) = self.lines[half..half + 3 * n].split_at_mut(n);
             let (gx, gy) = gradients.split_at_mut(n);
@@ -107,9 +108,17 @@ impl Template {
                 let planes = [&mut self.intensity, &mut self.gradient_x, &mut self.gradient_y];
                 for (plane, (above, below)) in planes.into_iter().zip(above.chunks_exact(n).zip(below.chunks_exact(n)))
                 {
-                    interpolate(above, below, across, down, &mut plane[out..out + width]);
+                    interpolate(above, below, across, down, &mut plane[out..out + self.stride]);
                 }
             }
+        }
+        self.clear_padding();
+    }
+
+    /// Makes the gradients beyond the window's width 0, so that the padding counts in no sum.
+    fn clear_padding(&mut self) {
+        for plane in [&mut self.gradient_x, &mut self.gradient_y] {
+            plane.chunks_exact_mut(self.stride).for_each(|row| row[self.window.width..].fill(0.0));
         }
     }
 
@@ -175,33 +184,40 @@ pub(super) fn gather(image: &Image<u8>, (x, y): (isize, isize), size: Size, stri
 /// Intensity and Scharr's derivatives (3 10 3 across, −1 0 1 along, over 32) in the middle of three rows.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 fn derive(rows: [&[u8]; 3], intensity: &mut [f32], gx: &mut [f32], gy: &mut [f32]) {
-    let n = intensity.len();
-    let [a, b, c] = rows.map(|r| &r[..n + 2]);
-    let (gx, gy) = (&mut gx[..n], &mut gy[..n]);
-    for i in 0..n {
-        let smooth = |i: usize| 3 * (i32::from(a[i]) + i32::from(c[i])) + 10 * i32::from(b[i]);
-        let step = |i: usize| i32::from(c[i]) - i32::from(a[i]);
-        intensity[i] = f32::from(b[i + 1]);
-        gx[i] = (smooth(i + 2) - smooth(i)) as f32 * (1.0 / 32.0);
-        gy[i] = (3 * (step(i) + step(i + 2)) + 10 * step(i + 1)) as f32 * (1.0 / 32.0);
+    const NEAR: usize = LANES + 2;
+    let outputs = intensity.as_chunks_mut::<LANES>().0.iter_mut().zip(gx.as_chunks_mut::<LANES>().0);
+    for (at, ((intensity, gx), gy)) in outputs.zip(gy.as_chunks_mut::<LANES>().0).enumerate() {
+        let [a, b, c] = rows.map(|row| row[at * LANES..].first_chunk::<NEAR>());
+        let (Some(a), Some(b), Some(c)) = (a, b, c) else { return };
+        let [a, b, c] = [a, b, c].map(|row| row.map(i32::from));
+        for k in 0..LANES {
+            let smooth = |k: usize| 3 * (a[k] + c[k]) + 10 * b[k];
+            let step = |k: usize| c[k] - a[k];
+            intensity[k] = b[k + 1] as f32;
+            gx[k] = (smooth(k + 2) - smooth(k)) as f32 * (1.0 / 32.0);
+            gy[k] = (3 * (step(k) + step(k + 2)) + 10 * step(k + 1)) as f32 * (1.0 / 32.0);
+        }
     }
 }
 
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 fn interpolate(above: &[f32], below: &[f32], across: f32, down: f32, out: &mut [f32]) {
-    let n = out.len();
-    let (above, below) = (&above[..n + 1], &below[..n + 1]);
-    for i in 0..n {
-        let left = above[i] + down * (below[i] - above[i]);
-        let right = above[i + 1] + down * (below[i + 1] - above[i + 1]);
-        out[i] = left + across * (right - left);
+    const NEAR: usize = LANES + 1;
+    for (at, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let (above, below) = (above[at * LANES..].first_chunk::<NEAR>(), below[at * LANES..].first_chunk::<NEAR>());
+        let (Some(above), Some(below)) = (above, below) else { return };
+        for k in 0..LANES {
+            let left = above[k] + down * (below[k] - above[k]);
+            let right = above[k + 1] + down * (below[k + 1] - above[k + 1]);
+            out[k] = left + across * (right - left);
+        }
     }
 }
 
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 fn products(x: &[f32], y: &[f32]) -> [f32; 3] {
     let mut sums = [[0.0f32; LANES]; 3];
-    for (x, y) in x.chunks_exact(LANES).zip(y.chunks_exact(LANES)) {
+    for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
         for k in 0..LANES {
             sums[0][k] += x[k] * x[k];
             sums[1][k] += x[k] * y[k];
