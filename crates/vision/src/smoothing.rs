@@ -103,7 +103,7 @@ impl SmoothedColor {
 }
 
 /// Index `i` folded back into `0..len` about the border pixels: −1 → 1, len → len − 2.
-fn reflected(i: isize, len: usize) -> usize {
+pub(crate) fn reflected(i: isize, len: usize) -> usize {
     let period = 2 * (len as isize - 1);
     if period == 0 {
         return 0;
