@@ -52,3 +52,8 @@ pub use nalgebra;
 pub use papers::{gao2007, qu2010, zhai2024, zhu2014};
 pub use rand_pcg;
 pub use transition::{MotionModel, Transition};
+
+/// The README's example is run with the documentation's own.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
