@@ -7,7 +7,6 @@ mod console;
 use args::{Cli, Command};
 use clap::Parser;
 use pursuit::RunError;
-use pursuit_experiments::ExperimentError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -25,6 +24,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Demo(args) => commands::demo::run(args, &cli.global),
         Command::Track(args) => commands::track::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
+        #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Completions { shell } => commands::completions(*shell),
@@ -40,7 +40,12 @@ fn fail(error: &anyhow::Error) -> ExitCode {
     }
     anstream::eprintln!("{}: {error:#}", console::ERROR);
     let of_run = error.downcast_ref::<RunError>().map(RunError::exit_code);
-    let of_experiment = || error.downcast_ref::<ExperimentError>().map(ExperimentError::exit_code);
+    let of_experiment = || {
+        #[cfg(feature = "reproduce")]
+        return error.downcast_ref().map(pursuit_experiments::ExperimentError::exit_code);
+        #[cfg(not(feature = "reproduce"))]
+        None
+    };
     ExitCode::from(of_run.or_else(of_experiment).unwrap_or(1))
 }
 

@@ -2,6 +2,7 @@
 
 pub mod demo;
 pub mod eval;
+#[cfg(feature = "reproduce")]
 pub mod reproduce;
 pub mod track;
 pub mod trackers;
