@@ -21,10 +21,14 @@ Exit status: 0 done (losing the target is not an error), 2 wrong usage, 3 input 
 
 /// Follow one moving thing, or several, through a video.
 #[derive(Debug, Parser)]
-#[command(name = "pursuit", version, styles = STYLES, after_help = AFTER_HELP, arg_required_else_help = true)]
+#[command(name = "pursuit", version, disable_version_flag = true, styles = STYLES, after_help = AFTER_HELP)]
+#[command(arg_required_else_help = true, subcommand_negates_reqs = true)]
 pub struct Cli {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+    /// Print the version; with -v also the commit, the features and the ffmpeg found
+    #[arg(short = 'V', long)]
+    pub version: bool,
     #[command(flatten)]
     pub global: Global,
 }
@@ -65,6 +69,8 @@ pub enum Command {
     Reproduce(Reproduce),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
+    /// Print the licences of everything that this program contains
+    Licences,
     /// Print a completion script for a shell
     Completions {
         /// The shell

@@ -20,13 +20,20 @@ fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     rayon::ThreadPoolBuilder::new().num_threads(cli.global.threads).build_global()?;
-    match &cli.command {
+    if cli.version {
+        return commands::version::run(cli.global.verbose > 0);
+    }
+    let Some(command) = &cli.command else {
+        return Err(RunError::usage("say what to do: a command is missing; `pursuit --help` lists them").into());
+    };
+    match command {
         Command::Demo(args) => commands::demo::run(args, &cli.global),
         Command::Track(args) => commands::track::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
         #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
         Command::Trackers(args) => commands::trackers::run(args),
+        Command::Licences => commands::licences::run(),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man => commands::man(),
     }
