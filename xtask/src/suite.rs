@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{fuzz, layers, licences, peers, run};
+use crate::{features, fuzz, layers, licences, notices, peers, run};
 use anyhow::Result;
 
 /// All checks, the cheap ones first; stops at the first that fails.
@@ -10,7 +10,9 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     lints(&mut skipped)?;
     layers::check()?;
     licences::check()?;
+    notices::check()?;
     docs()?;
+    features::check()?;
     run::cargo("test").args(["--workspace", "--locked"]).run()?;
     if quick {
         skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());

@@ -9,6 +9,7 @@ mod accuracy;
 pub mod config;
 mod demo;
 mod error;
+mod features;
 mod input;
 mod record;
 mod run_file;
@@ -22,6 +23,7 @@ pub use accuracy::{Accuracy, AccuracyMeter};
 pub use config::RunConfig;
 pub use demo::Demo;
 pub use error::RunError;
+pub use features::{FEATURES, NO_OVERLAY};
 pub use record::Record;
 pub use run_file::{HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
 pub use session::{Outcome, Progress, Session, Start};
@@ -38,3 +40,6 @@ pub use pursuit_scenes as scenes;
 pub use pursuit_trackers as trackers;
 pub use pursuit_tracking as tracking;
 pub use pursuit_vision as vision;
+
+// Types of these crates stand in public signatures.
+pub use {nalgebra, toml};
