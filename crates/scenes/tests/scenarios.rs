@@ -158,3 +158,17 @@ fn words_are_checked_like_numbers() {
     assert!(matches!(by_number(1.5), Err(SceneError::BadValue { .. })));
     assert!(matches!(by_number(4.0), Err(SceneError::BadValue { .. })));
 }
+
+#[test]
+fn the_guide_names_every_scene_and_every_key() {
+    let guide = include_str!("../../../docs/guide/scenes.md");
+    let of_drift: Vec<&str> = pursuit_scenes::find("drift").unwrap().keys.iter().map(|k| k.name).collect();
+    for entry in pursuit_scenes::SCENES {
+        let row = guide.lines().find(|l| l.starts_with(&format!("| `{}` |", entry.name)));
+        let row = row.unwrap_or_else(|| panic!("{} is not in the guide", entry.name));
+        for key in entry.keys {
+            let inherited = row.contains("those of `drift`") && of_drift.contains(&key.name);
+            assert!(inherited || row.contains(&format!("`{}`", key.name)), "{} lacks {}", entry.name, key.name);
+        }
+    }
+}
