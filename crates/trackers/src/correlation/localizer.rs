@@ -1,5 +1,5 @@
 use super::filters::{Filter, ResponseFilter};
-use super::params::Subpixel;
+use super::params::{Subpixel, SweepBy};
 use super::peaks::Peaks;
 use super::scale::ScaleFilter;
 use super::score::{Evidence, PeakBaseline, PeakQuality, probability};
@@ -251,11 +251,13 @@ impl Localizer for CorrelationLocalizer {
             Look::Sweep | Look::Centred => self.respond(frame, center, scale),
         };
         let Some(found) = found else { return Ok(None) };
-        let bounds = frame.size().bounds();
-        let center = Point::new(found.center.x.clamp(0.0, bounds.right()), found.center.y.clamp(0.0, bounds.bottom()));
         let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
         Ok(Some(Measurement {
-            strength: found.log_odds,
+            strength: match self.spec.score.sweep_by {
+                SweepBy::Height => found.height,
+                SweepBy::Score => found.log_odds,
+            },
+            scale: Some(found.scale),
             peak: Some(peak),
             psr: Some(psr),
             diagnostics: Diagnostics::default()
@@ -265,16 +267,16 @@ impl Localizer for CorrelationLocalizer {
                 .with("peak_ratio", peak_ratio)
                 .with("likeness", likeness)
                 .with("color", color),
-            ..Measurement::new(self.window.bbox(center, found.scale), probability(found.log_odds))
+            ..Measurement::new(self.window.bbox(found.center, found.scale), probability(found.log_odds))
         }))
     }
 
     /// Measures the size by the filter along scale.
     fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
         let Some(filter) = &mut self.scale else { return Ok(found) };
-        let growth = filter.locate(frame, &found.bbox);
-        let scale = self.window.scale_of(&found.bbox.scaled(growth));
-        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), ..found })
+        let scale = found.scale.unwrap_or_else(|| self.window.scale_of(&found.bbox));
+        let scale = self.window.within_bounds(scale * filter.locate(frame, &found.bbox));
+        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), scale: Some(scale), ..found })
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {

@@ -101,6 +101,11 @@ impl SearchWindow {
     /// How many times larger than at the start a box is, kept between sensible bounds.
     pub fn scale_of(&self, bbox: &BBox) -> f64 {
         let scale = (bbox.area() / (self.width_px * self.height_px)).sqrt();
+        self.within_bounds(scale)
+    }
+
+    /// `scale` kept between sensible bounds; 1 for what is no number.
+    pub fn within_bounds(&self, scale: f64) -> f64 {
         let (smallest, largest) = self.scales;
         if scale.is_finite() { scale.max(smallest).min(largest) } else { 1.0 }
     }
