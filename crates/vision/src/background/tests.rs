@@ -213,7 +213,12 @@ fn every_model_sees_what_moves_and_only_that() {
             }
         }
         // The three-frame difference sees only the leading edge of what has one colour.
-        let least = if name == "three frames" { 10 } else { 225 };
+        // MOG2 has learnt so few frames that it takes for background what stayed for five of them, as OpenCV's does.
+        let least = match name {
+            "three frames" => 10,
+            "mog2" => 130,
+            _ => 225,
+        };
         assert!(hits >= least && wrong <= 30, "{name}: {hits} {wrong}");
         let mut background = clip(0);
         assert!(model.background(&mut background).unwrap());

@@ -23,7 +23,8 @@ pub struct PhaseShift {
 ///
 /// The normalised cross-power spectrum is weighted with a Gaussian, so that the peak is a Gaussian about a cell wide
 /// whose top lies between cells. The accuracy is a tenth of a pixel of the level used; shifts up to a third of the
-/// picture are found.
+/// picture are found. An object that covers a third of the picture and moves by itself may win: its outline moves with
+/// it. Where that can happen [`SparseMotion`](super::SparseMotion) is the one to ask.
 #[derive(Debug, Clone)]
 pub struct PhaseCorrelation {
     longest_side: usize,
