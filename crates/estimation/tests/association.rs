@@ -124,6 +124,16 @@ fn a_crowd_is_given_up_and_not_waited_for() {
     let params = JointParams { detection_probability: 0.9, clutter_density: 1e-3, gate: gate(), most_events: 100_000 };
     let crowd = JointProbabilities::new(params).unwrap().of(&targets, &detections);
     assert!(matches!(crowd, Err(EstimationError::TooMany { .. })), "{crowd:?}");
+    // More at one place than a sum over them may be deep.
+    let heap = vec![at(0.0, 0.0, 1.0); 1001];
+    let params = JointParams { most_events: usize::MAX, ..params };
+    let result = JointProbabilities::new(params).unwrap().of(&heap, &detections[..1]);
+    assert!(matches!(result, Err(EstimationError::TooMany { .. })), "{result:?}");
+    // As many as may be: the one detection is of each with the same chance.
+    let found = JointProbabilities::new(params).unwrap().of(&heap[..1000], &detections[..1]).unwrap();
+    let missed = 1.0 - 0.9 * 0.99;
+    let one = 0.9 / std::f64::consts::TAU / 1e-3 / missed;
+    assert_near("one of a thousand", found.of(999).unwrap()[1], one / (1.0 + 1000.0 * one), 1e-9);
     // Apart they are no trouble, however many.
     let targets: Vec<_> = (0..300).map(|k| at(30.0 * f64::from(k), 0.0, 1.0)).collect();
     let detections: Vec<_> = (0..300).map(|k| vector![30.0 * f64::from(k), 1.0]).collect();

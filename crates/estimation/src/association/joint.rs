@@ -116,29 +116,36 @@ impl JointProbabilities {
 /// Targets in groups that share no detection with another group.
 fn clusters(weights: &[f64], width: usize) -> Vec<Vec<usize>> {
     let targets = weights.len() / width;
-    let shares = |a: usize, b: usize| (1..width).any(|d| weights[a * width + d] > 0.0 && weights[b * width + d] > 0.0);
-    let mut seen = vec![false; targets];
-    let mut out = Vec::new();
-    for first in 0..targets {
-        if seen[first] {
-            continue;
+    // A forest: every target points to one of its group, the root to itself.
+    let mut parent: Vec<usize> = (0..targets).collect();
+    for detection in 1..width {
+        let mut seen_by = (0..targets).filter(|target| weights[target * width + detection] > 0.0);
+        let Some(first) = seen_by.next() else { continue };
+        for other in seen_by {
+            let (a, b) = (root(&mut parent, first), root(&mut parent, other));
+            parent[a.max(b)] = a.min(b);
         }
-        seen[first] = true;
-        let mut cluster = vec![first];
-        let mut next = 0;
-        while let Some(&from) = cluster.get(next) {
-            for other in 0..targets {
-                if !seen[other] && shares(from, other) {
-                    seen[other] = true;
-                    cluster.push(other);
-                }
-            }
-            next += 1;
-        }
-        out.push(cluster);
     }
-    out
+    let mut groups = vec![Vec::new(); targets];
+    for target in 0..targets {
+        let of = root(&mut parent, target);
+        groups[of].push(target);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
 }
+
+/// The root of a target's group; shortens the way there.
+fn root(parent: &mut [usize], mut target: usize) -> usize {
+    while parent[target] != target {
+        parent[target] = parent[parent[target]];
+        target = parent[target];
+    }
+    target
+}
+
+/// The most targets of one cluster: the sum goes as deep.
+const LARGEST_CLUSTER: usize = 1000;
 
 /// Sums over joint events.
 struct Marginals {
@@ -150,6 +157,9 @@ struct Marginals {
 
 impl Marginals {
     fn cluster(&mut self, weights: &[f64], targets: &[usize]) -> Result<()> {
+        if targets.len() > LARGEST_CLUSTER {
+            return Err(EstimationError::TooMany { what: "targets that share detections" });
+        }
         let total = self.below(weights, targets, 1.0)?;
         for &target in targets {
             for value in &mut self.values[target * self.width..(target + 1) * self.width] {

@@ -35,6 +35,7 @@ pub fn unmatched(matches: &[Option<usize>], detections: usize) -> impl Iterator<
 }
 
 /// Distance squared of every detection to every expected measurement, target by target, and `ln det S` of each target.
+#[derive(Debug, Clone)]
 struct Distances {
     squared: Vec<f64>,
     log_determinants: Vec<f64>,

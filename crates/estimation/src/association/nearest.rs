@@ -26,18 +26,12 @@ pub enum Cost {
 }
 
 /// Assigns detections to targets, all at once. Keeps its memory from one frame to the next.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct NearestNeighbours {
     gate: Gate,
     cost: Cost,
     distances: Distances,
     assignment: Assignment,
-}
-
-impl std::fmt::Debug for Distances {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Distances").finish_non_exhaustive()
-    }
 }
 
 impl NearestNeighbours {
