@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut options = EvalOptions::new(Vec::new(), Vec::new(), PathBuf::from("eval-results"));
     let (mut names, mut settings) = (Vec::new(), Vec::new());
     options.build = this_build();
-    options.open.search_path = std::env::var_os("PATH");
+    options.open = pursuit_media::OpenOptions::from_env();
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| format!("{arg} needs a value\n{USAGE}"));
