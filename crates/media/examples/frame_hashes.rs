@@ -7,7 +7,7 @@ use pursuit_media::{OpenOptions, Source, open};
 
 fn main() {
     let input = std::env::args().nth(1).unwrap_or_else(|| "-".to_owned());
-    let options = OpenOptions { search_path: std::env::var_os("PATH"), ..OpenOptions::default() };
+    let options = OpenOptions::from_env();
     let mut source = open(&input, &options).unwrap_or_else(|e| {
         eprintln!("{e}");
         std::process::exit(3)
