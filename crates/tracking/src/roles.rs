@@ -8,7 +8,7 @@
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
 use crate::{BoxCovariance, Diagnostics, Result};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
 /// What the motion model expects before the frame is looked at.
@@ -55,6 +55,15 @@ pub struct Search {
     pub look: Look,
 }
 
+/// A place and a size relative to that at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Centre in pixels.
+    pub center: Point,
+    /// How many times larger than at the start.
+    pub scale: f64,
+}
+
 /// What a localizer found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
@@ -64,8 +73,8 @@ pub struct Measurement {
     pub confidence: f64,
     /// What measurements of several searches of one frame are compared by: the higher, the likelier to be the target.
     pub strength: f64,
-    /// How many times larger than at the start the target is, of localizers that go by that.
-    pub scale: Option<f64>,
+    /// Where and how large it was seen, of localizers that go by that: exact, where a box rounds its centre.
+    pub place: Option<Place>,
     /// Standard deviation of the box's centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
     /// Squared distance from the expectation as a share of the gate's limit, `[0, 1]`, where there was a gate.
@@ -85,7 +94,7 @@ impl Measurement {
             bbox,
             confidence,
             strength: confidence,
-            scale: None,
+            place: None,
             sigma_px: None,
             gate_share: None,
             peak: None,

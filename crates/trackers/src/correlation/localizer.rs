@@ -10,7 +10,7 @@ use crate::correlation::Likeness;
 use crate::features::{FeatureSet, Features};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
-use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Result, Search, ViewSize};
+use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Place, Result, Search, ViewSize};
 use pursuit_vision::fourier::{HannEnds, hann_plane, newton_peak, parabola_peak, signed_shift};
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
@@ -257,7 +257,7 @@ impl Localizer for CorrelationLocalizer {
                 SweepBy::Height => found.height,
                 SweepBy::Score => found.log_odds,
             },
-            scale: Some(found.scale),
+            place: Some(Place { center: found.center, scale: found.scale }),
             peak: Some(peak),
             psr: Some(psr),
             diagnostics: Diagnostics::default()
@@ -274,9 +274,10 @@ impl Localizer for CorrelationLocalizer {
     /// Measures the size by the filter along scale.
     fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
         let Some(filter) = &mut self.scale else { return Ok(found) };
-        let scale = found.scale.unwrap_or_else(|| self.window.scale_of(&found.bbox));
-        let scale = self.window.within_bounds(scale * filter.locate(frame, &found.bbox));
-        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), scale: Some(scale), ..found })
+        let Some(Place { center, scale }) = found.place else { return Ok(found) };
+        let scale = self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)));
+        let place = Some(Place { center, scale });
+        Ok(Measurement { bbox: self.window.bbox(center, scale), place, ..found })
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {

@@ -166,6 +166,9 @@ impl Proposer {
             let center = bbox.center();
             let (x, y) = (center.x.clamp(0.0, bounds.right()), center.y.clamp(0.0, bounds.bottom()));
             found.measurement.bbox = bbox.centered_at(Point::new(x, y));
+            if let Some(place) = &mut found.measurement.place {
+                place.center = Point::new(x, y);
+            }
         }
         found
     }

@@ -17,20 +17,35 @@ pub fn hann(n: usize, ends: HannEnds) -> Vec<f32> {
     if n <= 1 {
         return vec![1.0; n];
     }
-    // The window is sin²(π(i + first) / length).
-    let (first, length) = match ends {
-        HannEnds::Zero => (0.0, (n - 1) as f64),
-        HannEnds::HalfSample => (0.5, n as f64),
-        HannEnds::Positive => (1.0, (n + 1) as f64),
-    };
+    let (first, length) = first_and_length(n, ends);
     let step = std::f64::consts::TAU / length;
     (0..n).map(|i| (0.5 * (1.0 - (step * (i as f64 + first)).cos())) as f32).collect()
 }
 
-/// The outer product of two windows: `height` rows of `width` values.
+/// The outer product of two windows: `height` rows of `width` values, rounded once.
 pub fn hann_plane(width: usize, height: usize, ends: HannEnds) -> Vec<f32> {
-    let (across, down) = (hann(width, ends), hann(height, ends));
-    down.iter().flat_map(|&b| across.iter().map(move |&a| a * b)).collect()
+    let (across, down) = (sines(width, ends), sines(height, ends));
+    down.iter().flat_map(|&b| across.iter().map(move |&a| (b * a).powi(2) as f32)).collect()
+}
+
+/// The square roots of the Hann window of `n` values.
+fn sines(n: usize, ends: HannEnds) -> Vec<f64> {
+    if n <= 1 {
+        return vec![1.0; n];
+    }
+    let (first, length) = first_and_length(n, ends);
+    let sine = |i: usize| (std::f64::consts::PI * (i as f64 + first) / length).sin();
+    // The sine of π is not quite 0 in floating point.
+    (0..n).map(sine).map(|s| if s.abs() < 1e-12 { 0.0 } else { s }).collect()
+}
+
+/// The window is sin²(π(i + first) / length).
+const fn first_and_length(n: usize, ends: HannEnds) -> (f64, f64) {
+    match ends {
+        HannEnds::Zero => (0.0, (n - 1) as f64),
+        HannEnds::HalfSample => (0.5, n as f64),
+        HannEnds::Positive => (1.0, (n + 1) as f64),
+    }
 }
 
 /// A Gaussian of height 1 and standard deviation `sigma` (in cells) whose peak stands at `(0, 0)` and wraps around the
