@@ -37,7 +37,7 @@ pursuit_tracking::parameters! {
         pub solver: SolverParams = SolverParams::default();
         /// The filter along scale.
         pub scale: ScaleFilterParams =
-            ScaleFilterParams { size_kept_px: 8.0, size_followed_px: 24.0, ..ScaleFilterParams::default() };
+            ScaleFilterParams { on_return: true, size_kept_px: 8.0, size_followed_px: 24.0, ..ScaleFilterParams::default() };
         /// How responses are read.
         pub peaks: PeakParams =
             PeakParams { candidates: 3, subpixel: Subpixel::Series, ..PeakParams::default() };

@@ -114,12 +114,12 @@ pub trait Localizer: Send {
     /// When the frame lacks what the method needs. Not finding the target is `Ok(None)`.
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>>;
 
-    /// Measures more exactly what the loop decided on, such as its size; called once a frame.
+    /// Measures more exactly what the loop decided on, such as its size; called once a frame. `look` is the look that saw it.
     ///
     /// # Errors
     /// When the frame lacks what the method needs.
-    fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
-        let _ = frame;
+    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
+        let _ = (frame, look);
         Ok(found)
     }
 

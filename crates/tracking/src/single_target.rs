@@ -122,7 +122,7 @@ impl<L: Localizer> SingleTarget<L> {
             self.proposer.take(best);
         }
         let Some(found) = self.proposer.finish(situation) else { return Ok(None) };
-        let measurement = self.localizer.refine(frame, found.measurement)?;
+        let measurement = self.localizer.refine(frame, found.measurement, found.search.look)?;
         self.proposer.settle(&measurement.bbox);
         Ok(Some(measurement))
     }

@@ -272,8 +272,11 @@ impl Localizer for CorrelationLocalizer {
     }
 
     /// Measures the size by the filter along scale.
-    fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
+    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
         let Some(filter) = &mut self.scale else { return Ok(found) };
+        if look != Look::Near && !self.spec.scale.as_ref().is_some_and(|s| s.on_return) {
+            return Ok(found);
+        }
         let Some(Place { center, scale }) = found.place else { return Ok(found) };
         let scale = self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)));
         let place = Some(Place { center, scale });

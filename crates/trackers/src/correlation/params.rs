@@ -65,6 +65,8 @@ pursuit_tracking::parameters! {
         pub area_px: f64 = 1024.0, in 64.0..=65536.0, unit "px²", source "danelljan2017: 512; ours: 1024";
         /// Side of a HOG cell.
         pub cell_px: usize = 4, in 2..=16, unit "px", source "danelljan2017, section 5.2: 4";
+        /// Whether the size of a target that was found elsewhere is measured at once; if not, it has the size it had.
+        pub on_return: bool = false, source "ours";
         /// Changes of the size of a target with this side (square root of its area) or less are not believed: of a target of a
         /// few pixels, a step of the filter is a small part of one.
         pub size_kept_px: f64 = 0.0, in 0.0.., unit "px", source "ours";

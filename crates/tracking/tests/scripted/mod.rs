@@ -69,7 +69,7 @@ impl Localizer for Scripted {
         Ok(seen.map(|(bbox, confidence)| Measurement::new(bbox, confidence)))
     }
 
-    fn refine(&mut self, _: &Frame, found: Measurement) -> Result<Measurement> {
+    fn refine(&mut self, _: &Frame, found: Measurement, _: Look) -> Result<Measurement> {
         note(Asked::Refine(found.bbox));
         Ok(Measurement { bbox: found.bbox.scaled(self.growth), ..found })
     }
