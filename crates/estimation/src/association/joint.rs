@@ -107,7 +107,7 @@ impl JointProbabilities {
         let mut found = Marginals { width, taken: vec![false; width], left: params.most_events, values: vec![] };
         found.values.resize(weights.len(), 0.0);
         for cluster in clusters(&weights, width) {
-            found.cluster(&weights, &cluster)?;
+            found.cluster(&mut weights, &cluster)?;
         }
         Ok(Probabilities { values: found.values, width })
     }
@@ -147,6 +147,9 @@ fn root(parent: &mut [usize], mut target: usize) -> usize {
 /// The most targets of one cluster: the sum goes as deep.
 const LARGEST_CLUSTER: usize = 1000;
 
+/// Sums below this may have lost events to underflow.
+const LEAST_TOTAL: f64 = 1e-200;
+
 /// Sums over joint events.
 struct Marginals {
     width: usize,
@@ -156,11 +159,25 @@ struct Marginals {
 }
 
 impl Marginals {
-    fn cluster(&mut self, weights: &[f64], targets: &[usize]) -> Result<()> {
+    fn cluster(&mut self, weights: &mut [f64], targets: &[usize]) -> Result<()> {
+        let too_many = EstimationError::TooMany { what: "targets that share detections" };
         if targets.len() > LARGEST_CLUSTER {
-            return Err(EstimationError::TooMany { what: "targets that share detections" });
+            return Err(too_many);
         }
-        let total = self.below(weights, targets, 1.0)?;
+        let mut total = self.below(weights, targets, 1.0)?;
+        if total < LEAST_TOTAL {
+            // Many targets and few detections: against "all are missed" nothing vanishes.
+            for &target in targets {
+                let row = target * self.width..(target + 1) * self.width;
+                self.values[row.clone()].fill(0.0);
+                let missed = weights[row.start];
+                weights[row].iter_mut().for_each(|weight| *weight /= missed);
+            }
+            total = self.below(weights, targets, 1.0)?;
+        }
+        if !total.is_finite() {
+            return Err(too_many);
+        }
         for &target in targets {
             for value in &mut self.values[target * self.width..(target + 1) * self.width] {
                 *value /= total;
