@@ -10,6 +10,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-imaging", 1),
     ("pursuit-vision", 2),
     ("pursuit-media", 2),
+    ("pursuit-inference", 2),
     ("pursuit-tracking", 3),
     ("pursuit-scenes", 3),
     ("pursuit-evaluation", 4),

@@ -7,6 +7,7 @@ mod metadata;
 mod peers;
 mod run;
 mod suite;
+mod weights;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -49,6 +50,14 @@ enum Task {
         #[command(subcommand)]
         which: Option<peers::Comparison>,
     },
+    /// Make the weights of the default network from the ONNX files of NanoTrack v3
+    Weights {
+        /// Folder with nanotrack_backbone.onnx and nanotrack_head.onnx, version 3, of HonglinChu/SiamTrackers
+        folder: std::path::PathBuf,
+        /// Compare with the weights that are there instead of writing them
+        #[arg(long)]
+        check: bool,
+    },
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -65,6 +74,7 @@ fn main() -> Result<()> {
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
         Task::Peers { which } => peers::compare(which),
+        Task::Weights { folder, check } => weights::make(&folder, check),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }
