@@ -82,10 +82,10 @@ impl Pointwise {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn row(p: &Pointwise, input: &mut PointwiseInput<'_>, y: usize, out: &mut Map) {
     if target_cfg_f!(any(target_feature = "avx512f")) {
-        row_with::<8, true>(p, input, y, out);
+        row_with::<4, true>(p, input, y, out);
     } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         row_with::<4, true>(p, input, y, out);
     } else {

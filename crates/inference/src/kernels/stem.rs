@@ -49,10 +49,10 @@ impl Stem {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
     if target_cfg_f!(target_feature = "avx512f") {
-        row_with::<8, true>(stem, input, y, out);
+        row_with::<4, true>(stem, input, y, out);
     } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         row_with::<4, true>(stem, input, y, out);
     } else {
