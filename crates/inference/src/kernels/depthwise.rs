@@ -53,7 +53,7 @@ impl Depthwise {
     }
 
     /// Computes every row of the dense map `out`; `sums`, sixteen a channel, receives the sums over the rows, column by
-    /// column (modulo sixteen).
+    /// column (modulo sixteen): of maps at most sixteen columns wide, or whole sixteens.
     pub fn run(&self, input: &Map, out: &mut Map, mut sums: Option<&mut [f32]>) {
         debug_assert_eq!(input.channels, self.bias.len());
         debug_assert_eq!(matches!(input.columns, Columns::Split { .. }), self.is_strided());

@@ -4,6 +4,8 @@
 mod depthwise;
 mod map;
 mod pointwise;
+#[cfg(test)]
+mod reference;
 mod squeeze;
 mod stem;
 
