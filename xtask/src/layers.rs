@@ -28,6 +28,8 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("anyhow", &["pursuit-cli", "xtask"]),
     ("openh264", &["pursuit-media"]),
     ("rusty_h264-decoder", &["pursuit-media"]),
+    ("ort", &["pursuit-inference"]),
+    ("rten", &["pursuit-inference"]),
 ];
 
 pub fn check() -> Result<()> {

@@ -116,3 +116,45 @@ fn broken(why: &str) -> InferenceError {
         mend: "make its weights again with `cargo xtask weights`".into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer(weights: &[f32], bias: &[f32]) -> Layer {
+        Layer { weights: weights.to_vec(), bias: bias.to_vec() }
+    }
+
+    fn applied(layer: &Layer, x: &[f32]) -> Vec<f32> {
+        let rows = layer.weights.chunks_exact(layer.inputs()).zip(&layer.bias);
+        rows.map(|(row, b)| row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>() + b).collect()
+    }
+
+    #[test]
+    fn merged_layers_do_what_their_parts_do() {
+        let first = layer(&[1.0, 2.0, -3.0, 4.0, 5.0, 0.5], &[0.5, -1.0]); // 3 to 2
+        let second = layer(&[2.0, -1.0, 0.0, 3.0, 1.0, 1.0, 4.0, -2.0], &[1.0, 2.0, 3.0, 4.0]); // 2 to 4
+        let x = [3.0, -1.0, 2.0];
+        assert_eq!(applied(&first.then(&second), &x), applied(&second, &applied(&first, &x)));
+
+        let both = [3.0, -1.0, 2.0, 7.0, -5.0];
+        let other = layer(&[1.0, -1.0, 6.0, 2.0], &[10.0, 20.0]); // 2 to 2
+        let joined = first.beside(&other);
+        let sums: Vec<f32> = applied(&first, &x).iter().zip(applied(&other, &both[3..])).map(|(a, b)| a + b).collect();
+        assert_eq!(applied(&joined, &both), sums);
+        let part = joined.columns(3, 5).unbiased();
+        assert_eq!((part.weights.as_slice(), part.bias.as_slice()), (&other.weights[..], &[0.0; 2][..]));
+    }
+
+    #[test]
+    fn weights_that_are_not_what_the_layers_need_are_refused() {
+        let weights = Weights::nanotrack_v3().unwrap();
+        let stem = weights.layer("backbone.stem", &[16, 3, 3, 3]).unwrap();
+        assert_eq!((stem.weights.len(), stem.bias.len()), (432, 16));
+        let wrong = weights.layer("backbone.stem", &[16, 3, 5, 5]).unwrap_err().to_string();
+        assert!(wrong.contains("backbone.stem.weight") && wrong.contains("xtask weights"), "{wrong}");
+        assert!(weights.layer("backbone.trunk", &[16, 3, 3, 3]).is_err());
+        let damaged = [&NANOTRACK_V3[..NANOTRACK_V3.len() - 1], &NANOTRACK_V3[..100], b"", &[0xff; 40]];
+        assert!(damaged.iter().all(|bytes| Weights::read(bytes).is_err()));
+    }
+}

@@ -1,6 +1,7 @@
 //! What is asked of a file before a library sees it, and the few changes made to it.
 
 use super::OnnxOptions;
+use super::proto::{Dimension, FLOAT, Graph, INT64, ModelProto, Node, Shape, Tensor, Value, is_bounded, rewritten};
 use crate::{InferenceError, Port, Result};
 use prost::Message;
 use std::io::Read;
@@ -89,8 +90,6 @@ const ENLARGING_INPUTS: &[&str] = &["Pad", "Resize", "Upsample"];
 /// The most that padding, kernels and resizing may be.
 const MOST: i64 = 4096;
 const MAX_NODES: usize = 20_000;
-const FLOAT: i32 = 1;
-const INT64: i32 = 7;
 const EXTERNAL: i32 = 1;
 
 /// A file that has been looked through.
@@ -123,6 +122,9 @@ impl Model {
             return Err(wrong(why, "raise the limit if it is meant to be that large"));
         }
         let damaged = "get the file again: it is damaged or no ONNX file";
+        if !is_bounded(bytes) {
+            return Err(wrong("its fields break off or are too many".into(), damaged));
+        }
         let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string(), damaged))?;
         let graph = proto.graph.ok_or_else(|| wrong("it has no graph".into(), damaged))?;
         if graph.outputs.is_empty() || graph.nodes.is_empty() {
@@ -174,6 +176,7 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
     for tensor in &graph.initializers {
         check_tensor(tensor, max_bytes)?;
     }
+    let constants = graph.constants();
     for node in &graph.nodes {
         let known = node.domain.is_empty() || node.domain == "ai.onnx";
         if !known || !OPERATORS.contains(&node.op_type.as_str()) {
@@ -196,9 +199,9 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
             }
         }
         if ENLARGING_INPUTS.contains(&node.op_type.as_str()) {
-            let constants = node.inputs.iter().skip(1).filter_map(|i| graph.constant(i));
+            let given = node.inputs.iter().skip(1).filter_map(|i| constants.get(i.as_str()));
             // Resize may name the whole size of what comes out, so each number is held to the same limit.
-            if constants.flat_map(Tensor::values).any(|v| !(v.abs() <= MOST as f64)) {
+            if given.flat_map(|t| t.values()).any(|v| !(v.abs() <= MOST as f64)) {
                 return Err(enlarges(node));
             }
         }
@@ -237,7 +240,8 @@ fn check_tensor(tensor: &Tensor, max_bytes: u64) -> Result<(), Wrong> {
 /// The inputs that are no constants, with all their dimensions.
 fn inputs(graph: &Graph, options: &OnnxOptions) -> Result<Vec<Port>, Wrong> {
     let mut ports = Vec::new();
-    for input in graph.inputs.iter().filter(|i| graph.initializers.iter().all(|c| c.name != i.name)) {
+    let constants = graph.constants();
+    for input in graph.inputs.iter().filter(|i| !constants.contains_key(i.name.as_str())) {
         let tensor = input.kind.as_ref().and_then(|k| k.tensor.as_ref());
         let name = input.name.clone();
         if tensor.is_none_or(|t| t.element != FLOAT) {
@@ -296,160 +300,4 @@ fn reshaped(bytes: &[u8], inputs: &[Port]) -> Option<Vec<u8>> {
         })?)),
         _ => Some(Some(graph.to_vec())),
     })
-}
-
-/// A message with each field of bytes replaced by what `of` makes of it, or left out; `None` if it breaks off.
-fn rewritten(mut bytes: &[u8], of: impl Fn(u64, &[u8]) -> Option<Option<Vec<u8>>>) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(bytes.len());
-    while !bytes.is_empty() {
-        let start = bytes;
-        let key = prost::encoding::decode_varint(&mut bytes).ok()?;
-        let skip = match key & 7 {
-            0 => {
-                prost::encoding::decode_varint(&mut bytes).ok()?;
-                0
-            }
-            1 => 8,
-            5 => 4,
-            2 => {
-                let len = usize::try_from(prost::encoding::decode_varint(&mut bytes).ok()?).ok()?;
-                let (value, rest) = bytes.split_at_checked(len)?;
-                bytes = rest;
-                if let Some(value) = of(key >> 3, value)? {
-                    prost::encoding::encode_varint(key, &mut out);
-                    prost::encoding::encode_varint(value.len() as u64, &mut out);
-                    out.extend_from_slice(&value);
-                }
-                continue;
-            }
-            _ => return None,
-        };
-        bytes = bytes.get(skip..)?;
-        out.extend_from_slice(&start[..start.len() - bytes.len()]);
-    }
-    Some(out)
-}
-
-// The fields of onnx.proto (ONNX 1.18) that matter here.
-
-#[derive(Message)]
-struct ModelProto {
-    #[prost(message, optional, tag = "7")]
-    graph: Option<Graph>,
-}
-
-#[derive(Message)]
-struct Graph {
-    #[prost(message, repeated, tag = "1")]
-    nodes: Vec<Node>,
-    #[prost(message, repeated, tag = "5")]
-    initializers: Vec<Tensor>,
-    #[prost(message, repeated, tag = "11")]
-    inputs: Vec<Value>,
-    #[prost(message, repeated, tag = "12")]
-    outputs: Vec<Value>,
-}
-
-impl Graph {
-    fn constant(&self, name: &str) -> Option<&Tensor> {
-        let made = |n: &&Node| n.op_type == "Constant" && n.outputs.iter().any(|o| o == name);
-        let initializer = self.initializers.iter().find(|t| t.name == name);
-        initializer.or_else(|| self.nodes.iter().find(made)?.attributes.iter().find_map(|a| a.tensor.as_ref()))
-    }
-}
-
-#[derive(Message)]
-struct Node {
-    #[prost(string, repeated, tag = "1")]
-    inputs: Vec<String>,
-    #[prost(string, repeated, tag = "2")]
-    outputs: Vec<String>,
-    #[prost(string, tag = "4")]
-    op_type: String,
-    #[prost(message, repeated, tag = "5")]
-    attributes: Vec<Attribute>,
-    #[prost(string, tag = "7")]
-    domain: String,
-}
-
-#[derive(Message)]
-struct Attribute {
-    #[prost(string, tag = "1")]
-    name: String,
-    #[prost(int64, tag = "3")]
-    int: i64,
-    #[prost(message, optional, tag = "5")]
-    tensor: Option<Tensor>,
-    #[prost(float, repeated, tag = "7")]
-    floats: Vec<f32>,
-    #[prost(int64, repeated, tag = "8")]
-    ints: Vec<i64>,
-}
-
-#[derive(Message)]
-struct Tensor {
-    #[prost(int64, repeated, tag = "1")]
-    dims: Vec<i64>,
-    #[prost(int32, tag = "2")]
-    data_type: i32,
-    #[prost(float, repeated, tag = "4")]
-    float_data: Vec<f32>,
-    #[prost(int64, repeated, tag = "7")]
-    int64_data: Vec<i64>,
-    #[prost(string, tag = "8")]
-    name: String,
-    #[prost(bytes = "vec", tag = "9")]
-    raw_data: Vec<u8>,
-    #[prost(bytes = "vec", repeated, tag = "13")]
-    external_data: Vec<Vec<u8>>,
-    #[prost(int32, tag = "14")]
-    data_location: i32,
-}
-
-impl Tensor {
-    fn values(&self) -> Vec<f64> {
-        match (self.data_type, self.raw_data.is_empty()) {
-            (FLOAT, true) => self.float_data.iter().map(|&v| f64::from(v)).collect(),
-            (INT64, true) => self.int64_data.iter().map(|&v| v as f64).collect(),
-            (FLOAT, false) => {
-                self.raw_data.as_chunks::<4>().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).collect()
-            }
-            (INT64, false) => self.raw_data.as_chunks::<8>().0.iter().map(|&b| i64::from_le_bytes(b) as f64).collect(),
-            _ => Vec::new(),
-        }
-    }
-}
-
-#[derive(Message)]
-struct Value {
-    #[prost(string, tag = "1")]
-    name: String,
-    #[prost(message, optional, tag = "2")]
-    kind: Option<Kind>,
-}
-
-#[derive(Message)]
-struct Kind {
-    #[prost(message, optional, tag = "1")]
-    tensor: Option<TensorKind>,
-}
-
-#[derive(Message)]
-struct TensorKind {
-    #[prost(int32, tag = "1")]
-    element: i32,
-    #[prost(message, optional, tag = "2")]
-    shape: Option<Shape>,
-}
-
-#[derive(Clone, Message)]
-struct Shape {
-    #[prost(message, repeated, tag = "1")]
-    dims: Vec<Dimension>,
-}
-
-#[derive(Clone, Message)]
-struct Dimension {
-    #[prost(int64, tag = "1")]
-    value: i64,
 }

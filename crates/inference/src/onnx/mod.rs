@@ -7,9 +7,12 @@
 mod file;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
+mod proto;
 #[cfg(feature = "rten")]
 mod rten;
 mod siamese;
+#[cfg(test)]
+mod tests;
 
 #[cfg(feature = "onnxruntime")]
 pub use onnxruntime::find_library;

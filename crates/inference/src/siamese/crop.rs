@@ -49,13 +49,28 @@ struct Tap {
 }
 
 impl Tap {
-    /// Sample `i` of `samples` from `side` pixels: pixel centres at half-integers, the border replicated.
-    fn new(i: usize, samples: usize, side: i64) -> Self {
-        let at = ((i as f64 + 0.5) * side as f64 / samples as f64 - 0.5).clamp(0.0, (side - 1) as f64);
-        let first = at.floor();
-        let weight = ((at - first) * f64::from(ONE)).round_ties_even() as i32;
-        Self { first: first as i64, second: (first as i64 + 1).min(side - 1), weight }
+    /// Sample `i` of `samples` from a row of `side` pixels: pixel centres at half-integers, the border replicated.
+    fn across(i: usize, samples: usize, side: i64) -> Self {
+        Self::at(place(i, samples, side).clamp(0.0, (side - 1) as f64), side)
     }
+
+    /// The same from a column. At the border it weighs one pixel twice instead of once, which rounds differently: so
+    /// does OpenCV.
+    fn down(i: usize, samples: usize, side: i64) -> Self {
+        Self::at(place(i, samples, side), side)
+    }
+
+    fn at(place: f64, side: i64) -> Self {
+        let first = place.floor();
+        let weight = ((place - first) * f64::from(ONE)).round_ties_even() as i32;
+        let inside = |pixel: i64| pixel.clamp(0, side - 1);
+        Self { first: inside(first as i64), second: inside(first as i64 + 1), weight }
+    }
+}
+
+/// Where sample `i` of `samples` lies among `side` pixels.
+fn place(i: usize, samples: usize, side: i64) -> f64 {
+    (i as f64 + 0.5) * side as f64 / samples as f64 - 0.5
 }
 
 impl Cropper {
@@ -70,7 +85,7 @@ impl Cropper {
         mut row: impl FnMut(usize, &mut [[f32; 3]]),
     ) {
         self.columns.clear();
-        self.columns.extend((0..samples).map(|i| Tap::new(i, samples, region.side)));
+        self.columns.extend((0..samples).map(|i| Tap::across(i, samples, region.side)));
         self.columns.iter_mut().for_each(|tap| {
             tap.first += region.left;
             tap.second += region.left;
@@ -81,7 +96,7 @@ impl Cropper {
         });
         self.pixels.resize(samples, [0.0; 3]);
         for y in 0..samples {
-            let tap = Tap::new(y, samples, region.side);
+            let tap = Tap::down(y, samples, region.side);
             self.make_row(image, region, tap.first, tap.second, fill);
             let (upper, lower) = (&self.rows[0].1, &self.rows[1].1);
             for ((pixel, upper), lower) in self.pixels.iter_mut().zip(upper).zip(lower) {
