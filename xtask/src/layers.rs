@@ -12,6 +12,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-imaging", 1),
     ("pursuit-vision", 2),
     ("pursuit-media", 2),
+    ("pursuit-inference", 2),
     ("pursuit-tracking", 3),
     ("pursuit-scenes", 3),
     ("pursuit-trackers", 4),
@@ -37,6 +38,8 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("jpeg-encoder", &["pursuit-media", "pursuit-evaluation"]),
     ("parquet", &["pursuit"]),
     ("serde_json", &["pursuit", "pursuit-evaluation", "pursuit-experiments", "pursuit-cli", "xtask"]),
+    ("ort", &["pursuit-inference"]),
+    ("rten", &["pursuit-inference"]),
 ];
 
 pub fn check() -> Result<()> {

@@ -12,6 +12,7 @@ mod notices;
 mod peers;
 mod run;
 mod suite;
+mod weights;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -66,6 +67,14 @@ enum Task {
         #[command(subcommand)]
         which: Option<peers::Comparison>,
     },
+    /// Make the weights of the default network from the ONNX files of NanoTrack v3
+    Weights {
+        /// Folder with nanotrack_backbone.onnx and nanotrack_head.onnx, version 3, of HonglinChu/SiamTrackers
+        folder: std::path::PathBuf,
+        /// Compare with the weights that are there instead of writing them
+        #[arg(long)]
+        check: bool,
+    },
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -88,6 +97,7 @@ fn main() -> Result<()> {
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
         Task::Peers { which } => peers::compare(which),
+        Task::Weights { folder, check } => weights::make(&folder, check),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }

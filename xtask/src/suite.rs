@@ -14,6 +14,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     docs()?;
     features::check()?;
     run::cargo("test").args(["--workspace", "--locked"]).run()?;
+    run::cargo("test").args(["--package", "pursuit-inference", "--features", "onnxruntime,rten", "--locked"]).run()?;
     if quick {
         skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());
     } else {

@@ -1,0 +1,248 @@
+//! Slow, obvious twins of the kernels, and the comparisons with them.
+
+use super::*;
+
+/// Numbers of both signs without a pattern that a mistake could share.
+fn numbers(count: usize, seed: u32) -> Vec<f32> {
+    let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// A tensor in channel, row, column order.
+struct Planes {
+    channels: usize,
+    height: usize,
+    width: usize,
+    data: Vec<f32>,
+}
+
+impl Planes {
+    fn new(channels: usize, height: usize, width: usize, seed: u32) -> Self {
+        Self { channels, height, width, data: numbers(channels * height * width, seed) }
+    }
+
+    fn at(&self, c: usize, y: isize, x: isize) -> f32 {
+        let inside = (0..self.height as isize).contains(&y) && (0..self.width as isize).contains(&x);
+        if inside { self.data[(c * self.height + y as usize) * self.width + x as usize] } else { 0.0 }
+    }
+
+    fn in_map(&self, mut map: Map) -> Map {
+        map.fill(&self.data);
+        map
+    }
+}
+
+fn contents(map: &Map) -> Vec<f32> {
+    let mut tensor = vec![0.0; map.channels * map.height * map.width];
+    map.copy_to(&mut tensor);
+    tensor
+}
+
+/// The convolution as it is defined; `weights` in output, input of its group, row, column order.
+fn convolution(
+    input: &Planes,
+    weights: &[f32],
+    bias: &[f32],
+    (side, stride, padding): (usize, usize, usize),
+    is_depthwise: bool,
+) -> Planes {
+    let out = |n: usize| (n + 2 * padding - side) / stride + 1;
+    let (height, width) = (out(input.height), out(input.width));
+    let inputs = if is_depthwise { 1 } else { input.channels };
+    let mut data = Vec::new();
+    for o in 0..bias.len() {
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = f64::from(bias[o]);
+                for i in 0..inputs {
+                    for ky in 0..side {
+                        for kx in 0..side {
+                            let row = (y * stride + ky) as isize - padding as isize;
+                            let column = (x * stride + kx) as isize - padding as isize;
+                            let channel = if is_depthwise { o } else { i };
+                            let weight = weights[((o * inputs + i) * side + ky) * side + kx];
+                            sum += f64::from(weight) * f64::from(input.at(channel, row, column));
+                        }
+                    }
+                }
+                data.push(sum as f32);
+            }
+        }
+    }
+    Planes { channels: bias.len(), height, width, data }
+}
+
+fn assert_close(got: &[f32], want: &[f32], what: &str) {
+    assert_eq!(got.len(), want.len(), "{what}");
+    for (i, (g, w)) in got.iter().zip(want).enumerate() {
+        assert!((g - w).abs() <= 2e-5 * w.abs().max(1.0), "{what}: number {i} is {g} instead of {w}");
+    }
+}
+
+/// Whether everything but the map's own columns is zero: what the next convolution takes for its padding.
+fn assert_padding_is_zero(map: &Map, what: &str) {
+    let mut own = vec![false; map.row_len()];
+    for c in 0..map.channels {
+        (0..map.width).for_each(|x| own[map.offset(c, x)] = true);
+    }
+    let rows = map.from_padded_row(0).chunks_exact(map.row_len());
+    for (y, row) in rows.enumerate() {
+        let is_inside = (map.padding..map.padding + map.height).contains(&y);
+        let stray = row.iter().zip(&own).position(|(&v, &own)| v != 0.0 && !(own && is_inside));
+        assert_eq!(stray, None, "{what}: row {y}");
+    }
+}
+
+#[test]
+fn activations_are_what_their_equations_say() {
+    for x in [-7.0f32, -3.0, -2.5, -0.5, 0.0, 0.5, 2.5, 3.0, 5.0, 7.0] {
+        assert_eq!(Activation::None.of(x), x);
+        assert_eq!(Activation::Relu.of(x), if x > 0.0 { x } else { 0.0 });
+        assert_eq!(Activation::Relu6.of(x), if x > 6.0 { 6.0 } else { x.max(0.0) });
+        let hard = if x <= -3.0 {
+            0.0
+        } else if x >= 3.0 {
+            1.0
+        } else {
+            (x + 3.0) / 6.0
+        };
+        assert!((hard_sigmoid(x) - hard).abs() < 1e-6);
+        assert!((Activation::HardSwish.of(x) - x * hard).abs() < 1e-5);
+        for activation in [Activation::None, Activation::Relu, Activation::Relu6, Activation::HardSwish] {
+            let mut lanes = [x; LANES];
+            activation.of_lanes(&mut lanes);
+            assert!((lanes[3] - activation.of(x)).abs() < 1e-6, "{activation:?} of {x}");
+        }
+    }
+}
+
+#[test]
+fn pointwise_agrees_with_the_definition() {
+    let targets: [fn(usize, usize, usize) -> Map; 4] = [
+        Map::dense,
+        |c, h, w| Map::padded(c, h, w, 2, 5),
+        |c, h, w| Map::split(c, h, w, 1, 3),
+        |c, h, w| Map::split(c, h, w, 2, 5),
+    ];
+    for (inputs, outputs, height, width) in [(16, 8, 4, 16), (5, 12, 3, 32), (24, 3, 15, 15), (7, 20, 8, 8)] {
+        let input = Planes::new(inputs, height, width, 1);
+        let (weights, bias) = (numbers(inputs * outputs, 2), numbers(outputs, 3));
+        let plain = convolution(&input, &weights, &bias, (1, 1, 0), false);
+        for (n, target) in targets.into_iter().enumerate() {
+            for activation in [Activation::None, Activation::HardSwish] {
+                let what = format!("{inputs} to {outputs}, {height} x {width}, target {n}, {activation:?}");
+                let mut map = input.in_map(Map::dense(inputs, height, width));
+                let mut out = target(outputs, height, width);
+                Pointwise::new(&weights, &bias, activation).run(PointwiseInput::plain(&mut map), &mut out);
+                let want: Vec<f32> = plain.data.iter().map(|&v| activation.of(v)).collect();
+                assert_close(&contents(&out), &want, &what);
+                if n > 0 {
+                    assert_padding_is_zero(&out, &what);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn pointwise_gates_concatenates_and_adds() {
+    let (inputs, more, outputs, side) = (6, 9, 11, 16);
+    let (input, other) = (Planes::new(inputs, side, side, 4), Planes::new(more, side, side, 5));
+    let residual = Planes::new(outputs, side, side, 6);
+    let (weights, bias) = (numbers((inputs + more) * outputs, 7), numbers(outputs, 8));
+    let factors = numbers(inputs, 9);
+    let mut joined = Planes::new(0, side, side, 0);
+    for (c, plane) in input.data.chunks_exact(side * side).enumerate() {
+        joined.data.extend(plane.iter().map(|&v| Activation::HardSwish.of(factors[c] * v)));
+    }
+    joined.data.extend(&other.data);
+    joined.channels = inputs + more;
+    let sums = convolution(&joined, &weights, &bias, (1, 1, 0), false);
+    let want: Vec<f32> = sums.data.iter().zip(&residual.data).map(|(s, r)| (s + r).max(0.0)).collect();
+
+    let mut map = input.in_map(Map::dense(inputs, side, side));
+    let other = other.in_map(Map::dense(more, side, side));
+    let residual = residual.in_map(Map::dense(outputs, side, side));
+    let gate = Some((factors.as_slice(), Activation::HardSwish));
+    let mut out = Map::dense(outputs, side, side);
+    let mut layer = Pointwise::new(&numbers(weights.len(), 1), &numbers(outputs, 1), Activation::Relu);
+    layer.set(&weights, &bias);
+    layer.run(PointwiseInput { map: &mut map, more: Some(&other), gate, residual: Some(&residual) }, &mut out);
+    assert_close(&contents(&out), &want, "gated, concatenated and added");
+}
+
+#[test]
+fn depthwise_agrees_with_the_definition() {
+    use DepthwiseShape::*;
+    let cases = [(Two, 1, 0), (Three, 1, 1), (Four, 1, 1), (Five, 1, 2), (ThreeByTwo, 2, 1), (FiveByTwo, 2, 2)];
+    for (shape, stride, padding) in cases {
+        for (channels, height, width) in [(3, 16, 16), (2, 15, 15), (4, 8, 8), (2, 9, 32), (1, 64, 64)] {
+            let side = shape.side();
+            let what = format!("{shape:?}, {channels} x {height} x {width}");
+            let input = Planes::new(channels, height, width, 11);
+            let (weights, bias) = (numbers(channels * side * side, 12), numbers(channels, 13));
+            let plain = convolution(&input, &weights, &bias, (side, stride, padding), true);
+            let map = match stride {
+                1 => Map::padded(channels, height, width, padding, side),
+                _ => Map::split(channels, height, width, padding, side),
+            };
+            let map = input.in_map(map);
+            let mut out = Map::dense(channels, plain.height, plain.width);
+            let mut sums = vec![9.0; channels * LANES];
+            let layer = Depthwise::new(shape, &weights, &bias, Activation::Relu6);
+            layer.run(&map, &mut out, Some(&mut sums));
+            let want: Vec<f32> = plain.data.iter().map(|&v| Activation::Relu6.of(v)).collect();
+            assert_close(&contents(&out), &want, &what);
+            // A last segment that is not whole has columns beyond the map in its sums; no such map is averaged.
+            let is_whole = plain.width <= LANES || plain.width.is_multiple_of(LANES);
+            for (c, plane) in want.chunks_exact(plain.height * plain.width).enumerate().filter(|_| is_whole) {
+                let columns = plain.width.min(LANES);
+                let sum: f32 = sums[c * LANES..c * LANES + columns].iter().sum();
+                assert!((sum - plane.iter().sum::<f32>()).abs() < 1e-2, "{what}: sum of channel {c}");
+            }
+        }
+    }
+}
+
+#[test]
+fn stem_agrees_with_the_definition() {
+    for (height, width, outputs) in [(31, 31, 16), (255, 64, 5)] {
+        let input = Planes::new(3, height, width, 21);
+        let (weights, bias) = (numbers(27 * outputs, 22), numbers(outputs, 23));
+        let plain = convolution(&input, &weights, &bias, (3, 2, 1), false);
+        let map = input.in_map(Map::split(3, height, width, 1, 3));
+        let stem = Stem::new(&weights, &bias, Activation::HardSwish, &map);
+        let mut out = Map::split(outputs, plain.height, plain.width, 1, 3);
+        stem.run(&map, &mut out);
+        let want: Vec<f32> = plain.data.iter().map(|&v| Activation::HardSwish.of(v)).collect();
+        assert_close(&contents(&out), &want, "stem");
+        assert_padding_is_zero(&out, "stem");
+    }
+}
+
+#[test]
+fn squeeze_and_excite_agrees_with_the_definition() {
+    let (channels, hidden, columns, rows) = (13, 5, 8, 6);
+    let planes: Vec<f32> = numbers(channels * rows * columns, 31);
+    let (squeeze, excite) = (numbers(hidden * channels, 32), numbers(channels * hidden, 33));
+    let (squeeze_bias, excite_bias) = (numbers(hidden, 34), numbers(channels, 35));
+    let means: Vec<f32> = planes.chunks_exact(rows * columns).map(|p| p.iter().sum::<f32>() / p.len() as f32).collect();
+    let dot = |row: &[f32], x: &[f32]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f32>();
+    let inner: Vec<f32> =
+        squeeze.chunks_exact(channels).zip(&squeeze_bias).map(|(row, b)| (dot(row, &means) + b).max(0.0)).collect();
+    let want: Vec<f32> =
+        excite.chunks_exact(hidden).zip(&excite_bias).map(|(row, b)| hard_sigmoid(dot(row, &inner) + b)).collect();
+
+    let mut sums = vec![1e3; channels * LANES]; // what lies beyond the columns does not count
+    for (c, plane) in planes.chunks_exact(rows * columns).enumerate() {
+        for x in 0..columns {
+            sums[c * LANES + x] = plane.iter().skip(x).step_by(columns).sum();
+        }
+    }
+    let mut layer = SqueezeExcite::new(&squeeze, &squeeze_bias, &excite, &excite_bias);
+    assert_close(layer.factors(&sums, columns, rows * columns), &want, "squeeze and excite");
+}

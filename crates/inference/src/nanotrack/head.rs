@@ -1,0 +1,243 @@
+//! The head of NanoTrack v3: for the score and for the box one branch, in which the features of the search image are
+//! compared with those of the template in two ways, pixel by pixel (Yan et al. 2021, AlphaRefine, section 3.2) and
+//! channel by channel (Li et al. 2019, SiamRPN++, section 3.3), before six separable convolutions.
+//!
+//! What depends on the template alone is worked out when the template is set, and linear layers that follow each other
+//! without anything between them are merged, so that a frame costs less than the published graph: the result is the
+//! same up to rounding.
+
+use super::backbone::FEATURES;
+use super::weights::{Layer, Weights};
+use crate::Result;
+use crate::kernels::{Activation, Depthwise, DepthwiseShape, Map, Pointwise, PointwiseInput};
+
+/// Rows and columns of the template's features.
+pub const TEMPLATE_SIDE: usize = 8;
+/// Rows and columns of the search image's features.
+pub const SEARCH_SIDE: usize = 16;
+/// Rows and columns of the answer.
+pub const ANSWER_SIDE: usize = 15;
+
+const TEMPLATE_PIXELS: usize = TEMPLATE_SIDE * TEMPLATE_SIDE;
+/// The correlation kernels are the middle 4 × 4 of the template.
+const KERNEL_SIDE: usize = 4;
+const KERNEL_PIXELS: usize = KERNEL_SIDE * KERNEL_SIDE;
+const TOWER: usize = 6;
+
+/// One of the two branches.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    template: TemplateLayers,
+    attention: Attention,
+    pixelwise: Pixelwise,
+    correlation: Correlation,
+    reduce: Pointwise,
+    tower: Vec<(Depthwise, Pointwise)>,
+    padded: Map,
+    dense: Map,
+    answer: Map,
+}
+
+/// Layers whose input is the template, and those merged with it.
+#[derive(Debug, Clone)]
+struct TemplateLayers {
+    pixelwise: Layer,
+    pixelwise_search: Layer,
+    correlation: Layer,
+}
+
+/// Each of the 64 pixels of the template as a pointwise filter on the search features.
+#[derive(Debug, Clone)]
+struct Pixelwise {
+    /// Weights and bias of `filter`, in the order of a layer.
+    merged: Layer,
+    filter: Pointwise,
+    filtered: Map,
+    /// The 2 × 2 filters as trained, before the channels are weighed.
+    trained: Vec<f32>,
+    depthwise: Depthwise,
+    out: Map,
+}
+
+/// The middle of the template as a depthwise filter on the search features.
+#[derive(Debug, Clone)]
+struct Correlation {
+    search: Pointwise,
+    padded: Map,
+    depthwise: Depthwise,
+    out: Map,
+}
+
+/// Factors for the 64 channels of the pixelwise comparison from their means.
+#[derive(Debug, Clone)]
+struct Attention {
+    squeeze: Layer,
+    excite: Layer,
+    means: Vec<f32>,
+    hidden: Vec<f32>,
+    factors: Vec<f32>,
+}
+
+impl Branch {
+    /// The branch `name` (`score` or `box`) with `outputs` numbers a point.
+    pub fn new(weights: &Weights<'_>, name: &str, outputs: usize) -> Result<Self> {
+        let of = |layer: &str| format!("head.{name}.{layer}");
+        let square = |layer: &str| weights.pointwise(&of(layer), FEATURES, FEATURES);
+        let template = TemplateLayers {
+            pixelwise: square("pixelwise.template")?,
+            pixelwise_search: square("pixelwise.search")?,
+            correlation: square("correlation.template")?,
+        };
+        let mix = weights.pointwise(&of("pixelwise.mix"), TEMPLATE_PIXELS, TEMPLATE_PIXELS)?;
+        let reduce = weights.pointwise(&of("reduce"), TEMPLATE_PIXELS + FEATURES, FEATURES)?;
+        let from_pixels = mix.then(&reduce.columns(0, TEMPLATE_PIXELS));
+        let from_channels = reduce.columns(TEMPLATE_PIXELS, TEMPLATE_PIXELS + FEATURES).unbiased();
+        let mut tower = Vec::with_capacity(TOWER);
+        for n in 0..TOWER {
+            let filter = weights.depthwise(&of(&format!("tower.{n}.depthwise")), FEATURES, 3)?;
+            let mut mix = square(&format!("tower.{n}.pointwise"))?;
+            if n + 1 == TOWER {
+                mix = mix.then(&weights.pointwise(&of("output"), FEATURES, outputs)?);
+            }
+            let filter = Depthwise::new(DepthwiseShape::Three, &filter.weights, &filter.bias, Activation::Relu6);
+            tower.push((filter, pointwise(&mix)));
+        }
+        Ok(Self {
+            template,
+            attention: Attention::new(weights, name)?,
+            pixelwise: Pixelwise::new(weights.depthwise(&of("pixelwise.depthwise"), TEMPLATE_PIXELS, 2)?),
+            correlation: Correlation::new(&square("correlation.search")?),
+            reduce: pointwise(&from_pixels.beside(&from_channels)),
+            tower,
+            padded: Map::padded(FEATURES, ANSWER_SIDE, ANSWER_SIDE, 1, 3),
+            dense: Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE),
+            answer: Map::dense(outputs, ANSWER_SIDE, ANSWER_SIDE),
+        })
+    }
+
+    /// Takes the template's features, channel, row, column.
+    pub fn set_template(&mut self, features: &[f32]) {
+        let pixels = applied(&self.template.pixelwise, features, TEMPLATE_PIXELS);
+        // Comparison = Zᵀ(W x + b) = (ZᵀW) x + Zᵀb, with the template's pixels as the columns of Z.
+        let transposed = Layer {
+            weights: (0..FEATURES * TEMPLATE_PIXELS)
+                .map(|i| pixels[i % FEATURES * TEMPLATE_PIXELS + i / FEATURES])
+                .collect(),
+            bias: vec![0.0; TEMPLATE_PIXELS],
+        };
+        self.pixelwise.merged = self.template.pixelwise_search.then(&transposed);
+        let Layer { weights, bias } = &self.pixelwise.merged;
+        self.pixelwise.filter.set(weights, bias);
+
+        let first = (TEMPLATE_SIDE - KERNEL_SIDE) / 2;
+        let middle: Vec<f32> = (0..FEATURES * KERNEL_PIXELS)
+            .map(|i| (i / KERNEL_PIXELS, first + i / KERNEL_SIDE % KERNEL_SIDE, first + i % KERNEL_SIDE))
+            .map(|(c, y, x)| features[(c * TEMPLATE_SIDE + y) * TEMPLATE_SIDE + x])
+            .collect();
+        let kernels = applied(&self.template.correlation, &middle, KERNEL_PIXELS);
+        self.correlation.depthwise.weights_mut().copy_from_slice(&kernels);
+    }
+
+    /// The answer to the search image's features, whose means over the pixels are `means`.
+    pub fn run(&mut self, features: &mut Map, means: &[f32]) -> &Map {
+        let factors = self.attention.factors(&self.pixelwise.merged, means);
+        self.pixelwise.run(features, factors);
+        self.correlation.run(features);
+        let more = Some(&self.correlation.out);
+        let input = PointwiseInput { map: &mut self.pixelwise.out, more, gate: None, residual: None };
+        self.reduce.run(input, &mut self.padded);
+        for (n, (filter, mix)) in self.tower.iter().enumerate() {
+            filter.run(&self.padded, &mut self.dense, None);
+            let out = if n + 1 == TOWER { &mut self.answer } else { &mut self.padded };
+            mix.run(PointwiseInput::plain(&mut self.dense), out);
+        }
+        &self.answer
+    }
+}
+
+impl Pixelwise {
+    fn new(filter: Layer) -> Self {
+        let (inputs, outputs) = (FEATURES, TEMPLATE_PIXELS);
+        let merged = Layer { weights: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] };
+        Self {
+            filter: pointwise(&merged),
+            merged,
+            filtered: Map::padded(outputs, SEARCH_SIDE, SEARCH_SIDE, 0, 2),
+            depthwise: Depthwise::new(DepthwiseShape::Two, &filter.weights, &filter.bias, Activation::Relu6),
+            trained: filter.weights,
+            out: Map::dense(outputs, ANSWER_SIDE, ANSWER_SIDE),
+        }
+    }
+
+    fn run(&mut self, features: &mut Map, factors: &[f32]) {
+        self.filter.run(PointwiseInput::plain(features), &mut self.filtered);
+        // A channel's factor times its pixels is the factor times its filter.
+        let filters = self.depthwise.weights_mut().chunks_exact_mut(4).zip(self.trained.chunks_exact(4));
+        for ((now, trained), factor) in filters.zip(factors) {
+            now.iter_mut().zip(trained).for_each(|(n, t)| *n = t * factor);
+        }
+        self.depthwise.run(&self.filtered, &mut self.out, None);
+    }
+}
+
+impl Correlation {
+    fn new(search: &Layer) -> Self {
+        let none = vec![0.0; FEATURES * KERNEL_PIXELS];
+        Self {
+            search: pointwise(search),
+            padded: Map::padded(FEATURES, SEARCH_SIDE, SEARCH_SIDE, 1, KERNEL_SIDE),
+            depthwise: Depthwise::new(DepthwiseShape::Four, &none, &[0.0; FEATURES], Activation::None),
+            out: Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE),
+        }
+    }
+
+    fn run(&mut self, features: &mut Map) {
+        self.search.run(PointwiseInput::plain(features), &mut self.padded);
+        self.depthwise.run(&self.padded, &mut self.out, None);
+    }
+}
+
+impl Attention {
+    fn new(weights: &Weights<'_>, name: &str) -> Result<Self> {
+        let layer = |layer: &str| {
+            weights.pointwise(&format!("head.{name}.pixelwise.{layer}"), TEMPLATE_PIXELS, TEMPLATE_PIXELS)
+        };
+        let zeros = vec![0.0; TEMPLATE_PIXELS];
+        let (squeeze, excite) = (layer("squeeze")?, layer("excite")?);
+        Ok(Self { squeeze, excite, means: zeros.clone(), hidden: zeros.clone(), factors: zeros })
+    }
+
+    /// σ(W₂ max(0, W₁ m + b₁) + b₂), where m, the means of the comparison, is the comparison of the means.
+    fn factors(&mut self, comparison: &Layer, means: &[f32]) -> &[f32] {
+        apply(comparison, means, &mut self.means);
+        apply(&self.squeeze, &self.means, &mut self.hidden);
+        self.hidden.iter_mut().for_each(|h| *h = h.max(0.0));
+        apply(&self.excite, &self.hidden, &mut self.factors);
+        self.factors.iter_mut().for_each(|f| *f = 1.0 / (1.0 + (-*f).exp()));
+        &self.factors
+    }
+}
+
+/// W x + b of one pixel.
+fn apply(layer: &Layer, x: &[f32], out: &mut [f32]) {
+    for ((out, row), bias) in out.iter_mut().zip(layer.weights.chunks_exact(layer.inputs())).zip(&layer.bias) {
+        *out = row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>() + bias;
+    }
+}
+
+/// W X + b of `pixels` pixels, channel by channel: only for templates, which are small and rare.
+fn applied(layer: &Layer, x: &[f32], pixels: usize) -> Vec<f32> {
+    let mut out = Vec::with_capacity(layer.bias.len() * pixels);
+    for (row, &bias) in layer.weights.chunks_exact(layer.inputs()).zip(&layer.bias) {
+        let mut sums = vec![bias; pixels];
+        for (w, x) in row.iter().zip(x.chunks_exact(pixels)) {
+            sums.iter_mut().zip(x).for_each(|(s, x)| *s += w * x);
+        }
+        out.extend(sums);
+    }
+    out
+}
+
+fn pointwise(layer: &Layer) -> Pointwise {
+    Pointwise::new(&layer.weights, &layer.bias, Activation::None)
+}

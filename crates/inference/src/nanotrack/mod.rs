@@ -1,0 +1,127 @@
+//! NanoTrack v3 (github.com/HonglinChu/SiamTrackers, Apache-2.0), written out: its layers as code, its weights as plain
+//! numbers in half precision.
+
+mod backbone;
+mod head;
+mod weights;
+
+use crate::Result;
+use crate::kernels::{Columns, Map};
+use backbone::{Backbone, FEATURES};
+use head::{ANSWER_SIDE, Branch, TEMPLATE_SIDE};
+use weights::Weights;
+
+/// NanoTrack v3, prepared: what it needs is allocated here and nothing afterwards, but by
+/// [`set_template`](Self::set_template).
+#[derive(Debug, Clone)]
+pub struct NanoTrackV3 {
+    template: Backbone,
+    search: Backbone,
+    score: Branch,
+    boxes: Branch,
+    means: Vec<f32>,
+    /// Background and target (2 × 15 × 15), then the four distances (4 × 15 × 15).
+    scores: Vec<f32>,
+    distances: Vec<f32>,
+}
+
+/// Which of the two images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Patch {
+    /// The target and its surroundings in the first frame.
+    Template,
+    /// Where it is looked for.
+    Search,
+}
+
+impl NanoTrackV3 {
+    /// Rows and columns of the template image.
+    pub const TEMPLATE_SIDE: usize = 127;
+    /// Rows and columns of the search image.
+    pub const SEARCH_SIDE: usize = 255;
+    /// Rows and columns of the answer.
+    pub const ANSWER_SIDE: usize = ANSWER_SIDE;
+    /// Numbers of the template's features.
+    pub const TEMPLATE_LEN: usize = FEATURES * TEMPLATE_SIDE * TEMPLATE_SIDE;
+
+    /// With the weights that are built in.
+    ///
+    /// # Errors
+    /// [`InferenceError::Model`](crate::InferenceError::Model) if they are not what the layers need.
+    pub fn new() -> Result<Self> {
+        let weights = Weights::nanotrack_v3()?;
+        let points = ANSWER_SIDE * ANSWER_SIDE;
+        Ok(Self {
+            template: Backbone::new(&weights, Self::TEMPLATE_SIDE)?,
+            search: Backbone::new(&weights, Self::SEARCH_SIDE)?,
+            score: Branch::new(&weights, "score", 2)?,
+            boxes: Branch::new(&weights, "box", 4)?,
+            means: vec![0.0; FEATURES],
+            scores: vec![0.0; 2 * points],
+            distances: vec![0.0; 4 * points],
+        })
+    }
+
+    /// Writes row `y` of one of the images; each pixel is blue, green and red from 0 to 255.
+    ///
+    /// Rows and columns beyond the image are ignored.
+    pub fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+        let image = match patch {
+            Patch::Template => self.template.image_mut(),
+            Patch::Search => self.search.image_mut(),
+        };
+        if y < image.height {
+            write_row(image, y, pixels);
+        }
+    }
+
+    /// The features of the template image that has been written: 96 × 8 × 8 numbers, channel, row, column.
+    pub fn template_features(&mut self) -> Vec<f32> {
+        let mut features = vec![0.0; Self::TEMPLATE_LEN];
+        self.template.run().copy_to(&mut features);
+        features
+    }
+
+    /// Compares with these features from now on; others than [`TEMPLATE_LEN`](Self::TEMPLATE_LEN) are refused by
+    /// `false`.
+    pub fn set_template(&mut self, features: &[f32]) -> bool {
+        let fits = features.len() == Self::TEMPLATE_LEN;
+        if fits {
+            self.score.set_template(features);
+            self.boxes.set_template(features);
+        }
+        fits
+    }
+
+    /// The answer to the search image that has been written: two logits, background and target, and four distances in
+    /// pixels of the search image (left, top, right, bottom), each 15 × 15.
+    pub fn search(&mut self) -> (&[f32], &[f32]) {
+        let features = self.search.run();
+        let pixels = (features.width * features.height) as f32;
+        self.means.fill(0.0);
+        for y in 0..features.height {
+            for (mean, columns) in self.means.iter_mut().zip(features.row(y).chunks_exact(features.pitch)) {
+                *mean += columns.iter().sum::<f32>();
+            }
+        }
+        self.means.iter_mut().for_each(|m| *m /= pixels);
+        self.score.run(features, &self.means).copy_to(&mut self.scores);
+        self.boxes.run(features, &self.means).copy_to(&mut self.distances);
+        self.distances.iter_mut().for_each(|d| *d = d.exp());
+        (&self.scores, &self.distances)
+    }
+}
+
+/// Spreads interleaved pixels over the planes of even and odd columns.
+fn write_row(image: &mut Map, y: usize, pixels: &[[f32; 3]]) {
+    let Columns::Split { half } = image.columns else { return };
+    let (width, pitch) = (image.width, image.pitch);
+    let row = image.row_mut(y);
+    let pixels = &pixels[..pixels.len().min(width)];
+    for (c, plane) in row.chunks_exact_mut(pitch).enumerate() {
+        // One column of padding stands before the image, so that its first column is an odd one.
+        let (evens, odds) = plane.split_at_mut(half);
+        odds.iter_mut().zip(pixels.iter().step_by(2)).for_each(|(to, p)| *to = p[c]);
+        evens[1..].iter_mut().zip(pixels.iter().skip(1).step_by(2)).for_each(|(to, p)| *to = p[c]);
+    }
+}

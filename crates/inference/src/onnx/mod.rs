@@ -1,0 +1,115 @@
+//! Networks by ONNX file.
+//!
+//! Two libraries can run them: onnxruntime, where the machine has it, loaded at run time (feature `onnxruntime`), and
+//! rten, in pure Rust (feature `rten`). A file is looked through before either sees it (the `file` module): what is damaged, asks
+//! for other files, loops, or makes much out of little is refused with a word on what would mend it.
+
+mod file;
+#[cfg(feature = "onnxruntime")]
+mod onnxruntime;
+mod proto;
+#[cfg(feature = "rten")]
+mod rten;
+mod siamese;
+#[cfg(test)]
+mod tests;
+
+#[cfg(feature = "onnxruntime")]
+pub use onnxruntime::find_library;
+pub use siamese::OnnxSiamese;
+
+use crate::{InferenceError, Network, Result};
+use file::Model;
+use std::path::{Path, PathBuf};
+
+/// Which library runs a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Backend {
+    /// onnxruntime where it is found, else rten.
+    #[default]
+    Auto,
+    /// onnxruntime.
+    OnnxRuntime,
+    /// rten.
+    Rten,
+}
+
+/// How a file is opened.
+#[derive(Debug, Clone)]
+pub struct OnnxOptions {
+    /// The library.
+    pub backend: Backend,
+    /// The file of the onnxruntime library, or the folder it is in; where it is named, no other is tried. A program
+    /// takes it from `PURSUIT_ONNXRUNTIME`; this crate reads no environment.
+    pub library: Option<PathBuf>,
+    /// Folders of Python packages (`site-packages`) to look for onnxruntime in, before the system's own.
+    pub package_folders: Vec<PathBuf>,
+    /// Shapes of inputs by name, where the file leaves them open or is to be run on others than it names.
+    pub shapes: Vec<(String, Vec<usize>)>,
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// The most bytes a file may have, and the most numbers an input, output or constant.
+    pub max_bytes: u64,
+}
+
+impl Default for OnnxOptions {
+    fn default() -> Self {
+        Self {
+            backend: Backend::Auto,
+            library: None,
+            package_folders: Vec::new(),
+            shapes: Vec::new(),
+            threads: 1,
+            max_bytes: 256 << 20,
+        }
+    }
+}
+
+/// Opens a network and runs it once on zeros, so that what cannot run is found out here.
+///
+/// # Errors
+/// [`InferenceError::Read`] if the file cannot be read, [`InferenceError::Model`] if it is no network that can be used,
+/// [`InferenceError::NoBackend`] if no library is there to run it.
+pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
+    let model = Model::read(path, options)?;
+    match options.backend {
+        Backend::OnnxRuntime => with_onnxruntime(&model, options),
+        Backend::Rten => with_rten(&model, options),
+        Backend::Auto => match with_onnxruntime(&model, options) {
+            // A library that was asked for by name and is not there is a mistake; otherwise there is another way.
+            Err(InferenceError::NoBackend { why, .. }) if options.library.is_none() => with_rten(&model, options)
+                .map_err(|e| match e {
+                    InferenceError::NoBackend { what, why: also, mend } => {
+                        InferenceError::NoBackend { what, why: format!("{why}, and {also}"), mend }
+                    }
+                    other => other,
+                }),
+            other => other,
+        },
+    }
+}
+
+#[cfg(feature = "onnxruntime")]
+fn with_onnxruntime(model: &Model, options: &OnnxOptions) -> Result<Box<dyn Network>> {
+    Ok(Box::new(onnxruntime::OnnxRuntime::new(model, options)?))
+}
+
+#[cfg(not(feature = "onnxruntime"))]
+fn with_onnxruntime(model: &Model, _: &OnnxOptions) -> Result<Box<dyn Network>> {
+    Err(no_backend(model, "this program was built without onnxruntime", "build it with the feature `onnxruntime`"))
+}
+
+#[cfg(feature = "rten")]
+fn with_rten(model: &Model, options: &OnnxOptions) -> Result<Box<dyn Network>> {
+    Ok(Box::new(rten::Rten::new(model, options)?))
+}
+
+#[cfg(not(feature = "rten"))]
+fn with_rten(model: &Model, _: &OnnxOptions) -> Result<Box<dyn Network>> {
+    Err(no_backend(model, "this program was built without rten", "build it with the feature `rten`"))
+}
+
+#[cfg(not(all(feature = "rten", feature = "onnxruntime")))]
+fn no_backend(model: &Model, why: &str, mend: &str) -> InferenceError {
+    InferenceError::NoBackend { what: model.name.clone(), why: why.into(), mend: mend.into() }
+}

@@ -1,0 +1,194 @@
+use super::{Answer, ScoreCoding, SiameseConfig};
+use pursuit_geometry::{BBox, Point, Size};
+use std::f64::consts::TAU;
+
+/// Turns answers into boxes.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    config: SiameseConfig,
+    /// Outer product of two Hann windows.
+    window: Vec<f64>,
+    points: Vec<Candidate>,
+}
+
+/// What one point of the answer proposes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Candidate {
+    /// Probability that the target is there.
+    score: f64,
+    /// Middle and size relative to the middle of the search image, in its pixels.
+    x: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+    /// exp(−k (r s − 1)).
+    penalty: f64,
+    /// Penalised score with the window.
+    rank: f64,
+}
+
+/// Where the target is, by the best point of the answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Location {
+    /// The box, its size smoothed, its middle inside the frame.
+    pub bbox: BBox,
+    /// The box as the network gave it.
+    pub raw: BBox,
+    /// The network's probability that the target is there: not calibrated.
+    pub score: f64,
+    /// Penalty on the change of shape and scale, in (0, 1].
+    pub penalty: f64,
+    /// The best point's row and column in the answer.
+    pub point: (usize, usize),
+}
+
+/// A point of the answer whose score none of its eight neighbours exceeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Its box as the network gave it.
+    pub bbox: BBox,
+    /// Its score.
+    pub score: f64,
+}
+
+impl Decoder {
+    /// For a configuration.
+    pub fn new(config: SiameseConfig) -> Self {
+        let n = config.answer_side();
+        let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / (n - 1) as f64).cos();
+        let window = (0..n * n).map(|i| hann(i / n) * hann(i % n)).collect();
+        Self { config, window, points: vec![Candidate::default(); n * n] }
+    }
+
+    /// The configuration.
+    pub const fn config(&self) -> &SiameseConfig {
+        &self.config
+    }
+
+    /// Side of the square of the frame that the template image covers, in pixels: √((w + p (w + h)) (h + p (w + h))).
+    pub fn template_extent(&self, width: f64, height: f64) -> f64 {
+        let context = self.config.context() * (width + height);
+        ((width + context) * (height + context)).sqrt()
+    }
+
+    /// Side of the square of the frame that the search image covers, in pixels.
+    pub fn search_extent(&self, width: f64, height: f64) -> f64 {
+        self.template_extent(width, height) * self.config.search_side() as f64 / self.config.template_side() as f64
+    }
+
+    /// The best point's box for a target of `width` × `height` pixels that was looked for around `center` in a frame of
+    /// `size`. `None` if the answer has no finite point.
+    pub fn locate(
+        &mut self,
+        answer: Answer<'_>,
+        center: Point,
+        (width, height): (f64, f64),
+        size: Size,
+    ) -> Option<Location> {
+        let scale = self.config.template_side() as f64 / self.template_extent(width, height);
+        self.decode(answer, width * scale, height * scale);
+        let mut best: Option<usize> = None;
+        for (i, point) in self.points.iter().enumerate() {
+            // Only a greater one replaces the first, and not-a-number is never greater.
+            if point.rank.is_finite() && best.is_none_or(|b| point.rank > self.points[b].rank) {
+                best = Some(i);
+            }
+        }
+        let best = best?;
+        let point = self.points[best];
+        let raw = in_frame(&point, center, scale);
+        let weight = point.penalty * point.score * self.config.rate();
+        let smooth = |old: f64, new: f64| old * (1.0 - weight) + new * weight;
+        let limit = |side: f64, most: usize| side.min(most as f64).max(self.config.min_side_px());
+        let middle =
+            Point::new(raw.center().x.clamp(0.0, size.width as f64), raw.center().y.clamp(0.0, size.height as f64));
+        let (width, height) = (smooth(width, raw.width()), smooth(height, raw.height()));
+        let n = self.config.answer_side();
+        Some(Location {
+            bbox: BBox::from_center_size(middle, limit(width, size.width), limit(height, size.height)),
+            raw,
+            score: point.score,
+            penalty: point.penalty,
+            point: (best / n, best % n),
+        })
+    }
+
+    /// The scores of the last answer, row by row.
+    pub fn scores(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.points.iter().map(|p| p.score)
+    }
+
+    /// The peaks of the last answer with a score of at least `least`, for the search it was the answer to; `peaks` is
+    /// emptied first, and comes back best first.
+    pub fn peaks(&self, center: Point, (width, height): (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
+        let scale = self.config.template_side() as f64 / self.template_extent(width, height);
+        let n = self.config.answer_side();
+        peaks.clear();
+        for (i, point) in self.points.iter().enumerate() {
+            let (row, column) = (i / n, i % n);
+            let rows = row.saturating_sub(1)..(row + 2).min(n);
+            let mut near = rows.flat_map(|r| (column.saturating_sub(1)..(column + 2).min(n)).map(move |c| r * n + c));
+            // Of equal neighbours the first is the peak.
+            let beats = |j: usize| match j.cmp(&i) {
+                std::cmp::Ordering::Less => point.score > self.points[j].score,
+                _ => point.score >= self.points[j].score,
+            };
+            if point.rank.is_finite() && point.score >= least && near.all(|j| j == i || beats(j)) {
+                peaks.push(Peak { bbox: in_frame(point, center, scale), score: point.score });
+            }
+        }
+        peaks.sort_by(|a, b| b.score.total_cmp(&a.score));
+    }
+
+    /// Fills in every point for a target whose size in the search image is `width` × `height`.
+    fn decode(&mut self, answer: Answer<'_>, width: f64, height: f64) {
+        let n = self.config.answer_side();
+        let count = n * n;
+        let target = padded_side(width, height);
+        let middle = (n / 2) as f64;
+        let Answer { scores, distances } = answer;
+        for (i, point) in self.points.iter_mut().enumerate() {
+            let number = |from: &[f32], plane: usize| from.get(plane * count + i).map_or(f64::NAN, |&v| f64::from(v));
+            let score = match self.config.scores() {
+                ScoreCoding::Softmax => sigmoid(number(scores, 1) - number(scores, 0)),
+                ScoreCoding::Sigmoid => sigmoid(number(scores, 0)),
+                ScoreCoding::Probability => number(scores, 0),
+            };
+            let [left, top, right, bottom] = [0, 1, 2, 3].map(|plane| number(distances, plane));
+            let at = |k: usize| (k as f64 - middle) * self.config.stride_px();
+            let (wide, high) = (left + right, top + bottom);
+            let change = |r: f64| r.max(1.0 / r);
+            let scale = change(padded_side(wide, high) / target);
+            let ratio = change((width / height) / (wide / high));
+            let penalty = (-(ratio * scale - 1.0) * self.config.penalty()).exp();
+            let window = self.config.window();
+            let rank = penalty * score * (1.0 - window) + self.window[i] * window;
+            let rank = if wide > 0.0 && high > 0.0 && score.is_finite() { rank } else { f64::NAN };
+            *point = Candidate {
+                score,
+                x: at(i % n) + (right - left) / 2.0,
+                y: at(i / n) + (bottom - top) / 2.0,
+                width: wide,
+                height: high,
+                penalty,
+                rank,
+            };
+        }
+    }
+}
+
+/// A candidate's box in the frame, given pixels of the search image per pixel of the frame.
+fn in_frame(point: &Candidate, center: Point, scale: f64) -> BBox {
+    let middle = Point::new(center.x + point.x / scale, center.y + point.y / scale);
+    BBox::from_center_size(middle, point.width / scale, point.height / scale)
+}
+
+/// √((w + (w + h) / 2) (h + (w + h) / 2)).
+fn padded_side(width: f64, height: f64) -> f64 {
+    let pad = (width + height) / 2.0;
+    ((width + pad) * (height + pad)).sqrt()
+}
+
+fn sigmoid(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}

@@ -1,0 +1,18 @@
+//! The arithmetic of Siamese trackers: a network compares a crop around the target of the first frame with a crop
+//! around where it is looked for; what it answers is decoded here.
+//!
+//! Equations and conventions are those of NanoTrack's released tracker (github.com/HonglinChu/SiamTrackers, commit
+//! 4dbbbbc, `nanotrack/tracker`), which are those of SiamRPN (Li et al. 2018, section 4.3) and PySOT. Nothing here
+//! keeps a target's state: where it is and how large it is are arguments.
+
+mod config;
+mod crop;
+mod decode;
+mod network;
+mod tracker;
+
+pub use config::{ChannelOrder, ScoreCoding, SiameseConfig};
+pub use crop::{Cropper, Region};
+pub use decode::{Decoder, Location, Peak};
+pub use network::{Answer, SiameseNetwork, Sides};
+pub use tracker::{Exemplar, SiameseTracker};

@@ -1,0 +1,103 @@
+use crate::Result;
+use crate::nanotrack::{NanoTrackV3, Patch};
+
+/// Sides of the square images and of the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sides {
+    /// Rows and columns of the template image.
+    pub template: usize,
+    /// Rows and columns of the search image.
+    pub search: usize,
+    /// Rows and columns of the answer.
+    pub answer: usize,
+}
+
+/// What a network says about a search image, a number a point, row by row, channel after channel.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer<'a> {
+    /// One or two numbers a point; what they are is a matter of configuration.
+    pub scores: &'a [f32],
+    /// Distances from the point to the left, top, right and bottom edge of the target, in pixels of the search image.
+    pub distances: &'a [f32],
+}
+
+/// A network that compares a template with a search image.
+pub trait SiameseNetwork: Send {
+    /// Sides of its images and of its answer.
+    fn sides(&self) -> Sides;
+
+    /// Takes row `y` of an image: normalised pixels, channels in the network's order.
+    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]);
+
+    /// The features of the template image that has been written.
+    ///
+    /// # Errors
+    /// Whatever running the network may bring.
+    fn embed(&mut self) -> Result<Vec<f32>>;
+
+    /// Compares with these features from now on.
+    ///
+    /// # Errors
+    /// [`InferenceError::Tensor`](crate::InferenceError::Tensor) unless there are as many as [`embed`](Self::embed)
+    /// gives.
+    fn set_template(&mut self, features: &[f32]) -> Result<()>;
+
+    /// The answer to the search image that has been written.
+    ///
+    /// # Errors
+    /// Whatever running the network may bring.
+    fn search(&mut self) -> Result<Answer<'_>>;
+}
+
+impl SiameseNetwork for NanoTrackV3 {
+    fn sides(&self) -> Sides {
+        Sides { template: Self::TEMPLATE_SIDE, search: Self::SEARCH_SIDE, answer: Self::ANSWER_SIDE }
+    }
+
+    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+        Self::write_row(self, patch, y, pixels);
+    }
+
+    fn embed(&mut self) -> Result<Vec<f32>> {
+        Ok(self.template_features())
+    }
+
+    fn set_template(&mut self, features: &[f32]) -> Result<()> {
+        if Self::set_template(self, features) {
+            return Ok(());
+        }
+        Err(crate::InferenceError::Tensor {
+            what: "nanotrack-v3".into(),
+            port: "template features".into(),
+            expected: Self::TEMPLATE_LEN,
+            actual: features.len(),
+        })
+    }
+
+    fn search(&mut self) -> Result<Answer<'_>> {
+        let (scores, distances) = Self::search(self);
+        Ok(Answer { scores, distances })
+    }
+}
+
+impl SiameseNetwork for Box<dyn SiameseNetwork> {
+    fn sides(&self) -> Sides {
+        (**self).sides()
+    }
+
+    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+        (**self).write_row(patch, y, pixels);
+    }
+
+    fn embed(&mut self) -> Result<Vec<f32>> {
+        (**self).embed()
+    }
+
+    fn set_template(&mut self, features: &[f32]) -> Result<()> {
+        (**self).set_template(features)
+    }
+
+    fn search(&mut self) -> Result<Answer<'_>> {
+        (**self).search()
+    }
+}

@@ -1,0 +1,164 @@
+use super::{ChannelOrder, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork};
+use crate::nanotrack::Patch;
+use crate::{InferenceError, Result};
+use pursuit_geometry::{BBox, Point};
+use pursuit_imaging::{Frame, ImageView, Rgb8};
+use serde::{Deserialize, Serialize};
+
+/// What a Siamese tracker remembers of its target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Exemplar {
+    /// The network's features of the template.
+    pub features: Vec<f32>,
+    /// Red, green and blue of what lies outside the frame: the means of the first frame.
+    pub fill: Rgb8,
+}
+
+/// A network, its configuration and an exemplar, ready to find the target. Where the target was is an argument of every
+/// search and not kept.
+#[derive(Debug, Clone)]
+pub struct SiameseTracker<N> {
+    exemplar: Exemplar,
+    network: N,
+    /// Scratch, with the last answer.
+    decoder: Decoder,
+    cropper: Cropper,
+}
+
+impl<N: SiameseNetwork> SiameseTracker<N> {
+    /// Takes what is inside `bbox` in `frame` for the target.
+    ///
+    /// # Errors
+    /// [`InferenceError::Box`] unless the box is finite and has an area, [`InferenceError::Config`] if the network's
+    /// sides are not the configuration's, and what running the network may bring.
+    pub fn new(network: N, config: SiameseConfig, frame: &Frame, bbox: BBox) -> Result<Self> {
+        check_sides(&network, &config)?;
+        let exemplar = Exemplar { features: Vec::new(), fill: mean_color(frame.color()) };
+        let mut this = Self { exemplar, network, decoder: Decoder::new(config), cropper: Cropper::default() };
+        let features = this.embed(frame, bbox)?;
+        this.set_features(features)?;
+        Ok(this)
+    }
+
+    /// From an exemplar that was saved.
+    ///
+    /// # Errors
+    /// [`InferenceError::Config`] if the network's sides are not the configuration's, [`InferenceError::Tensor`] if the
+    /// exemplar is another network's.
+    pub fn restore(mut network: N, config: SiameseConfig, exemplar: Exemplar) -> Result<Self> {
+        check_sides(&network, &config)?;
+        network.set_template(&exemplar.features)?;
+        Ok(Self { exemplar, network, decoder: Decoder::new(config), cropper: Cropper::default() })
+    }
+
+    /// What is remembered of the target.
+    pub const fn exemplar(&self) -> &Exemplar {
+        &self.exemplar
+    }
+
+    /// The configuration.
+    pub const fn config(&self) -> &SiameseConfig {
+        self.decoder.config()
+    }
+
+    /// The features of what is inside `bbox` in `frame`; the exemplar stays what it is.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn embed(&mut self, frame: &Frame, bbox: BBox) -> Result<Vec<f32>> {
+        let side = self.decoder.template_extent(bbox.width(), bbox.height());
+        let shift = self.config().template_shift_px();
+        let center = Point::new(bbox.center().x + shift, bbox.center().y + shift);
+        if !(bbox.is_finite() && bbox.area() > 0.0) {
+            return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
+        }
+        self.crop(frame, Region::around(center, side), Patch::Template);
+        self.network.embed()
+    }
+
+    /// Looks for other features from now on: those of another view, or a mean of several.
+    ///
+    /// # Errors
+    /// [`InferenceError::Tensor`] unless there are as many as [`embed`](Self::embed) gives.
+    pub fn set_features(&mut self, features: Vec<f32>) -> Result<()> {
+        self.network.set_template(&features)?;
+        self.exemplar.features = features;
+        Ok(())
+    }
+
+    /// Looks for the target around `center`, given that it was `size` (width, height) large. `None` when the network
+    /// answered nothing finite.
+    ///
+    /// # Errors
+    /// [`InferenceError::Box`] unless centre and size are finite and the size is positive; what running the network may
+    /// bring.
+    pub fn locate(&mut self, frame: &Frame, center: Point, size: (f64, f64)) -> Result<Option<Location>> {
+        let bbox = BBox::from_center_size(center, size.0, size.1);
+        let side = self.decoder.search_extent(size.0, size.1);
+        if !(bbox.is_finite() && side.is_finite() && bbox.area() > 0.0) {
+            return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
+        }
+        self.crop(frame, Region::around(center, side), Patch::Search);
+        let answer = self.network.search()?;
+        Ok(self.decoder.locate(answer, center, size, frame.size()))
+    }
+
+    /// The scores of the last search, row by row: probabilities, not calibrated.
+    pub fn scores(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.decoder.scores()
+    }
+
+    /// The peaks of the last search, which must have been around `center` for `size`, best first; see
+    /// [`Decoder::peaks`].
+    pub fn peaks(&self, center: Point, size: (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
+        self.decoder.peaks(center, size, least, peaks);
+    }
+
+    /// Cuts, resamples, normalises and hands over.
+    fn crop(&mut self, frame: &Frame, region: Region, patch: Patch) {
+        let Self { exemplar, network, decoder, cropper } = self;
+        let config = decoder.config();
+        let samples = match patch {
+            Patch::Template => config.template_side(),
+            Patch::Search => config.search_side(),
+        };
+        let (mean, deviation) = (config.mean(), config.deviation());
+        let is_plain = mean == [0.0; 3] && deviation == [1.0; 3];
+        let swap = config.channels() == ChannelOrder::Bgr;
+        cropper.crop(frame.color(), region, samples, exemplar.fill, |y, row| {
+            if swap {
+                row.iter_mut().for_each(|p| p.swap(0, 2));
+            }
+            if !is_plain {
+                row.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = (p[c] - mean[c]) / deviation[c]));
+            }
+            network.write_row(patch, y, row);
+        });
+    }
+}
+
+fn check_sides(network: &impl SiameseNetwork, config: &SiameseConfig) -> Result<()> {
+    let sides = network.sides();
+    let wrong = |name, value: usize| {
+        Err(InferenceError::Config { name, value: value.to_string(), range: "the side that the network has" })
+    };
+    if sides.template != config.template_side() {
+        return wrong("template_side_px", config.template_side());
+    }
+    if sides.search != config.search_side() {
+        return wrong("search_side_px", config.search_side());
+    }
+    if sides.answer != config.answer_side() {
+        return wrong("answer_side", config.answer_side());
+    }
+    Ok(())
+}
+
+/// Means of the three channels, rounded down as the released trackers do.
+fn mean_color(image: ImageView<'_, Rgb8>) -> Rgb8 {
+    let mut sums = [0u64; 3];
+    for pixel in image.rows().flatten() {
+        (0..3).for_each(|c| sums[c] += u64::from(pixel[c]));
+    }
+    sums.map(|s| (s / image.size().area() as u64) as u8)
+}
