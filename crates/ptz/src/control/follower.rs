@@ -163,22 +163,24 @@ impl Follower {
                 here(belief.direction, Direction::new(part * speed.pan_deg, part * speed.tilt_deg), belief.sigma_deg)
             }
             PredictBy::Tracker => match sighting.forecast_at(time_s) {
-                Some((direction, speed)) => here(direction, speed, sighting.sigma_deg),
-                None => here(sighting.direction, Direction::AHEAD, sighting.sigma_deg),
+                Some((direction, speed)) => here(direction, speed, sighting.seen.sigma_deg),
+                None => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
             },
-            PredictBy::Nothing => here(sighting.direction, Direction::AHEAD, sighting.sigma_deg),
+            PredictBy::Nothing => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
         }))
     }
 
     /// Follows: the command for a target that is believed in.
     fn follow(&mut self, now_s: f64) -> Result<Option<Command>> {
         let effect_s = now_s + self.params.command_delay_s;
-        let Some(there) = self.predict(effect_s)? else { return Ok(None) };
+        // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
+        let late_s = self.target.as_ref().map_or(0.0, |target| target.late_s().0);
+        let Some(there) = self.predict(effect_s + late_s)? else { return Ok(None) };
         let (head, turning) = self.head.at(effect_s);
         let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
         match self.params.scheme {
             Scheme::Velocity => Ok(self.velocity(now_s, head, turning, &there, zoom)),
-            Scheme::Steps => self.step(now_s, effect_s, (head, turning), zoom),
+            Scheme::Steps => self.step(now_s, effect_s + late_s, (head, turning), zoom),
         }
     }
 
@@ -295,13 +297,17 @@ impl Controller for Follower {
         let taken_s = stamp_s - self.params.frame_age_s;
         let (views, size, formula) = (&self.views, self.size, self.params.formula);
         let view = View { views, size, formula, motion: &self.params.motion };
-        let sighting = Sighting::new(&view, (stamp_s, taken_s), self.head.at(taken_s), &aim, forecast)?;
+        let (pose, turning) = self.head.at(taken_s);
+        let stood = (pose, turning, self.head.change_before(taken_s));
+        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, forecast)?;
         let known = self.loss.is_none() && !self.given_up;
         match &mut self.target {
-            Some(target) if known => target.update(taken_s, sighting.direction, sighting.sigma_deg)?,
+            Some(target) if known => target.update(taken_s, &sighting.seen)?,
             slot => {
                 let motion = self.params.motion;
-                *slot = Some(TargetMotion::new(motion, taken_s, sighting.direction, sighting.sigma_deg)?);
+                // What was learnt of the delays is true of the next target too.
+                let late = slot.as_ref().map_or((0.0, motion.timing_s), TargetMotion::late_s);
+                *slot = Some(TargetMotion::new(motion, taken_s, &sighting.seen, late)?);
             }
         }
         self.sighting = Some(sighting);

@@ -1,5 +1,5 @@
 use crate::mechanics::{Axes, HeadLimits};
-use crate::{Command, Position, Velocity};
+use crate::{Command, Direction, Position, Velocity};
 use std::collections::VecDeque;
 
 /// Where the head stands at any moment, told from the commands it was given: each takes effect a fixed delay after it was
@@ -85,12 +85,26 @@ impl HeadModel {
         let axes = self.axes_at(time_s);
         (axes.position(), axes.velocity())
     }
+
+    /// By how much the head changed its speed shortly before `time_s`: the largest difference to the speed then, per axis,
+    /// degrees per second.
+    pub fn change_before(&self, time_s: f64) -> Direction {
+        const STEPS: u32 = 3;
+        const STEP_S: f64 = 0.06;
+        let now = self.at(time_s).1;
+        let change = |step| {
+            let then = self.at(time_s - f64::from(step) * STEP_S).1;
+            ((now.pan_deg_s - then.pan_deg_s).abs(), (now.tilt_deg_s - then.tilt_deg_s).abs())
+        };
+        (1..=STEPS).map(change).fold(Direction::AHEAD, |most, (pan, tilt)| {
+            Direction::new(most.pan_deg.max(pan), most.tilt_deg.max(tilt))
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Direction;
 
     fn model() -> HeadModel {
         HeadModel::new(HeadLimits::default(), 0.2, Position::default(), 100.0)
@@ -114,6 +128,16 @@ mod tests {
         model.sent(101.1, Command::Stop);
         assert!((pan(&model, 109.0) - 13.2).abs() < 1e-9);
         assert!((pan(&model, 100.3) - 0.6).abs() < 1e-9, "the past stays as it was");
+    }
+
+    #[test]
+    fn a_change_of_speed_is_told_for_a_while() {
+        let mut model = model();
+        model.sent(100.0, RIGHT); // ramps from 100.2 to 100.3
+        assert_eq!(model.change_before(100.2), Direction::AHEAD);
+        assert!((model.change_before(100.32).pan_deg - 12.0).abs() < 1e-9);
+        assert!((model.change_before(100.45).pan_deg - 3.6).abs() < 1e-9); // 0.18 s before, at 100.27: 8.4°/s
+        assert_eq!(model.change_before(100.6), Direction::AHEAD);
     }
 
     #[test]

@@ -21,5 +21,5 @@ pub use follower::{Controller, Diagnosis, Follower, Mode};
 pub use head_model::HeadModel;
 pub use lost::LostPolicy;
 pub use params::{FollowerParams, MotionParams, PredictBy, Scheme};
-pub use target_motion::{TargetBelief, TargetMotion};
+pub use target_motion::{SeenAt, TargetBelief, TargetMotion};
 pub use zoom::ZoomParams;

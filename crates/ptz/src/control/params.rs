@@ -43,15 +43,18 @@ pub struct MotionParams {
     pub calm_s: f64,
     /// How long a turn lasts on average, seconds.
     pub brisk_s: f64,
-    /// Standard deviation of a sighting where the tracker gives no covariance, and the least one believed, degrees.
-    pub sigma_deg: f64,
-    /// How uncertain the time of a picture is, one standard deviation, seconds.
+    /// Standard deviation of a sighting where the tracker gives no covariance, and the least one believed, pixels.
+    pub sigma_px: f64,
+    /// How uncertain the delays of commands and pictures together are, one standard deviation, seconds.
     pub timing_s: f64,
+    /// How much these delays vary from command to command and from picture to picture, one standard deviation, seconds.
+    pub jitter_s: f64,
 }
 
 impl Default for MotionParams {
     fn default() -> Self {
-        Self { calm_deg2_s3: 1.0, brisk_deg2_s3: 300.0, calm_s: 2.0, brisk_s: 0.4, sigma_deg: 0.15, timing_s: 0.01 }
+        // Found on the simulator: less jitter swings where the delays are wrong, more follows turns late.
+        Self { calm_deg2_s3: 1.0, brisk_deg2_s3: 200.0, calm_s: 2.0, brisk_s: 0.5, sigma_px: 2.0, timing_s: 0.1, jitter_s: 0.05 }
     }
 }
 
@@ -150,7 +153,8 @@ impl MotionParams {
         positive("brisk_deg2_s3", self.brisk_deg2_s3)?;
         positive("calm_s", self.calm_s)?;
         positive("brisk_s", self.brisk_s)?;
-        positive("sigma_deg", self.sigma_deg)?;
+        positive("sigma_px", self.sigma_px)?;
+        require("jitter_s", self.jitter_s, (0.0..=1.0).contains(&self.jitter_s), "between 0 and 1 s")?;
         require("timing_s", self.timing_s, (0.0..=1.0).contains(&self.timing_s), "between 0 and 1 s")
     }
 }
@@ -177,7 +181,8 @@ mod tests {
             ("motion = { brisk_deg2_s3 = -1 }", "brisk_deg2_s3"),
             ("motion = { calm_s = 0 }", "calm_s"),
             ("motion = { brisk_s = 0 }", "brisk_s"),
-            ("motion = { sigma_deg = 0 }", "sigma_deg"),
+            ("motion = { sigma_px = 0 }", "sigma_px"),
+            ("motion = { jitter_s = 2 }", "jitter_s"),
             ("motion = { timing_s = 2 }", "timing_s"),
             ("zoom = { target_fraction = 0 }", "target_fraction"),
             ("when_lost = { policy = 'search', amplitude_deg = 0 }", "amplitude_deg"),

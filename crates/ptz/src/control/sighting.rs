@@ -1,4 +1,4 @@
-use super::MotionParams;
+use super::{MotionParams, SeenAt};
 use crate::geometry::{AngleFormula, FieldsOfView, Lens, direction_of};
 use crate::{Aim, Direction, Forecast, Position, Result, Velocity};
 use pursuit_geometry::{BBox, Size};
@@ -11,8 +11,7 @@ pub(super) struct Sighting {
     pub lens: Lens,
     pub bbox: BBox,
     /// Where the target was, in the world.
-    pub direction: Direction,
-    pub sigma_deg: Direction,
+    pub seen: SeenAt,
     /// The tracker's forecast, every [`Sighting::KNOT_S`] seconds from the picture on.
     forecast: [Option<Direction>; Sighting::KNOTS],
 }
@@ -30,11 +29,11 @@ impl Sighting {
     const KNOT_S: f64 = 0.125;
 
     /// The sighting of `aim` in a frame of time stamp `stamp_s` that was taken at `taken_s`, when the camera stood at
-    /// `pose` and turned at `turning`.
+    /// `pose`, turned at `turning`, and had just changed its speed by up to `change`.
     pub fn new(
         view: &View<'_>,
         (stamp_s, taken_s): (f64, f64),
-        (pose, turning): (Position, Velocity),
+        (pose, turning, change): (Position, Velocity, Direction),
         aim: &Aim,
         forecast: &dyn Forecast,
     ) -> Result<Self> {
@@ -44,8 +43,10 @@ impl Sighting {
         for (index, knot) in knots.iter_mut().enumerate() {
             *knot = forecast.at(stamp_s + index as f64 * Self::KNOT_S).map(|aim| look(&aim.bbox));
         }
-        let sigma_deg = sigma_deg(&lens, aim, &turning, view.motion);
-        Ok(Self { taken_s, lens, bbox: aim.bbox, direction: look(&aim.bbox), sigma_deg, forecast: knots })
+        let sigma_deg = sigma_deg(&lens, aim, change, view.motion);
+        let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
+        let seen = SeenAt { direction: look(&aim.bbox), sigma_deg, turning_deg_s };
+        Ok(Self { taken_s, lens, bbox: aim.bbox, seen, forecast: knots })
     }
 
     /// Where the tracker says the target will be at `time_s`, and how fast it moves then, degrees per second; the last
@@ -63,16 +64,16 @@ impl Sighting {
     }
 }
 
-/// How uncertain a sighting is: by the tracker's covariance, and by how far the camera turns while the time of the picture
-/// is uncertain.
-fn sigma_deg(lens: &Lens, aim: &Aim, turning: &Velocity, motion: &MotionParams) -> Direction {
+/// How uncertain a sighting is: by the tracker's covariance, and by how far the head may be from its model while it changes
+/// its speed by `change` and the delays vary.
+fn sigma_deg(lens: &Lens, aim: &Aim, change: Direction, motion: &MotionParams) -> Direction {
     let (px_x, px_y) = lens.px_per_deg();
-    let axis = |variance_px2: Option<f64>, px_per_deg: f64, speed: f64| {
-        let seen = variance_px2.map_or(0.0, |v| v.max(0.0).sqrt() / px_per_deg);
-        seen.max(motion.sigma_deg).hypot(speed * motion.timing_s)
+    let axis = |variance_px2: Option<f64>, px_per_deg: f64, change_deg_s: f64| {
+        let seen_px = variance_px2.map_or(0.0, |v| v.max(0.0).sqrt());
+        (seen_px.max(motion.sigma_px) / px_per_deg).hypot(change_deg_s * motion.jitter_s)
     };
     let variance = |i: usize| aim.covariance.map(|c| c[(i, i)]).filter(|v| v.is_finite());
-    Direction::new(axis(variance(0), px_x, turning.pan_deg_s), axis(variance(1), px_y, turning.tilt_deg_s))
+    Direction::new(axis(variance(0), px_x, change.pan_deg), axis(variance(1), px_y, change.tilt_deg))
 }
 
 #[cfg(test)]
@@ -94,13 +95,13 @@ mod tests {
         let view = View { views: &views, size, formula: AngleFormula::PanThenTilt, motion: &motion };
         let pose = Position { direction: Direction::new(10.0, 0.0), zoom: 0.0 };
         let seen = forecast.at(5.0).unwrap();
-        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO), &seen, forecast).unwrap()
+        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO, Direction::AHEAD), &seen, forecast).unwrap()
     }
 
     #[test]
     fn the_trackers_forecast_is_read_on_the_clock_of_the_frames() {
         let seen = sighting(&|time_s: f64| Some(aim(320.0 + 40.0 * (time_s - 5.0))));
-        assert!((seen.direction.pan_deg - 10.0).abs() < 1e-12);
+        assert!((seen.seen.direction.pan_deg - 10.0).abs() < 1e-12);
         // Stamped 5.0, taken 4.9: half a second after it was taken the tracker's clock shows 5.5.
         let (there, speed) = seen.forecast_at(5.4).unwrap();
         let expected = 10.0 + (20.0 / 320.0 * 30f64.to_radians().tan()).atan().to_degrees();
@@ -124,16 +125,14 @@ mod tests {
     #[test]
     fn uncertainty_comes_from_the_tracker_and_from_the_clock() {
         let lens = Lens::new(Size::new(640, 360), 30.0).unwrap();
-        let motion = MotionParams { sigma_deg: 0.1, timing_s: 0.01, ..MotionParams::default() };
+        let motion = MotionParams { sigma_px: 2.0, jitter_s: 0.01, ..MotionParams::default() };
         let (px_x, px_y) = lens.px_per_deg();
         let mut covariance = Matrix4::identity();
         covariance[(0, 0)] = (3.0 * px_x).powi(2);
-        covariance[(1, 1)] = (0.01 * px_y).powi(2);
-        let turning = Velocity { pan_deg_s: 400.0, tilt_deg_s: 0.0, zoom_per_s: 0.0 };
         let known = Aim { covariance: Some(covariance), ..aim(1.0) };
-        let sigma = sigma_deg(&lens, &known, &turning, &motion);
-        assert!((sigma.pan_deg - 5.0).abs() < 1e-9 && (sigma.tilt_deg - 0.1).abs() < 1e-12, "{sigma:?}");
-        let sigma = sigma_deg(&lens, &aim(1.0), &Velocity::ZERO, &motion);
-        assert_eq!(sigma, Direction::new(0.1, 0.1));
+        let sigma = sigma_deg(&lens, &known, Direction::new(400.0, 0.0), &motion);
+        assert!((sigma.pan_deg - 5.0).abs() < 1e-9 && (sigma.tilt_deg - 2.0 / px_y).abs() < 1e-12, "{sigma:?}");
+        let sigma = sigma_deg(&lens, &aim(1.0), Direction::AHEAD, &motion);
+        assert_eq!(sigma, Direction::new(2.0 / px_x, 2.0 / px_y));
     }
 }
