@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn answers_are_read_among_noise() {
         let answer = |command, value: u16| Frame::extended(1, command, value).bytes().to_vec();
-        let mut line = vec![0xFF, 0x01, 0xFF, 0x00];
+        let mut line = vec![0xFF, 0x01, 0xAA, 0x00];
         line.extend(answer(0x59, 27_000));
         line.push(0xAA);
         line.extend(answer(0x5B, 4_500));
