@@ -13,6 +13,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-tracking", 3),
     ("pursuit-scenes", 3),
     ("pursuit-evaluation", 4),
+    ("pursuit-ptz", 4),
     ("pursuit", 5),
     ("pursuit-cli", 6),
     ("xtask", 0),

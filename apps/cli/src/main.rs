@@ -25,6 +25,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Track(args) => commands::track::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
         Command::Reproduce(args) => commands::reproduce::run(args),
+        Command::Ptz(args) => commands::ptz::run(args),
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man => commands::man(),

@@ -2,6 +2,7 @@
 
 pub mod demo;
 pub mod eval;
+pub mod ptz;
 pub mod reproduce;
 pub mod track;
 pub mod trackers;

@@ -7,6 +7,7 @@ mod figures;
 mod head;
 mod params;
 mod random;
+mod study;
 mod walker;
 mod worlds;
 
@@ -15,5 +16,6 @@ pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
 pub use figures::{Figures, overshoot, wandering_deg};
 pub use head::SimulatedHead;
 pub use params::{CameraParams, HeadParams, StatusHonesty};
+pub use study::{Contender, Study};
 pub use walker::{Walk, Walker};
 pub use worlds::{Panorama, Rendered, WideClip, World};
