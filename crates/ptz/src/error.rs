@@ -15,7 +15,9 @@ pub enum PtzError {
         wanted: &'static str,
     },
     /// A head's address cannot be understood.
-    #[error("{reason}; a head is given as onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND")]
+    #[error(
+        "{reason}; a head is given as onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND"
+    )]
     Address {
         /// What is wrong with it.
         reason: String,

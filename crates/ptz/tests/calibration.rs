@@ -4,7 +4,7 @@ use pursuit_ptz::calibration::{CalibrationParams, Calibrator, Shift, Step};
 use pursuit_ptz::simulation::{CameraParams, HeadParams, SimulatedCamera, SimulatedHead};
 use pursuit_ptz::{Direction, Result};
 
-/// Measures a head whose camera sees a mark straight ahead; each shift errs by `noise_px`.
+/// Measures a head by how the middle of its picture shifts; the place of each picture errs by up to `noise_px`.
 fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::calibration::Calibration> {
     let mut camera = SimulatedCamera::new(CameraParams { age_s, ..CameraParams::usual().unwrap() }, 1).unwrap();
     let mut head = SimulatedHead::new(head, 1).unwrap();
@@ -19,11 +19,12 @@ fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::c
         }
         while under_way.front().is_some_and(|e| e.arrival_s <= now) {
             let exposure = under_way.pop_front().unwrap();
-            let center = exposure.truth.unwrap().center();
-            let (x, y) = before.unwrap_or((center.x, center.y));
-            let noise = noise_px * f64::from(tick * 7919 % 13) / 6.5 - noise_px;
-            let (right_px, down_px) = (center.x - x + noise, center.y - y - noise);
-            before = Some((center.x + noise, center.y - noise));
+            let (px_x, px_y) = exposure.lens.px_per_deg();
+            let noise = noise_px * (f64::from(tick * 7919 % 13) / 6.5 - 1.0);
+            let looks = exposure.position.direction;
+            let place = (-looks.pan_deg * px_x + noise, looks.tilt_deg * px_y - noise);
+            let (x, y) = before.replace(place).unwrap_or(place);
+            let (right_px, down_px) = (place.0 - x, place.1 - y);
             calibrator.see(&Shift { stamp_s: exposure.arrival_s, right_px, down_px });
         }
         head.advance_to(now);
@@ -45,11 +46,11 @@ fn a_head_is_measured_in_under_a_minute() {
     assert!(found.took_s < 60.0, "{found:?}");
     assert!((found.pan.delay_s - 0.30).abs() < 0.03 && (found.tilt.delay_s - 0.30).abs() < 0.03, "{found:?}");
     assert!((found.delay_s() - 0.30).abs() < 0.02, "{found:?}");
-    // 9.67 px a degree in the middle; a mark that leaves the middle by 28° goes further.
-    assert!((9.4..11.8).contains(&found.pan.px_per_deg) && (9.4..11.8).contains(&found.tilt.px_per_deg), "{found:?}");
-    assert!((found.pan.backlash_deg - 0.6).abs() < 0.35 && found.tilt.backlash_deg < 0.35, "{found:?}");
-    let acceleration = found.pan.acceleration_deg_s2.unwrap();
-    assert!((30.0..120.0).contains(&acceleration), "{acceleration}");
+    // 320 px / tan 30° are 9.674 px a degree in the middle.
+    assert!((found.pan.px_per_deg - 9.674).abs() < 0.1 && (found.tilt.px_per_deg - 9.674).abs() < 0.1, "{found:?}");
+    assert!((found.pan.backlash_deg - 0.6).abs() < 0.05 && found.tilt.backlash_deg < 0.05, "{found:?}");
+    let (pan, tilt) = (found.pan.acceleration_deg_s2.unwrap(), found.tilt.acceleration_deg_s2.unwrap());
+    assert!((50.0..70.0).contains(&pan) && (90.0..160.0).contains(&tilt), "{pan} {tilt}");
 }
 
 #[test]

@@ -77,7 +77,9 @@ fn envelope(body: &str) -> String {
 }
 
 fn fault(text: &str) -> String {
-    envelope(&format!("<e:Fault><e:Code><e:Value>e:Sender</e:Value></e:Code><e:Reason><e:Text>{text}</e:Text></e:Reason></e:Fault>"))
+    envelope(&format!(
+        "<e:Fault><e:Code><e:Value>e:Sender</e:Value></e:Code><e:Reason><e:Text>{text}</e:Text></e:Reason></e:Fault>"
+    ))
 }
 
 /// A camera of two years ago by its own clock, behind a router, with generic spaces.
@@ -95,9 +97,11 @@ fn usual(action: &str) -> Does {
         "getcapabilities" => "<r><t:Media><t:XAddr>http://192.168.9.9/onvif/media</t:XAddr></t:Media>\
             <t:PTZ><t:XAddr>http://192.168.9.9/onvif/ptz</t:XAddr></t:PTZ></r>"
             .into(),
-        "getprofiles" => "<r><m:Profiles token='still'/><m:Profiles token='p&amp;1'><t:PTZConfiguration><t:NodeToken>n2\
+        "getprofiles" => {
+            "<r><m:Profiles token='still'/><m:Profiles token='p&amp;1'><t:PTZConfiguration><t:NodeToken>n2\
             </t:NodeToken></t:PTZConfiguration></m:Profiles></r>"
-            .into(),
+                .into()
+        }
         "getnodes" => format!(
             "<r><p:PTZNode token='n1'/><p:PTZNode token='n2'><t:SupportedPTZSpaces>{}{}{}{}{}</t:SupportedPTZSpaces>\
              <t:MaximumNumberOfPresets>8</t:MaximumNumberOfPresets><t:HomeSupported>true</t:HomeSupported></p:PTZNode></r>",
@@ -164,7 +168,10 @@ fn moves_presets_status_and_stop_go_out_as_the_service_has_them() {
     head.send(&Command::Preset { number: 2 }).unwrap();
     head.send(&Command::Home).unwrap();
     let got: Vec<Heard> = (0..4).map(|_| next()).collect();
-    assert_eq!(got.iter().map(|g| g.0.as_str()).collect::<Vec<_>>(), ["getpresets", "setpreset", "gotopreset", "gotohomeposition"]);
+    assert_eq!(
+        got.iter().map(|g| g.0.as_str()).collect::<Vec<_>>(),
+        ["getpresets", "setpreset", "gotopreset", "gotohomeposition"]
+    );
     assert!(got[1].2.contains("a&lt;b") && got[2].2.contains("<n:PresetToken>2<"));
     let status = head.status().unwrap().unwrap();
     let position = status.position.unwrap();
@@ -177,7 +184,8 @@ fn moves_presets_status_and_stop_go_out_as_the_service_has_them() {
 #[test]
 fn http_digest_is_answered_and_basic_is_not() {
     let (url, _heard) = camera(|action, head, _| {
-        if action == "getsystemdateandtime" || head.to_lowercase().contains("authorization: digest username=\"admin\"") {
+        if action == "getsystemdateandtime" || head.to_lowercase().contains("authorization: digest username=\"admin\"")
+        {
             return usual(action);
         }
         let challenge = "WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=MD5\r\n";
@@ -213,7 +221,8 @@ fn a_wrong_password_is_said_and_never_shown() {
 
 #[test]
 fn answers_that_make_no_sense_are_errors_in_time() {
-    let huge = || format!("HTTP/1.1 200 OK\r\nContent-Length: 10000000\r\n\r\n<a>{}", "x".repeat(10_000_000)).into_bytes();
+    let huge =
+        || format!("HTTP/1.1 200 OK\r\nContent-Length: 10000000\r\n\r\n<a>{}", "x".repeat(10_000_000)).into_bytes();
     let answers: [(&str, fn() -> Does); 8] = [
         ("no XML", || Does::Status(200, "", "<a><b></a>".into())),
         ("a document type", || Does::Status(200, "", "<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>".into())),
@@ -225,13 +234,15 @@ fn answers_that_make_no_sense_are_errors_in_time() {
         ("a trickle", || Does::Trickles),
     ];
     for (what, answer) in answers {
-        let (url, _heard) = camera(move |action, _, _| if action == "continuousmove" { answer() } else { usual(action) });
+        let (url, _heard) =
+            camera(move |action, _, _| if action == "continuousmove" { answer() } else { usual(action) });
         let mut head = connect(&url).unwrap();
         let start = Instant::now();
         let error = head.send(&RIGHT).err().unwrap_or_else(|| panic!("{what}"));
         assert!(start.elapsed() < Duration::from_secs(10), "{what}: {error}");
     }
-    let (url, heard) = camera(move |action, _, _| if action == "continuousmove" { Does::Raw(huge()) } else { usual(action) });
+    let (url, heard) =
+        camera(move |action, _, _| if action == "continuousmove" { Does::Raw(huge()) } else { usual(action) });
     let mut head = connect(&url).unwrap();
     assert!(head.send(&RIGHT).unwrap_err().to_string().contains("longer than"));
     drop(head);

@@ -10,7 +10,8 @@ use std::io::Write;
 use std::time::Duration;
 
 fn pair() -> (SerialPort, SerialPort) {
-    let (mut ours, mut theirs) = SerialPort::pair().unwrap();
+    // The first end is the master: what the other one wrote can still be read from it when that one is closed.
+    let (mut theirs, mut ours) = SerialPort::pair().unwrap();
     ours.set_read_timeout(Duration::from_millis(20)).unwrap();
     theirs.set_read_timeout(Duration::from_secs(5)).unwrap();
     (ours, theirs)

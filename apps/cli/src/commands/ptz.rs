@@ -50,7 +50,11 @@ fn table(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
     for Row { walk, contender, figures } in rows {
         let (central, shown) = (100.0 * figures.central, 100.0 * figures.shown);
         let (walk, name, absence) = (walk.name(), contender.name(), figures.longest_absence_s);
-        writeln!(text, "{walk:<10} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s", figures.rms_deg)?;
+        writeln!(
+            text,
+            "{walk:<10} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s",
+            figures.rms_deg
+        )?;
     }
     Ok(text)
 }

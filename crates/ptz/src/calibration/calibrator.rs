@@ -29,7 +29,12 @@ impl Default for CalibrationParams {
 impl CalibrationParams {
     fn check(&self) -> Result<()> {
         let [slow, middle, fast] = self.speeds_deg_s;
-        require("speeds_deg_s", slow, slow > 0.0 && slow < middle && middle < fast && fast <= 100.0, "above 0 and growing")?;
+        require(
+            "speeds_deg_s",
+            slow,
+            slow > 0.0 && slow < middle && middle < fast && fast <= 100.0,
+            "above 0 and growing",
+        )?;
         require("move_s", self.move_s, (0.2..=5.0).contains(&self.move_s), "between 0.2 and 5 s")?;
         require("still_px", self.still_px, self.still_px > 0.0 && self.still_px <= 100.0, "above 0, at most 100 px")?;
         require("rest_s", self.rest_s, (0.1..=5.0).contains(&self.rest_s), "between 0.1 and 5 s")?;
@@ -280,7 +285,14 @@ mod tests {
     #[test]
     fn moves_that_contradict_each_other_are_refused() {
         let params = CalibrationParams::default();
-        let wrong = [answer(40.0, 0.3), answer(80.0, 0.3), answer(-9.0, 0.3), answer(-40.0, 0.3), answer(-80.0, 0.3), answer(-160.0, 0.3)];
+        let wrong = [
+            answer(40.0, 0.3),
+            answer(80.0, 0.3),
+            answer(-9.0, 0.3),
+            answer(-40.0, 0.3),
+            answer(-80.0, 0.3),
+            answer(-160.0, 0.3),
+        ];
         assert!(facts(&wrong, &params).unwrap_err().to_string().contains("to and fro"));
         assert!(facts(&wrong[..4], &params).unwrap_err().to_string().contains("too few"));
         for bad in [

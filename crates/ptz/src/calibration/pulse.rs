@@ -79,7 +79,15 @@ mod tests {
     fn record(sign: f64) -> Record {
         let way = |t: f64| {
             let t = t - 0.3;
-            let ramp = |t: f64| if t <= 0.0 { 0.0 } else if t < 0.1 { 500.0 * t * t } else { 100.0 * t - 5.0 };
+            let ramp = |t: f64| {
+                if t <= 0.0 {
+                    0.0
+                } else if t < 0.1 {
+                    500.0 * t * t
+                } else {
+                    100.0 * t - 5.0
+                }
+            };
             ramp(t) - ramp(t - 1.0)
         };
         let mut record = Record::default();

@@ -1,5 +1,5 @@
-use crate::error::require;
 use crate::Result;
+use crate::error::require;
 use pursuit_imaging::ImageView;
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, hann_plane, highest, parabola_peak, signed_shift};
 

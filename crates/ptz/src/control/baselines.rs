@@ -8,7 +8,12 @@ use pursuit_geometry::{Point, Size};
 use pursuit_tracking::TrackState;
 
 /// The offset of the target in the last frame, at the widest zoom.
-fn offset(views: &FieldsOfView, size: Size, stamp_s: f64, forecast: &dyn Forecast) -> Result<Option<(Direction, Point)>> {
+fn offset(
+    views: &FieldsOfView,
+    size: Size,
+    stamp_s: f64,
+    forecast: &dyn Forecast,
+) -> Result<Option<(Direction, Point)>> {
     let Some(aim) = forecast.at(stamp_s).filter(|aim| aim.state == TrackState::Tracking) else { return Ok(None) };
     let lens = views.lens(0.0, size)?;
     let center = aim.bbox.center();
@@ -167,10 +172,8 @@ mod tests {
     #[test]
     fn stop_and_go_turns_waits_settles_and_looks_again() {
         let mut controller = StopAndGo::new(views(), SIZE, 0.1, 10.0, 0.3).unwrap();
-        let (moving, stands) = (
-            Status { moving: Some(true), position: None },
-            Status { moving: Some(false), position: None },
-        );
+        let (moving, stands) =
+            (Status { moving: Some(true), position: None }, Status { moving: Some(false), position: None });
         let mut act = |now: f64, seen: Still, status: &Status| {
             controller.see(now, now, &seen).unwrap();
             controller.act(now, Some(status)).unwrap()

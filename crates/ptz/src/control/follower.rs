@@ -84,6 +84,8 @@ pub struct Follower {
     next_s: f64,
     goal: Option<Position>,
     sent: Option<(f64, Command)>,
+    /// Since when the head is told to stand.
+    standing_since_s: Option<f64>,
     mode: Mode,
 }
 
@@ -116,6 +118,7 @@ impl Follower {
             next_s: f64::NEG_INFINITY,
             goal: None,
             sent: None,
+            standing_since_s: None,
             mode: Mode::Waiting,
         })
     }
@@ -212,10 +215,12 @@ impl Follower {
             away_deg: away.tilt_deg,
             target_deg_s: there.speed.tilt_deg,
         };
+        // A target that moves along one axis is followed along both.
+        let speed = there.speed.pan_deg.hypot(there.speed.tilt_deg);
         let [pan_rest, tilt_rest] = &mut self.rests;
         let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
             let zone = params.dead_zone * half_deg;
-            let rests = rest.rests(aim.away_deg, aim.target_deg_s, zone, params.still_deg_s);
+            let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
             if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
         };
         let velocity = Velocity {
@@ -230,10 +235,16 @@ impl Follower {
         self.unless_said(now_s, command)
     }
 
-    /// The command, unless it is a stop that was sent just now.
+    /// The command, unless it is a stop of a head that was told so often enough. A stop may get lost, and a head that then
+    /// turns on goes far, so it is said again at once for a while, and now and then later.
     fn unless_said(&mut self, now_s: f64, command: Command) -> Option<Command> {
-        let said = self.sent.is_some_and(|(time, sent)| sent == command && now_s < time + Self::STOP_AGAIN_S);
-        if command == Command::Stop && said { None } else { Some(self.note(now_s, command)) }
+        if command != Command::Stop {
+            self.standing_since_s = None;
+            return Some(self.note(now_s, command));
+        }
+        let standing_s = now_s - *self.standing_since_s.get_or_insert(now_s);
+        let just_said = self.sent.is_some_and(|(time, sent)| sent == command && now_s < time + Self::STOP_AGAIN_S);
+        if standing_s > Self::STOP_AGAIN_S && just_said { None } else { Some(self.note(now_s, command)) }
     }
 
     fn step(

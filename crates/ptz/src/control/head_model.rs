@@ -96,9 +96,9 @@ impl HeadModel {
             let then = self.at(time_s - f64::from(step) * STEP_S).1;
             ((now.pan_deg_s - then.pan_deg_s).abs(), (now.tilt_deg_s - then.tilt_deg_s).abs())
         };
-        (1..=STEPS).map(change).fold(Direction::AHEAD, |most, (pan, tilt)| {
-            Direction::new(most.pan_deg.max(pan), most.tilt_deg.max(tilt))
-        })
+        (1..=STEPS)
+            .map(change)
+            .fold(Direction::AHEAD, |most, (pan, tilt)| Direction::new(most.pan_deg.max(pan), most.tilt_deg.max(tilt)))
     }
 }
 

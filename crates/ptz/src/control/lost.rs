@@ -42,8 +42,7 @@ const fn looks() -> u32 {
 
 impl LostPolicy {
     /// The search with its usual figures.
-    pub const SEARCH: Self =
-        Self::Search { amplitude_deg: first_amplitude(), dwell_s: dwell(), looks: looks() };
+    pub const SEARCH: Self = Self::Search { amplitude_deg: first_amplitude(), dwell_s: dwell(), looks: looks() };
 
     pub(crate) fn check(&self) -> Result<()> {
         let Self::Search { amplitude_deg, dwell_s, .. } = *self else { return Ok(()) };

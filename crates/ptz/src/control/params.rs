@@ -54,7 +54,15 @@ pub struct MotionParams {
 impl Default for MotionParams {
     fn default() -> Self {
         // Found on the simulator: less jitter swings where the delays are wrong, more follows turns late.
-        Self { calm_deg2_s3: 1.0, brisk_deg2_s3: 200.0, calm_s: 2.0, brisk_s: 0.5, sigma_px: 2.0, timing_s: 0.1, jitter_s: 0.05 }
+        Self {
+            calm_deg2_s3: 1.0,
+            brisk_deg2_s3: 200.0,
+            calm_s: 2.0,
+            brisk_s: 0.5,
+            sigma_px: 2.0,
+            timing_s: 0.1,
+            jitter_s: 0.05,
+        }
     }
 }
 
@@ -132,7 +140,12 @@ impl FollowerParams {
         seconds("command_delay_s", self.command_delay_s)?;
         seconds("frame_age_s", self.frame_age_s)?;
         require("period_s", self.period_s, (0.01..=2.0).contains(&self.period_s), "between 0.01 and 2 s")?;
-        require("gain_per_s", self.gain_per_s, (0.01..=50.0).contains(&self.gain_per_s), "between 0.01 and 50 per second")?;
+        require(
+            "gain_per_s",
+            self.gain_per_s,
+            (0.01..=50.0).contains(&self.gain_per_s),
+            "between 0.01 and 50 per second",
+        )?;
         require("dead_zone", self.dead_zone, (0.0..1.0).contains(&self.dead_zone), "at least 0 and below 1")?;
         let long = |name, value: f64| require(name, value, (0.0..=3600.0).contains(&value), "between 0 and 3600");
         long("still_deg_s", self.still_deg_s)?;

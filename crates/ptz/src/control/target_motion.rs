@@ -106,7 +106,9 @@ impl TargetMotion {
         let axis = |i: usize| {
             let (speed, variance) = (now.mean()[i + 2], now.covariance()[(i + 2, i + 2)].max(0.0));
             let square = speed * speed;
-            let speed = if square > 0.0 { speed * square / (square + variance) } else { 0.0 };
+            // A speed of several deviations is beyond doubt: past 3 σ it is taken whole.
+            let doubt = (1.0 - square / (9.0 * variance.max(f64::MIN_POSITIVE))).max(0.0);
+            let speed = if square > 0.0 { speed * square / (square + doubt * variance) } else { 0.0 };
             (now.mean()[i] + speed * ahead_s, speed, ahead.covariance()[(i, i)].max(0.0).sqrt())
         };
         let ((pan, pan_speed, pan_sigma), (tilt, tilt_speed, tilt_sigma)) = (axis(0), axis(1));

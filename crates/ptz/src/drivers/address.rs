@@ -93,7 +93,9 @@ fn host_and_port(text: &str, default: u16) -> Result<(String, u16)> {
     };
     let host = host.trim_start_matches('[').trim_end_matches(']');
     if host.is_empty() || host.contains(['@', '/', ' ']) {
-        return Err(PtzError::Address { reason: "the head's address has no host, or more than a host and a port".into() });
+        return Err(PtzError::Address {
+            reason: "the head's address has no host, or more than a host and a port".into(),
+        });
     }
     Ok((host.to_owned(), port))
 }
@@ -202,7 +204,9 @@ mod tests {
 
     #[test]
     fn wrong_addresses_are_refused_without_repeating_a_password() {
-        for bad in ["", "cam", "onvif://", "onvif:", "ftp://x", "visca://", "visca://cam:99999", "visca://a b", "onvif://u@"] {
+        for bad in
+            ["", "cam", "onvif://", "onvif:", "ftp://x", "visca://", "visca://cam:99999", "visca://a b", "onvif://u@"]
+        {
             assert!(parse(bad).is_err(), "{bad}");
         }
         let error = parse("onvif://admin:sesame@cam").unwrap_err().to_string();

@@ -40,11 +40,8 @@ impl Hook {
         let name = "hook".to_owned();
         let io = |source| PtzError::Io { head: "hook".into(), doing: "starting its command", source };
         let (shell, flag) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-        let mut child = std::process::Command::new(shell)
-            .args([flag, command])
-            .stdin(Stdio::piped())
-            .spawn()
-            .map_err(io)?;
+        let mut child =
+            std::process::Command::new(shell).args([flag, command]).stdin(Stdio::piped()).spawn().map_err(io)?;
         let input = child.stdin.take();
         let (lines, waiting) = sync_channel::<Vec<u8>>(Self::WAITING);
         let (fail, failed) = sync_channel(1);
@@ -88,7 +85,9 @@ impl Head for Hook {
         let Some(lines) = &self.lines else { return Err(PtzError::Ended { head: self.name.clone() }) };
         match lines.try_send(line) {
             Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(PtzError::TimedOut { head: self.name.clone(), doing: "a command", after_s: 0.0 }),
+            Err(TrySendError::Full(_)) => {
+                Err(PtzError::TimedOut { head: self.name.clone(), doing: "a command", after_s: 0.0 })
+            }
             Err(TrySendError::Disconnected(_)) => Err(PtzError::Ended { head: self.name.clone() }),
         }
     }

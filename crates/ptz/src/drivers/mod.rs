@@ -7,9 +7,9 @@
 mod address;
 mod capabilities;
 mod hook;
-mod password;
 #[cfg(feature = "onvif")]
 pub mod onvif;
+mod password;
 pub mod pelco_d;
 mod thread;
 mod time;

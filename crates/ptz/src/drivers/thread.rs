@@ -222,9 +222,7 @@ fn next(shared: &Shared, quiet: Option<Instant>, poll: Option<Instant>) -> Task 
         }
         let until = quiet.into_iter().chain(poll).min();
         state = match until {
-            Some(until) => {
-                shared.changed.wait_timeout(state, until - now).unwrap_or_else(PoisonError::into_inner).0
-            }
+            Some(until) => shared.changed.wait_timeout(state, until - now).unwrap_or_else(PoisonError::into_inner).0,
             None => shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
         };
     }

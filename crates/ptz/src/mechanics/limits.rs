@@ -107,7 +107,12 @@ impl HeadLimits {
     pub fn check(&self) -> Result<()> {
         self.pan.check()?;
         self.tilt.check()?;
-        require("zoom_per_s", self.zoom_per_s, self.zoom_per_s > 0.0 && self.zoom_per_s <= 100.0, "above 0, at most 100")
+        require(
+            "zoom_per_s",
+            self.zoom_per_s,
+            self.zoom_per_s > 0.0 && self.zoom_per_s <= 100.0,
+            "above 0, at most 100",
+        )
     }
 
     /// The nearest direction that the head can look to.

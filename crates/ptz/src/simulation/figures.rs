@@ -23,7 +23,8 @@ impl Figures {
     pub fn of(samples: &[Sample], from_s: f64) -> Self {
         let judged: Vec<&Sample> = samples.iter().filter(|s| s.time_s >= from_s).collect();
         let count = judged.len().max(1) as f64;
-        let central = |s: &&&Sample| s.offset.is_some_and(|(x, y)| x.abs() <= Self::CENTRAL && y.abs() <= Self::CENTRAL);
+        let central =
+            |s: &&&Sample| s.offset.is_some_and(|(x, y)| x.abs() <= Self::CENTRAL && y.abs() <= Self::CENTRAL);
         let square = |s: &&Sample| s.target.angle_to(s.position.direction).powi(2);
         let (mut since, mut longest): (Option<f64>, f64) = (None, 0.0);
         for sample in &judged {

@@ -21,8 +21,7 @@ pub enum Contender {
 
 impl Contender {
     /// Every contender.
-    pub const ALL: [Self; 5] =
-        [Self::Velocity, Self::Steps, Self::Unpredicted, Self::Proportional, Self::StopAndGo];
+    pub const ALL: [Self; 5] = [Self::Velocity, Self::Steps, Self::Unpredicted, Self::Proportional, Self::StopAndGo];
 
     /// Its name, as in files.
     pub const fn name(self) -> &'static str {
@@ -96,7 +95,12 @@ impl Study {
     /// Where a parameter is out of its range.
     pub fn run(&self, walk: Walk, contender: Contender, seeds: u64) -> Result<Vec<Figures>> {
         let duration = self.duration_s;
-        crate::error::require("duration_s", duration, duration > 0.0 && duration <= 3600.0, "above 0 and at most 3600 s")?;
+        crate::error::require(
+            "duration_s",
+            duration,
+            duration > 0.0 && duration <= 3600.0,
+            "above 0 and at most 3600 s",
+        )?;
         (0..seeds).map(|seed| self.one(walk, contender, seed)).collect()
     }
 
@@ -109,8 +113,7 @@ impl Study {
             ..FollowerParams::default()
         });
         let walker = Walker::new(walk, seed, self.duration_s);
-        let mut simulation =
-            Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
+        let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
         simulation.head.home.direction = walker.first_view(walk);
         let mut controller = contender.controller(&simulation, &params)?;
         let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);

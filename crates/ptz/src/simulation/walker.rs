@@ -200,7 +200,8 @@ mod tests {
             assert!((fastest - 1.5).abs() < 1e-6 && jerk < 0.0101, "{seed}: {fastest} {jerk}");
             let widest = (0..600).map(|k| walker.place(f64::from(k) * 0.1)[0].abs()).fold(0.0, f64::max);
             assert!(widest < 5.5 && widest > 1.0, "{seed}: {widest}");
-            let stood = (0..600).filter(|k| walker.place(f64::from(*k) * 0.1) == walker.place(f64::from(*k) * 0.1 + 0.05));
+            let stood =
+                (0..600).filter(|k| walker.place(f64::from(*k) * 0.1) == walker.place(f64::from(*k) * 0.1 + 0.05));
             assert!(stood.count() < 400);
         }
     }
@@ -222,7 +223,8 @@ mod tests {
         assert!((direction.pan_deg.abs() - 15.0).abs() < 1e-9 && direction.tilt_deg < -15.0);
         assert!(width < height && (height / width - 3.4).abs() < 1e-9 && (0.3..0.34).contains(&height));
         assert_eq!(walker.at(9.0), walker.at(3.0));
-        let (start, end) = (Walker::new(Walk::Passing, 4, 10.0).at(0.0).0, Walker::new(Walk::Passing, 4, 10.0).at(10.0).0);
+        let (start, end) =
+            (Walker::new(Walk::Passing, 4, 10.0).at(0.0).0, Walker::new(Walk::Passing, 4, 10.0).at(10.0).0);
         assert!(start.pan_deg.signum() != end.pan_deg.signum() && start.pan_deg.abs() > 45.0);
     }
 }

@@ -40,7 +40,12 @@ impl Panorama {
     /// # Errors
     /// Unless the width is in (0, 360].
     pub fn new(image: Arc<Image<Rgb8>>, left_deg: f64, width_deg: f64) -> Result<Self> {
-        crate::error::require("width_deg", width_deg, width_deg > 0.0 && width_deg <= 360.0, "above 0 and at most 360")?;
+        crate::error::require(
+            "width_deg",
+            width_deg,
+            width_deg > 0.0 && width_deg <= 360.0,
+            "above 0 and at most 360",
+        )?;
         crate::error::require("left_deg", left_deg, left_deg.abs() <= 360.0, "between -360 and 360")?;
         let deg_per_px = width_deg / image.width() as f64;
         let top_deg = 0.5 * deg_per_px * image.height() as f64;
@@ -88,7 +93,11 @@ impl<F: FnMut(f64) -> Result<Arc<Image<Rgb8>>>> World for WideClip<F> {
             return Err(PtzError::Parameter {
                 name: "width of the clip's frame",
                 value: found.width as f64,
-                wanted: if found.width == wanted.width { "as high as the lens says" } else { "as wide as the lens says" },
+                wanted: if found.width == wanted.width {
+                    "as high as the lens says"
+                } else {
+                    "as wide as the lens says"
+                },
             });
         }
         resample(lens, |pixel| {

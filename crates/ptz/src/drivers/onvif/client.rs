@@ -75,7 +75,8 @@ impl Client {
     /// Takes note of where a service is. Of the address that the camera gives only the path is taken: behind a router its
     /// host is wrong, and whatever it is, the user is proved to this camera only.
     pub fn set_service(&mut self, service: Service, address: &str) {
-        let path = address.split_once("://").map_or(address, |(_, rest)| rest.split_once('/').map_or("", |(_, path)| path));
+        let path =
+            address.split_once("://").map_or(address, |(_, rest)| rest.split_once('/').map_or("", |(_, path)| path));
         let path = format!("/{}", path.trim_start_matches('/'));
         match service {
             Service::Device => self.device_path = path,
@@ -173,7 +174,8 @@ impl Client {
         let head = || self.name.clone();
         let answer = parse_answer(text);
         let fault = answer.as_ref().ok().and_then(|root| root.find("Fault")).map(fault_text);
-        let denied = fault.as_deref().is_some_and(|fault| fault.contains("NotAuthorized") || fault.contains("not authorized"));
+        let denied =
+            fault.as_deref().is_some_and(|fault| fault.contains("NotAuthorized") || fault.contains("not authorized"));
         if status == StatusCode::UNAUTHORIZED || denied {
             let reason = if self.login.is_some() {
                 "wrong user or password, or the camera's clock is far off".to_owned()
@@ -249,7 +251,10 @@ mod tests {
         assert_eq!((client.root.as_str(), client.name.as_str()), ("http://cam:81", "onvif://cam:81"));
         client.set_service(Service::Ptz, "http://evil.example/onvif/ptz?x=1");
         client.set_service(Service::Media, "/media");
-        assert_eq!((client.ptz_path.as_deref(), client.media_path.as_deref()), (Some("/onvif/ptz?x=1"), Some("/media")));
+        assert_eq!(
+            (client.ptz_path.as_deref(), client.media_path.as_deref()),
+            (Some("/onvif/ptz?x=1"), Some("/media"))
+        );
         for bad in ["https://cam/", "cam", "http://", "http://u@cam/"] {
             assert!(Client::new(bad, None, Timeouts::default()).is_err(), "{bad}");
         }

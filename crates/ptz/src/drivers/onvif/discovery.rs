@@ -66,6 +66,9 @@ fn services(client: &mut Client) -> Result<()> {
             client.set_service(Service::Ptz, address);
             Ok(())
         }
-        None => Err(PtzError::Unsupported { head: client.name.clone(), what: "pan, tilt or zoom: it offers no PTZ service" }),
+        None => Err(PtzError::Unsupported {
+            head: client.name.clone(),
+            what: "pan, tilt or zoom: it offers no PTZ service",
+        }),
     }
 }

@@ -43,7 +43,12 @@ impl OnvifParams {
         require("max_speed_deg_s of pan", pan, pan > 0.0, "above 0")?;
         require("max_speed_deg_s of tilt", tilt, tilt > 0.0, "above 0")?;
         require("pan_deg", self.pan_deg.1, self.pan_deg.0.is_finite() && self.pan_deg.1 > self.pan_deg.0, "growing")?;
-        require("tilt_deg", self.tilt_deg.1, self.tilt_deg.0.is_finite() && self.tilt_deg.1 > self.tilt_deg.0, "growing")?;
+        require(
+            "tilt_deg",
+            self.tilt_deg.1,
+            self.tilt_deg.0.is_finite() && self.tilt_deg.1 > self.tilt_deg.0,
+            "growing",
+        )?;
         require("half_fov_deg", self.half_fov_deg.0, self.half_fov_deg.0 > 0.0, "above 0")?;
         require("half_fov_deg", self.half_fov_deg.1, self.half_fov_deg.1 > 0.0, "above 0")?;
         require("zoom_per_s", self.zoom_per_s, self.zoom_per_s > 0.0, "above 0")
@@ -129,8 +134,11 @@ impl Onvif {
             if space.name == "VelocitySpaceDegrees" { range.clamp(value) } else { range.scaled(value, (-top, top)) }
         };
         let y = space.y.unwrap_or(space.x);
-        let pan_tilt =
-            (component(velocity.pan_deg_s, top_pan, &space.x), component(velocity.tilt_deg_s, top_tilt, &y), &*space.uri);
+        let pan_tilt = (
+            component(velocity.pan_deg_s, top_pan, &space.x),
+            component(velocity.tilt_deg_s, top_tilt, &y),
+            &*space.uri,
+        );
         let top = self.params.zoom_per_s;
         let zoom =
             spaces.zoom_velocity.as_ref().map(|space| (space.x.scaled(velocity.zoom_per_s, (-top, top)), &*space.uri));
@@ -235,11 +243,12 @@ impl Head for Onvif {
             let direction = self.direction(element.number("x")?, element.number("y")?, element.attribute("space"));
             Some(Position { direction, zoom })
         });
-        let moving = answer.find("MoveStatus").and_then(|status| status.text_of("PanTilt")).and_then(|word| match word {
-            "IDLE" => Some(false),
-            "MOVING" => Some(true),
-            _ => None,
-        });
+        let moving =
+            answer.find("MoveStatus").and_then(|status| status.text_of("PanTilt")).and_then(|word| match word {
+                "IDLE" => Some(false),
+                "MOVING" => Some(true),
+                _ => None,
+            });
         Ok(Some(Status { position, moving }))
     }
 }

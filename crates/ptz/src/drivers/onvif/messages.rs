@@ -46,8 +46,7 @@ pub(super) fn vector(name: &str, pan_tilt: Option<(f64, f64, &str)>, zoom: Optio
     let pan_tilt = pan_tilt
         .map(|(x, y, space)| format!("<tt:PanTilt x=\"{x:.6}\" y=\"{y:.6}\" space=\"{}\"/>", escaped(space)))
         .unwrap_or_default();
-    let zoom = zoom
-        .map(|(x, space)| format!("<tt:Zoom x=\"{x:.6}\" space=\"{}\"/>", escaped(space)))
-        .unwrap_or_default();
+    let zoom =
+        zoom.map(|(x, space)| format!("<tt:Zoom x=\"{x:.6}\" space=\"{}\"/>", escaped(space))).unwrap_or_default();
     format!("<n:{name}>{pan_tilt}{zoom}</n:{name}>")
 }

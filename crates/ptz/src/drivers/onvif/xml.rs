@@ -49,7 +49,8 @@ pub fn parse_answer(text: &str) -> Result<Element, String> {
             Event::CData(text) => append(&mut open, &text.xml10_content()),
             Event::GeneralRef(reference) => {
                 let number = reference.resolve_char_ref().map_err(|error| error.to_string())?;
-                let named = || quick_xml::escape::resolve_predefined_entity(&reference.xml10_content()).map(str::to_owned);
+                let named =
+                    || quick_xml::escape::resolve_predefined_entity(&reference.xml10_content()).map(str::to_owned);
                 let text = number.map(String::from).or_else(named).ok_or("an unknown entity")?;
                 append(&mut open, &text);
             }

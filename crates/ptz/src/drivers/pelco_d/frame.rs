@@ -74,8 +74,7 @@ impl Frame {
     pub const fn bytes(&self) -> [u8; 7] {
         let [first, second] = self.command;
         let [high, low] = self.data;
-        let sum =
-            self.address.wrapping_add(first).wrapping_add(second).wrapping_add(high).wrapping_add(low);
+        let sum = self.address.wrapping_add(first).wrapping_add(second).wrapping_add(high).wrapping_add(low);
         [0xFF, self.address, first, second, high, low, sum]
     }
 }

@@ -209,7 +209,15 @@ mod tests {
         let zoom = parse_reply(&[0x90, 0x50, 2, 0, 0, 0, 0xFF]).unwrap();
         assert_eq!((zoom.zoom(0x4000), zoom.position(14.4)), (Some(0.5), None));
         assert_eq!(Reply::Information(vec![0, 5, 1, 0, 0x1F, 0xE, 5, 0]).position(14.4), None, "no half byte");
-        for bad in [&[][..], &[0xFF], &[0x90, 0xFF], &[0x81, 0x41, 0xFF], &[0x80, 0x41, 0xFF], &[0x90, 0x60, 0xFF], &[0x90, 0x41]] {
+        for bad in [
+            &[][..],
+            &[0xFF],
+            &[0x90, 0xFF],
+            &[0x81, 0x41, 0xFF],
+            &[0x80, 0x41, 0xFF],
+            &[0x90, 0x60, 0xFF],
+            &[0x90, 0x41],
+        ] {
             assert_eq!(parse_reply(bad), None, "{bad:?}");
         }
         assert!([1, 2, 3, 4, 5, 0x41].map(meaning).iter().all(|m| *m != meaning(0x77)));
