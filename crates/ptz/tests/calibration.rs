@@ -1,4 +1,5 @@
 //! A simulated head is measured, and what is measured is what it was made with.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use pursuit_ptz::calibration::{CalibrationParams, Calibrator, Shift, Step};
 use pursuit_ptz::simulation::{CameraParams, HeadParams, SimulatedCamera, SimulatedHead};

@@ -1,5 +1,6 @@
 //! The whole loop in simulation: walker, head, camera, an eye that errs, controller. The figures printed in
 //! `docs/guide/pan-tilt.md` are those of 200 seeds (`pursuit ptz simulate --seeds 200`); here fewer are run.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use pursuit_ptz::control::{
     Controller, Follower, FollowerParams, LostPolicy, PredictBy, Proportional, StopAndGo, ZoomParams,

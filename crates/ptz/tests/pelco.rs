@@ -1,4 +1,5 @@
 //! Pelco-D and VISCA on a pseudo-terminal.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![cfg(all(feature = "serial", unix))]
 
 use pursuit_ptz::drivers::pelco_d::{PelcoD, PelcoDParams};
@@ -6,7 +7,6 @@ use pursuit_ptz::drivers::visca::{StreamLink, Visca, ViscaParams};
 use pursuit_ptz::drivers::{Head, Timeouts};
 use pursuit_ptz::{Command, Direction, PtzError, Velocity};
 use serial2::SerialPort;
-use std::io::Write;
 use std::time::Duration;
 
 fn pair() -> (SerialPort, SerialPort) {
@@ -51,7 +51,7 @@ fn a_position_is_asked_for_and_silence_is_an_error_in_time() {
     assert!(matches!(head.status(), Err(PtzError::TimedOut { .. })));
     let camera = std::thread::spawn(move || {
         read(&theirs, 42);
-        let mut line = &theirs;
+        let line = &theirs;
         line.write_all(&[0x00, 0xFF]).unwrap();
         line.write_all(&[0xFF, 0x01, 0x00, 0x59, 0x23, 0x28, 0xA5]).unwrap();
         line.write_all(&[0xFF, 0x01, 0x00, 0x5B, 0x03, 0xE8, 0x47]).unwrap();

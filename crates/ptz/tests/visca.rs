@@ -1,4 +1,5 @@
 //! VISCA against a fake camera, over UDP and TCP.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use pursuit_ptz::drivers::visca::{SpeedSteps, Visca, ViscaParams, connect_tcp, connect_udp};
 use pursuit_ptz::drivers::{Head, Timeouts};

@@ -69,7 +69,8 @@ impl ShiftMeter {
         let count = self.plane.len() as f64;
         let mean = self.plane.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
         let variance = self.plane.iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / count;
-        if !(f64::from(value) - mean > Self::CLEAR * variance.sqrt()) {
+        let clear = f64::from(value) - mean > Self::CLEAR * variance.sqrt();
+        if !clear {
             return None;
         }
         let peak = parabola_peak(&self.plane, width, x, y);
