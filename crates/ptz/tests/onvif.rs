@@ -1,5 +1,5 @@
 //! ONVIF against a fake camera: what it is asked, and how its failures are borne.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::type_complexity, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![cfg(feature = "onvif")]
 
 use pursuit_ptz::drivers::onvif::{Login, Onvif, OnvifParams};

@@ -75,7 +75,7 @@ fn visca_goes_over_a_line() {
     let (ours, theirs) = pair();
     let camera = std::thread::spawn(move || {
         let got = read(&theirs, 5);
-        (&theirs).write_all(&[0x90, 0x42, 0xFF]).unwrap();
+        theirs.write_all(&[0x90, 0x42, 0xFF]).unwrap();
         // Kept open: a line that is hung up forgets what was not read.
         (got, theirs)
     });

@@ -82,7 +82,8 @@ fn commands_go_out_as_the_lists_have_them_and_the_end_stops_the_head() {
     assert_eq!(next(), [0x81, 0x01, 0x06, 0x04, 0xFF]);
     let position = head.status().unwrap().unwrap().position.unwrap();
     assert_eq!((position.direction, position.zoom), (Direction::new(90.0, -30.0), 0.5));
-    (next(), next());
+    next();
+    next();
     head.send(&RIGHT).unwrap();
     next();
     drop(head);
