@@ -17,6 +17,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-scenes", 3),
     ("pursuit-trackers", 4),
     ("pursuit-evaluation", 4),
+    ("pursuit-ptz", 4),
     ("pursuit", 5),
     ("pursuit-experiments", 5),
     ("pursuit-cli", 6),

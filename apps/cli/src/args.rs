@@ -67,6 +67,8 @@ pub enum Command {
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
     #[cfg(feature = "reproduce")]
     Reproduce(Reproduce),
+    /// Drive pan-tilt heads: simulate loops, see what a head can do
+    Ptz(Ptz),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
     /// Print the licences of everything that this program contains
@@ -177,6 +179,52 @@ pub struct Reproduce {
 fn paper_parser() -> impl TypedValueParser<Value = Paper> {
     let papers = Paper::ALL.map(|p| PossibleValue::new(p.name()).help(p.summary()));
     PossibleValuesParser::new(papers).try_map(|name| name.parse::<Paper>())
+}
+
+#[derive(Debug, Args)]
+pub struct Ptz {
+    #[command(subcommand)]
+    pub command: PtzCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum PtzCommand {
+    /// Follow a simulated walker with a simulated head, and compare controllers
+    Simulate(PtzSimulate),
+    /// Reach a head and print what it can do and what it says of itself
+    Probe(PtzProbe),
+}
+
+#[derive(Debug, Args)]
+pub struct PtzSimulate {
+    /// The head, the camera and the follower, as a TOML file [default: 60°/s, 300 ms of delay, 60° wide]
+    #[arg(long, value_name = "FILE.toml")]
+    pub head: Option<PathBuf>,
+    /// How the target moves [default: all]
+    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = ["pacing", "passing", "standing", "dog_leg"])]
+    pub walk: Vec<String>,
+    /// Controllers to compare [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',',
+          value_parser = ["velocity", "steps", "unpredicted", "proportional", "stop_and_go"])]
+    pub controller: Vec<String>,
+    /// How many runs to average over
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub seeds: u64,
+    /// Print the figures as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PtzProbe {
+    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    pub head: String,
+    /// Variable of the environment that holds the password
+    #[arg(long, value_name = "NAME", default_value = "PURSUIT_PTZ_PASSWORD")]
+    pub password_env: String,
+    /// File whose first line is the password
+    #[arg(long, value_name = "FILE", conflicts_with = "password_env")]
+    pub password_file: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

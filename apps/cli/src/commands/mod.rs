@@ -3,6 +3,7 @@
 pub mod demo;
 pub mod eval;
 pub mod licences;
+pub mod ptz;
 #[cfg(feature = "reproduce")]
 pub mod reproduce;
 pub mod track;

@@ -1,0 +1,94 @@
+use super::print;
+use crate::args::{Ptz, PtzCommand, PtzProbe, PtzSimulate};
+use anyhow::Context;
+use pursuit_ptz::drivers::{HeadAddress, Password, Timeouts, open};
+use pursuit_ptz::simulation::{Contender, Figures, Study, Walk};
+use std::fmt::Write;
+use std::process::ExitCode;
+
+/// `pursuit ptz …`.
+pub fn run(args: &Ptz) -> anyhow::Result<ExitCode> {
+    match &args.command {
+        PtzCommand::Simulate(args) => simulate(args),
+        PtzCommand::Probe(args) => probe(args),
+    }
+}
+
+/// The figures of one controller on one walk.
+struct Row {
+    walk: Walk,
+    contender: Contender,
+    figures: Figures,
+}
+
+fn simulate(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
+    let study: Study = match &args.head {
+        None => Study::default(),
+        Some(path) => {
+            let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+            toml::from_str(&text).with_context(|| format!("{} is no simulation of a head", path.display()))?
+        }
+    };
+    let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
+    let mut rows = Vec::new();
+    for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
+        for contender in Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name())) {
+            let figures = Figures::mean(&study.run(walk, contender, args.seeds)?);
+            rows.push(Row { walk, contender, figures });
+        }
+    }
+    let text = if args.json { json(&rows, args.seeds)? } else { table(&rows, args.seeds)? };
+    print(text.as_bytes())
+}
+
+fn table(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+    let mut text = format!(
+        "Means over {seeds} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
+         {:<10} {:<13} {:>9} {:>8} {:>9} {:>16}\n",
+        "walk", "controller", "central", "rms", "shown", "longest absence"
+    );
+    for Row { walk, contender, figures } in rows {
+        let (central, shown) = (100.0 * figures.central, 100.0 * figures.shown);
+        let (walk, name, absence) = (walk.name(), contender.name(), figures.longest_absence_s);
+        writeln!(
+            text,
+            "{walk:<10} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s",
+            figures.rms_deg
+        )?;
+    }
+    Ok(text)
+}
+
+fn json(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+    let rows: Vec<serde_json::Value> = rows
+        .iter()
+        .map(|row| {
+            serde_json::json!({
+                "walk": row.walk.name(),
+                "controller": row.contender.name(),
+                "central": row.figures.central,
+                "rms_deg": row.figures.rms_deg,
+                "shown": row.figures.shown,
+                "longest_absence_s": row.figures.longest_absence_s,
+            })
+        })
+        .collect();
+    Ok(serde_json::to_string_pretty(&serde_json::json!({ "seeds": seeds, "runs": rows }))? + "\n")
+}
+
+fn probe(args: &PtzProbe) -> anyhow::Result<ExitCode> {
+    let address: HeadAddress = args.head.parse()?;
+    let password = match &args.password_file {
+        Some(path) => Some(Password::from_file(path)?),
+        None => std::env::var(&args.password_env).ok().map(Password::new),
+    };
+    let mut head = open(&address, password.as_ref(), Timeouts::default())?;
+    let said = serde_json::json!({ "head": head.name(), "capabilities": head.capabilities() });
+    let mut text = serde_json::to_string_pretty(&said)? + "\n";
+    match head.status() {
+        Ok(Some(status)) => writeln!(text, "It says of itself: {status:?}")?,
+        Ok(None) => writeln!(text, "It says nothing of itself.")?,
+        Err(error) => writeln!(text, "Its status could not be read: {error}")?,
+    }
+    print(text.as_bytes())
+}

@@ -1,0 +1,320 @@
+use super::pulse::{Answer, Record, Shift};
+use crate::control::FollowerParams;
+use crate::error::require;
+use crate::{Command, PtzError, Result, Velocity};
+use serde::{Deserialize, Serialize};
+
+/// How a head is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CalibrationParams {
+    /// The speeds of the three moves each way, growing, degrees per second.
+    pub speeds_deg_s: [f64; 3],
+    /// How long each move lasts, seconds.
+    pub move_s: f64,
+    /// By less than this a picture that stands still may seem to shift, pixels a frame.
+    pub still_px: f64,
+    /// For how long the picture must stand still after a move, seconds.
+    pub rest_s: f64,
+    /// How long to wait for that, seconds; then the head is given up.
+    pub patience_s: f64,
+}
+
+impl Default for CalibrationParams {
+    fn default() -> Self {
+        Self { speeds_deg_s: [4.0, 8.0, 16.0], move_s: 1.0, still_px: 0.3, rest_s: 0.4, patience_s: 3.0 }
+    }
+}
+
+impl CalibrationParams {
+    fn check(&self) -> Result<()> {
+        let [slow, middle, fast] = self.speeds_deg_s;
+        require(
+            "speeds_deg_s",
+            slow,
+            slow > 0.0 && slow < middle && middle < fast && fast <= 100.0,
+            "above 0 and growing",
+        )?;
+        require("move_s", self.move_s, (0.2..=5.0).contains(&self.move_s), "between 0.2 and 5 s")?;
+        require("still_px", self.still_px, self.still_px > 0.0 && self.still_px <= 100.0, "above 0, at most 100 px")?;
+        require("rest_s", self.rest_s, (0.1..=5.0).contains(&self.rest_s), "between 0.1 and 5 s")?;
+        require("patience_s", self.patience_s, (0.5..=10.0).contains(&self.patience_s), "between 0.5 and 10 s")
+    }
+}
+
+/// What was measured of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AxisFacts {
+    /// By how many pixels the picture shifts for each degree commanded; negative where the head turns the other way.
+    pub px_per_deg: f64,
+    /// From a command to when its effect is seen in a frame, seconds.
+    pub delay_s: f64,
+    /// How fast the axis gains speed, degrees per second²; `None` where that took no time that could be measured.
+    pub acceleration_deg_s2: Option<f64>,
+    /// How far the motor turns at a reversal before the camera follows, degrees.
+    pub backlash_deg: f64,
+}
+
+/// What was measured of a head.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Pan.
+    pub pan: AxisFacts,
+    /// Tilt.
+    pub tilt: AxisFacts,
+    /// How long the measurement took, seconds.
+    pub took_s: f64,
+}
+
+impl Calibration {
+    /// From a command to when its effect is seen, seconds.
+    pub const fn delay_s(&self) -> f64 {
+        0.5 * (self.pan.delay_s + self.tilt.delay_s)
+    }
+
+    /// Puts what was measured into a follower's parameters. Of the whole delay, `frame_age_s` stays with the pictures and
+    /// the rest is taken for the commands'; only the sum matters much.
+    pub fn apply(&self, params: &mut FollowerParams) {
+        params.command_delay_s = (self.delay_s() - params.frame_age_s).clamp(0.0, 5.0);
+        for (facts, limits) in [(&self.pan, &mut params.limits.pan), (&self.tilt, &mut params.limits.tilt)] {
+            limits.max_acceleration_deg_s2 = facts.acceleration_deg_s2.unwrap_or(1e4);
+            limits.backlash_deg = facts.backlash_deg.clamp(0.0, 10.0);
+        }
+    }
+}
+
+/// What to do next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    /// Nothing yet.
+    Wait,
+    /// Send this command.
+    Send(Command),
+    /// All is measured; the head stands.
+    Done(Calibration),
+}
+
+/// The moves of an axis: the first takes up the play, the fourth is a reversal.
+const MOVES: [(usize, f64); 6] = [(0, 1.0), (1, 1.0), (2, 1.0), (0, -1.0), (1, -1.0), (2, -1.0)];
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    /// Waits for the picture to stand still before the next move.
+    Resting,
+    /// Told to move then.
+    Moving(f64),
+    /// Told to move then, and to stop.
+    Stopping(f64),
+    Done,
+}
+
+/// Measures a head by moves of pan and then of tilt: twelve moves of a second, at most 16° each, and under 60 s in all.
+#[derive(Debug, Clone)]
+pub struct Calibrator {
+    params: CalibrationParams,
+    state: State,
+    since_s: f64,
+    began_s: f64,
+    next_move: usize,
+    record: Record,
+    rest: Record,
+    answers: Vec<Answer>,
+    pan: Option<AxisFacts>,
+}
+
+impl Calibrator {
+    /// Begins at `now_s`, with a head that stands still.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range.
+    pub fn new(params: CalibrationParams, now_s: f64) -> Result<Self> {
+        params.check()?;
+        Ok(Self {
+            params,
+            state: State::Resting,
+            since_s: now_s,
+            began_s: now_s,
+            next_move: 0,
+            record: Record::default(),
+            rest: Record::default(),
+            answers: Vec::new(),
+            pan: None,
+        })
+    }
+
+    /// Takes note of a shift of the picture. Stamps are on the same clock as the times given to [`step`](Self::step).
+    pub fn see(&mut self, shift: &Shift) {
+        // In the direction in which the head turns.
+        let step = if self.pan.is_none() { -shift.right_px } else { shift.down_px };
+        match self.state {
+            State::Resting => self.rest.push(shift.stamp_s, step),
+            State::Moving(told) | State::Stopping(told) => {
+                if shift.stamp_s >= told {
+                    self.record.push(shift.stamp_s - told, step);
+                }
+            }
+            State::Done => {}
+        }
+    }
+
+    /// What to do at `now_s`; to be asked at least once a frame.
+    ///
+    /// # Errors
+    /// Where the picture does not come to rest, or does not shift when the head is told to move. The head is then to be
+    /// stopped.
+    pub fn step(&mut self, now_s: f64) -> Result<Step> {
+        let waited = now_s - self.since_s;
+        match self.state {
+            State::Done => Ok(Step::Wait),
+            State::Resting => {
+                if self.rest.rests(self.params.rest_s, self.params.still_px) {
+                    Ok(self.begin(now_s))
+                } else if waited > self.params.patience_s {
+                    Err(failed("the picture does not stand still; is something large moving in it, or the head?"))
+                } else {
+                    Ok(Step::Wait)
+                }
+            }
+            State::Moving(told) if waited >= self.params.move_s => {
+                (self.state, self.since_s) = (State::Stopping(told), now_s);
+                Ok(Step::Send(Command::Stop))
+            }
+            State::Moving(_) => Ok(Step::Wait),
+            State::Stopping(_) => {
+                let still = self.record.rests(self.params.rest_s, self.params.still_px);
+                let begun = self.record.answer().is_some();
+                match (still && begun, waited > self.params.patience_s) {
+                    (true, _) => self.finish_move(now_s),
+                    (_, true) if begun => Err(failed("the head does not stop")),
+                    (_, true) => Err(failed("the picture does not shift when the head is told to move")),
+                    _ => Ok(Step::Wait),
+                }
+            }
+        }
+    }
+
+    fn begin(&mut self, now_s: f64) -> Step {
+        let (speed, sign) = MOVES.get(self.next_move).copied().unwrap_or((0, 1.0));
+        let speed = sign * self.params.speeds_deg_s.get(speed).copied().unwrap_or_default();
+        let velocity = if self.pan.is_none() {
+            Velocity { pan_deg_s: speed, ..Velocity::ZERO }
+        } else {
+            Velocity { tilt_deg_s: speed, ..Velocity::ZERO }
+        };
+        (self.state, self.since_s, self.record) = (State::Moving(now_s), now_s, Record::default());
+        Step::Send(Command::Move(velocity))
+    }
+
+    fn finish_move(&mut self, now_s: f64) -> Result<Step> {
+        self.answers.extend(self.record.answer());
+        self.next_move += 1;
+        (self.state, self.since_s, self.rest) = (State::Resting, now_s, Record::default());
+        if self.next_move < MOVES.len() {
+            return Ok(Step::Wait);
+        }
+        let facts = facts(&self.answers, &self.params)?;
+        (self.answers, self.next_move) = (Vec::new(), 0);
+        let Some(pan) = self.pan else {
+            self.pan = Some(facts);
+            return Ok(Step::Wait);
+        };
+        self.state = State::Done;
+        Ok(Step::Done(Calibration { pan, tilt: facts, took_s: now_s - self.began_s }))
+    }
+}
+
+fn failed(reason: &str) -> PtzError {
+    PtzError::Calibration { reason: reason.to_owned() }
+}
+
+/// What the six moves of an axis say of it.
+///
+/// A move that follows one in the same direction goes `k v T` pixels, `k` being the pixels per degree; the reversal goes
+/// `k b` less. The line of steady motion leaves the start at `τ + v / 2a`: two speeds tell the delay from the acceleration.
+fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
+    let [_, middle, fast, back, middle_back, fast_back] = answers else {
+        return Err(failed("too few of the moves could be measured"));
+    };
+    let [slow_deg_s, middle_deg_s, fast_deg_s] = params.speeds_deg_s;
+    let degrees = params.move_s * 2.0 * (middle_deg_s + fast_deg_s);
+    let px_per_deg = (middle.way_px + fast.way_px - middle_back.way_px - fast_back.way_px) / degrees;
+    let alike = [middle, fast].iter().all(|a| a.way_px * px_per_deg > 0.0)
+        && [back, middle_back, fast_back].iter().all(|a| a.way_px * px_per_deg < 0.0);
+    if !alike {
+        return Err(failed("the picture does not shift to and fro as the head is told to move"));
+    }
+    let onset_middle = 0.5 * (middle.onset_s + middle_back.onset_s);
+    let onset_fast = 0.5 * (fast.onset_s + fast_back.onset_s);
+    let slope = (onset_fast - onset_middle) / (fast_deg_s - middle_deg_s);
+    // A ramp shorter than that is not told from none.
+    let slope = if slope > 1e-4 { slope } else { 0.0 };
+    let delay_s = if slope > 0.0 { onset_middle - slope * middle_deg_s } else { 0.5 * (onset_middle + onset_fast) };
+    Ok(AxisFacts {
+        px_per_deg,
+        delay_s,
+        acceleration_deg_s2: (slope > 0.0).then(|| 0.5 / slope),
+        backlash_deg: (slow_deg_s * params.move_s - (back.way_px / px_per_deg).abs()).max(0.0),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(way_px: f64, onset_s: f64) -> Answer {
+        Answer { way_px, speed_px_s: way_px, onset_s }
+    }
+
+    #[test]
+    fn six_moves_tell_scale_delay_acceleration_and_play() {
+        // 10 px a degree, 0.3 s late, 100°/s², 0.5° of play; speeds 4, 8 and 16°/s for 1 s.
+        let onset = |v: f64| 0.3 + v / 200.0;
+        let moves = [
+            answer(37.0, onset(4.0)),
+            answer(80.0, onset(8.0)),
+            answer(160.0, onset(16.0)),
+            answer(-35.0, onset(4.0) + 0.1),
+            answer(-80.0, onset(8.0)),
+            answer(-160.0, onset(16.0)),
+        ];
+        let facts = facts(&moves, &CalibrationParams::default()).unwrap();
+        assert!((facts.px_per_deg - 10.0).abs() < 1e-9 && (facts.delay_s - 0.3).abs() < 1e-9);
+        assert!((facts.acceleration_deg_s2.unwrap() - 100.0).abs() < 1e-6 && (facts.backlash_deg - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn moves_that_contradict_each_other_are_refused() {
+        let params = CalibrationParams::default();
+        let wrong = [
+            answer(40.0, 0.3),
+            answer(80.0, 0.3),
+            answer(-9.0, 0.3),
+            answer(-40.0, 0.3),
+            answer(-80.0, 0.3),
+            answer(-160.0, 0.3),
+        ];
+        assert!(facts(&wrong, &params).unwrap_err().to_string().contains("to and fro"));
+        assert!(facts(&wrong[..4], &params).unwrap_err().to_string().contains("too few"));
+        for bad in [
+            CalibrationParams { speeds_deg_s: [4.0, 4.0, 8.0], ..params },
+            CalibrationParams { speeds_deg_s: [0.0, 4.0, 8.0], ..params },
+            CalibrationParams { move_s: 0.1, ..params },
+            CalibrationParams { still_px: 0.0, ..params },
+            CalibrationParams { rest_s: 0.0, ..params },
+            CalibrationParams { patience_s: 99.0, ..params },
+        ] {
+            assert!(Calibrator::new(bad, 0.0).is_err());
+        }
+    }
+
+    #[test]
+    fn what_was_measured_goes_into_the_followers_parameters() {
+        let axis = AxisFacts { px_per_deg: 10.0, delay_s: 0.4, acceleration_deg_s2: Some(90.0), backlash_deg: 0.2 };
+        let tilt = AxisFacts { delay_s: 0.3, acceleration_deg_s2: None, ..axis };
+        let mut params = FollowerParams { frame_age_s: 0.1, ..FollowerParams::default() };
+        Calibration { pan: axis, tilt, took_s: 30.0 }.apply(&mut params);
+        assert!((params.command_delay_s - 0.25).abs() < 1e-12);
+        assert_eq!((params.limits.pan.max_acceleration_deg_s2, params.limits.tilt.backlash_deg), (90.0, 0.2));
+        params.check().unwrap();
+    }
+}

@@ -1,0 +1,361 @@
+use super::dead_zone::DeadZone;
+use super::head_model::HeadModel;
+use super::lost::Loss;
+use super::params::{FollowerParams, PredictBy, Scheme};
+use super::servo::AxisAim;
+use super::sighting::{Sighting, View};
+use super::steps::meeting;
+use super::target_motion::TargetMotion;
+use crate::geometry::FieldsOfView;
+use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
+use pursuit_geometry::Size;
+use pursuit_tracking::TrackState;
+
+/// What drives a head.
+pub trait Controller {
+    /// A frame has been looked at: `stamp_s` is its time stamp, `now_s` the time now, `forecast` what the tracker says.
+    ///
+    /// # Errors
+    /// Where a number is not finite.
+    fn see(&mut self, now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()>;
+
+    /// What the head shall do now, if anything new: to be asked often, at least once a frame. `status` is what the head
+    /// said of itself last, if it says anything.
+    ///
+    /// # Errors
+    /// Where a number is not finite.
+    fn act(&mut self, now_s: f64, status: Option<&Status>) -> Result<Option<Command>>;
+}
+
+/// What a follower is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// No target has been seen yet.
+    Waiting,
+    /// Follows a target that is measured.
+    Following,
+    /// Follows a target that is predicted.
+    Coasting,
+    /// The target is lost; the policy for that is carried out.
+    Lost,
+    /// A person drives the head.
+    Manual,
+}
+
+/// What a follower thinks, for people to read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diagnosis {
+    /// What it is doing.
+    pub mode: Mode,
+    /// Where the target is predicted to be when the next command takes effect.
+    pub target: Option<Direction>,
+    /// Where the head is believed to look then.
+    pub head: Position,
+    /// How fast the head is believed to turn then.
+    pub turning: Velocity,
+}
+
+/// Where the target will be: its direction, its speed, and the standard deviation of its direction.
+#[derive(Debug, Clone, Copy)]
+struct Prediction {
+    direction: Direction,
+    speed: Direction,
+    sigma_deg: f64,
+}
+
+/// Keeps a target in the middle of the picture.
+///
+/// Each picture is dated back to when it was taken, and the target in it is turned into a direction in the world by where
+/// the head looked **then**. Each command is made for when it takes effect: for where the target will be **then**, and
+/// from where the head will look **then**. What the head says of itself is not used.
+#[derive(Debug, Clone)]
+pub struct Follower {
+    params: FollowerParams,
+    views: FieldsOfView,
+    size: Size,
+    head: HeadModel,
+    target: Option<TargetMotion>,
+    sighting: Option<Sighting>,
+    measured_s: f64,
+    given_up: bool,
+    loss: Option<Loss>,
+    rests: [DeadZone; 2],
+    manual_until_s: f64,
+    next_s: f64,
+    goal: Option<Position>,
+    sent: Option<(f64, Command)>,
+    /// Since when the head is told to stand.
+    standing_since_s: Option<f64>,
+    mode: Mode,
+}
+
+impl Follower {
+    /// How often a head that shall stand is told so, seconds: a command may get lost.
+    const STOP_AGAIN_S: f64 = 0.5;
+
+    /// A follower for a camera of these fields of view and this size of picture, whose head rests at `params.home`.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range.
+    pub fn new(params: FollowerParams, views: FieldsOfView, size: Size, now_s: f64) -> Result<Self> {
+        params.check()?;
+        views.lens(0.0, size)?;
+        if !now_s.is_finite() {
+            return Err(PtzError::Parameter { name: "now_s", value: now_s, wanted: "a finite time" });
+        }
+        Ok(Self {
+            head: HeadModel::new(params.limits, params.command_delay_s, params.home, now_s),
+            params,
+            views,
+            size,
+            target: None,
+            sighting: None,
+            measured_s: f64::NEG_INFINITY,
+            given_up: false,
+            loss: None,
+            rests: [DeadZone::default(); 2],
+            manual_until_s: f64::NEG_INFINITY,
+            next_s: f64::NEG_INFINITY,
+            goal: None,
+            sent: None,
+            standing_since_s: None,
+            mode: Mode::Waiting,
+        })
+    }
+
+    /// Its parameters.
+    pub const fn params(&self) -> &FollowerParams {
+        &self.params
+    }
+
+    /// A person drives the head: gives back the command to carry out, and keeps still until
+    /// [`FollowerParams::manual_s`] after the last such command.
+    pub fn manual(&mut self, now_s: f64, command: Command) -> Command {
+        self.manual_until_s = now_s + self.params.manual_s;
+        self.mode = Mode::Manual;
+        self.note(now_s, command)
+    }
+
+    /// What it thinks at `now_s`.
+    pub fn diagnosis(&self, now_s: f64) -> Diagnosis {
+        let effect_s = now_s + self.params.command_delay_s;
+        let (head, turning) = self.head.at(effect_s);
+        let target = self.predict(effect_s).ok().flatten().map(|p| p.direction);
+        Diagnosis { mode: self.mode, target, head, turning }
+    }
+
+    fn note(&mut self, now_s: f64, command: Command) -> Command {
+        self.head.sent(now_s, command);
+        self.sent = Some((now_s, command));
+        command
+    }
+
+    /// Where the target will be at `time_s`.
+    fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
+        let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
+        let here = |direction, speed, sigma: Direction| Prediction {
+            direction,
+            speed,
+            sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
+        };
+        Ok(Some(match self.params.predict_by {
+            PredictBy::World => {
+                let (horizon_s, part) = slowed(time_s - target.time_s());
+                let belief = target.at(target.time_s() + horizon_s)?;
+                let speed = belief.speed_deg_s;
+                here(belief.direction, Direction::new(part * speed.pan_deg, part * speed.tilt_deg), belief.sigma_deg)
+            }
+            PredictBy::Tracker => match sighting.forecast_at(time_s) {
+                Some((direction, speed)) => here(direction, speed, sighting.seen.sigma_deg),
+                None => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
+            },
+            PredictBy::Nothing => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
+        }))
+    }
+
+    /// Follows: the command for a target that is believed in.
+    fn follow(&mut self, now_s: f64) -> Result<Option<Command>> {
+        let effect_s = now_s + self.params.command_delay_s;
+        // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
+        let late_s = self.target.as_ref().map_or(0.0, |target| target.late_s().0);
+        let Some(there) = self.predict(effect_s + late_s)? else { return Ok(None) };
+        let (head, turning) = self.head.at(effect_s);
+        let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
+        match self.params.scheme {
+            Scheme::Velocity => Ok(self.velocity(now_s, head, turning, &there, zoom)),
+            Scheme::Steps => self.step(now_s, effect_s + late_s, (head, turning), zoom),
+        }
+    }
+
+    fn zoom_goal(&self, zoom: f64, sigma_deg: f64) -> Option<f64> {
+        let (params, sighting) = (self.params.zoom.as_ref()?, self.sighting.as_ref()?);
+        params.goal(&self.views, zoom, &sighting.bbox, &sighting.lens, sigma_deg)
+    }
+
+    fn velocity(
+        &mut self,
+        now_s: f64,
+        head: Position,
+        turning: Velocity,
+        there: &Prediction,
+        zoom: Option<f64>,
+    ) -> Option<Command> {
+        let away = there.direction.from(head.direction);
+        let (half_x, half_y) = self.half_view_deg(head.zoom);
+        let params = &self.params;
+        let pan = AxisAim {
+            head_deg: head.direction.pan_deg,
+            head_deg_s: turning.pan_deg_s,
+            away_deg: away.pan_deg,
+            target_deg_s: there.speed.pan_deg,
+        };
+        let tilt = AxisAim {
+            head_deg: head.direction.tilt_deg,
+            head_deg_s: turning.tilt_deg_s,
+            away_deg: away.tilt_deg,
+            target_deg_s: there.speed.tilt_deg,
+        };
+        // A target that moves along one axis is followed along both.
+        let speed = there.speed.pan_deg.hypot(there.speed.tilt_deg);
+        let [pan_rest, tilt_rest] = &mut self.rests;
+        let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
+            let zone = params.dead_zone * half_deg;
+            let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
+            if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
+        };
+        let velocity = Velocity {
+            pan_deg_s: drive(pan_rest, pan, half_x, &params.limits.pan),
+            tilt_deg_s: drive(tilt_rest, tilt, half_y, &params.limits.tilt),
+            zoom_per_s: zoom.map_or(0.0, |goal| {
+                let top = params.limits.zoom_per_s;
+                (params.gain_per_s * (goal - head.zoom)).clamp(-top, top)
+            }),
+        };
+        let command = if velocity.is_zero() { Command::Stop } else { Command::Move(velocity) };
+        self.unless_said(now_s, command)
+    }
+
+    /// The command, unless it is a stop of a head that was told so often enough. A stop may get lost, and a head that then
+    /// turns on goes far, so it is said again at once for a while, and now and then later.
+    fn unless_said(&mut self, now_s: f64, command: Command) -> Option<Command> {
+        if command != Command::Stop {
+            self.standing_since_s = None;
+            return Some(self.note(now_s, command));
+        }
+        let standing_s = now_s - *self.standing_since_s.get_or_insert(now_s);
+        let just_said = self.sent.is_some_and(|(time, sent)| sent == command && now_s < time + Self::STOP_AGAIN_S);
+        if standing_s > Self::STOP_AGAIN_S && just_said { None } else { Some(self.note(now_s, command)) }
+    }
+
+    fn step(
+        &mut self,
+        now_s: f64,
+        effect_s: f64,
+        (head, turning): (Position, Velocity),
+        zoom: Option<f64>,
+    ) -> Result<Option<Command>> {
+        let target = |after_s: f64| self.predict(effect_s + after_s).ok().flatten().map(|p| p.direction);
+        let Some(direction) = meeting(head, turning, &self.params.limits, target) else { return Ok(None) };
+        let (half_x, half_y) = self.half_view_deg(head.zoom);
+        let near = |from: Direction| {
+            let off = direction.from(from);
+            let zone = 0.5 * self.params.dead_zone;
+            off.pan_deg.abs() <= zone * half_x && off.tilt_deg.abs() <= zone * half_y
+        };
+        // Before the first step the head counts as sent to where it stands.
+        let there = self.goal.unwrap_or(head);
+        if near(there.direction) && zoom.is_none() {
+            return Ok(None);
+        }
+        self.goal = Some(Position { direction, zoom: zoom.unwrap_or(there.zoom) });
+        Ok(Some(self.note(now_s, Command::GoTo { direction, zoom })))
+    }
+
+    fn half_view_deg(&self, zoom: f64) -> (f64, f64) {
+        self.views.lens(zoom, self.size).map_or((f64::NAN, f64::NAN), |lens| lens.half_fov_deg())
+    }
+
+    fn lost(&mut self, now_s: f64) -> Result<Option<Command>> {
+        let effect_s = now_s + self.params.command_delay_s;
+        let (head, _) = self.head.at(effect_s);
+        let mut loss = match self.loss {
+            Some(loss) => loss,
+            None => {
+                // Beyond the coasting time the prediction is worth no more than its last believed place.
+                let until = self.measured_s + self.params.coast_s;
+                let around = self.predict(until.min(effect_s))?.map_or(head.direction, |p| p.direction);
+                Loss::new(now_s, around)
+            }
+        };
+        let command = loss.act(self.params.when_lost, now_s, head, &self.params.limits);
+        self.loss = Some(loss);
+        self.goal = None;
+        Ok(command.map(|command| self.note(now_s, command)))
+    }
+}
+
+impl Controller for Follower {
+    fn see(&mut self, _now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()> {
+        let Some(aim) = forecast.at(stamp_s) else { return Ok(()) };
+        match aim.state {
+            TrackState::Occluded => return Ok(()),
+            TrackState::Lost => {
+                self.given_up = true;
+                return Ok(());
+            }
+            TrackState::Tracking => {}
+        }
+        let taken_s = stamp_s - self.params.frame_age_s;
+        let (views, size, formula) = (&self.views, self.size, self.params.formula);
+        let view = View { views, size, formula, motion: &self.params.motion };
+        let (pose, turning) = self.head.at(taken_s);
+        let stood = (pose, turning, self.head.change_before(taken_s));
+        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, forecast)?;
+        let known = self.loss.is_none() && !self.given_up;
+        match &mut self.target {
+            Some(target) if known => target.update(taken_s, &sighting.seen)?,
+            slot => {
+                let motion = self.params.motion;
+                // What was learnt of the delays is true of the next target too.
+                let late = slot.as_ref().map_or((0.0, motion.timing_s), TargetMotion::late_s);
+                *slot = Some(TargetMotion::new(motion, taken_s, &sighting.seen, late)?);
+            }
+        }
+        self.sighting = Some(sighting);
+        self.measured_s = taken_s;
+        (self.loss, self.given_up) = (None, false);
+        Ok(())
+    }
+
+    fn act(&mut self, now_s: f64, _status: Option<&Status>) -> Result<Option<Command>> {
+        if now_s < self.manual_until_s || now_s < self.next_s {
+            return Ok(None);
+        }
+        self.next_s = now_s + self.params.period_s;
+        if self.target.is_none() {
+            self.mode = Mode::Waiting;
+            return Ok(None);
+        }
+        let unseen_s = now_s - self.params.frame_age_s - self.measured_s;
+        // Between two frames a target is not yet unseen.
+        self.mode = match unseen_s {
+            _ if self.given_up => Mode::Lost,
+            unseen if unseen > self.params.coast_s.max(0.5) => Mode::Lost,
+            unseen if unseen > 0.5 => Mode::Coasting,
+            _ => Mode::Following,
+        };
+        if self.mode == Mode::Lost { self.lost(now_s) } else { self.follow(now_s) }
+    }
+}
+
+/// How far ahead to predict, seconds, a target that was seen `unseen_s` ago, and which part of its speed it keeps.
+///
+/// Over the usual latency the prediction is used as it is. Whoever is unseen for longer has mostly turned or stopped, which
+/// is why they are unseen: the prediction comes to rest, so that the head does not run away from where they were seen.
+fn slowed(unseen_s: f64) -> (f64, f64) {
+    const AS_IT_IS_S: f64 = 0.6;
+    const COMES_TO_REST_S: f64 = 0.3;
+    let beyond = (unseen_s - AS_IT_IS_S).max(0.0);
+    let part = (-beyond / COMES_TO_REST_S).exp();
+    (unseen_s.min(AS_IT_IS_S) + COMES_TO_REST_S * (1.0 - part), part)
+}

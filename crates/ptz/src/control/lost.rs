@@ -1,0 +1,160 @@
+use crate::error::require;
+use crate::mechanics::{HeadLimits, travel_time_s};
+use crate::{Command, Direction, Position, Result};
+use serde::{Deserialize, Serialize};
+
+/// What a follower does about a target that is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(tag = "policy", rename_all = "snake_case", deny_unknown_fields)]
+pub enum LostPolicy {
+    /// Stand still.
+    #[default]
+    Hold,
+    /// Stand still and zoom out to the widest view.
+    ZoomOut,
+    /// Go to the head's home position.
+    Home,
+    /// Zoom out and look to both sides of where the target was expected, wider and wider.
+    Search {
+        /// How far the first look to the side goes, above 0, degrees.
+        #[serde(default = "first_amplitude")]
+        amplitude_deg: f64,
+        /// How long to look at each place, seconds.
+        #[serde(default = "dwell")]
+        dwell_s: f64,
+        /// After how many looks to stand still.
+        #[serde(default = "looks")]
+        looks: u32,
+    },
+}
+
+const fn first_amplitude() -> f64 {
+    20.0
+}
+
+const fn dwell() -> f64 {
+    1.0
+}
+
+const fn looks() -> u32 {
+    12
+}
+
+impl LostPolicy {
+    /// The search with its usual figures.
+    pub const SEARCH: Self = Self::Search { amplitude_deg: first_amplitude(), dwell_s: dwell(), looks: looks() };
+
+    pub(crate) fn check(&self) -> Result<()> {
+        let Self::Search { amplitude_deg, dwell_s, .. } = *self else { return Ok(()) };
+        let sound = amplitude_deg > 0.0 && amplitude_deg <= 180.0;
+        require("amplitude_deg", amplitude_deg, sound, "above 0 and at most 180 degrees")?;
+        require("dwell_s", dwell_s, (0.0..=60.0).contains(&dwell_s), "between 0 and 60 s")
+    }
+}
+
+/// A loss under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Loss {
+    /// Where the target was last expected.
+    around: Direction,
+    looked: u32,
+    next_s: f64,
+}
+
+impl Loss {
+    /// How often a head that shall stand is told so, seconds.
+    const STOP_AGAIN_S: f64 = 1.0;
+
+    pub const fn new(now_s: f64, around: Direction) -> Self {
+        Self { around, looked: 0, next_s: now_s }
+    }
+
+    /// The next command of the policy, if one is due; the head stands at `from` by then.
+    pub fn act(&mut self, policy: LostPolicy, now_s: f64, from: Position, limits: &HeadLimits) -> Option<Command> {
+        if now_s < self.next_s {
+            return None;
+        }
+        let look = self.looked;
+        self.looked = look.saturating_add(1);
+        self.next_s = f64::INFINITY;
+        match policy {
+            LostPolicy::Hold => Some(self.stop(now_s)),
+            LostPolicy::ZoomOut => {
+                (look == 0).then_some(Command::GoTo { direction: limits.reachable(from.direction), zoom: Some(0.0) })
+            }
+            LostPolicy::Home => (look == 0).then_some(Command::Home),
+            LostPolicy::Search { amplitude_deg, dwell_s, looks } => {
+                if look >= looks {
+                    return Some(self.stop(now_s));
+                }
+                let direction = limits.reachable(self.around.turned(Self::side(look, amplitude_deg)));
+                let turn = direction.from(from.direction);
+                let travel = travel_time_s(turn.pan_deg, 0.0, &limits.pan);
+                self.next_s = now_s + travel.max(travel_time_s(turn.tilt_deg, 0.0, &limits.tilt)) + dwell_s;
+                Some(Command::GoTo { direction, zoom: Some(0.0) })
+            }
+        }
+    }
+
+    /// Stops, and will say so again: a command may get lost.
+    const fn stop(&mut self, now_s: f64) -> Command {
+        self.next_s = now_s + Self::STOP_AGAIN_S;
+        Command::Stop
+    }
+
+    /// Where the look number `look` goes: the middle, right, left, further right, further left, …
+    fn side(look: u32, amplitude_deg: f64) -> Direction {
+        let ring = f64::from(look.div_ceil(2));
+        let sign = if look % 2 == 1 { 1.0 } else { -1.0 };
+        Direction::new(sign * ring * amplitude_deg, 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn commands(policy: LostPolicy) -> Vec<(f64, Command)> {
+        let limits = HeadLimits::default();
+        let mut loss = Loss::new(10.0, Direction::new(100.0, 3.0));
+        let mut from = Position { direction: Direction::new(90.0, 1.0), zoom: 0.7 };
+        let mut out = Vec::new();
+        for tick in 0..1000 {
+            let now = 10.0 + f64::from(tick) * 0.1;
+            if let Some(command) = loss.act(policy, now, from, &limits) {
+                if let Command::GoTo { direction, .. } = command {
+                    from.direction = direction;
+                }
+                out.push((now, command));
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn stopping_is_repeated_and_other_single_acts_are_done_once() {
+        let holds = commands(LostPolicy::Hold);
+        assert!(holds.iter().all(|(_, command)| *command == Command::Stop));
+        assert!((90..=100).contains(&holds.len()), "once a second for 100 s, not {} times", holds.len());
+        assert_eq!(commands(LostPolicy::Home), [(10.0, Command::Home)]);
+        let out = Command::GoTo { direction: Direction::new(90.0, 1.0), zoom: Some(0.0) };
+        assert_eq!(commands(LostPolicy::ZoomOut), [(10.0, out)]);
+    }
+
+    #[test]
+    fn a_search_widens_within_the_travel_and_ends() {
+        let search = LostPolicy::Search { amplitude_deg: 30.0, dwell_s: 2.0, looks: 6 };
+        let found = commands(search);
+        let pans: Vec<f64> = found
+            .iter()
+            .filter_map(|(_, command)| match command {
+                Command::GoTo { direction, zoom: Some(0.0) } if direction.tilt_deg == 3.0 => Some(direction.pan_deg),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(pans, [100.0, 130.0, 70.0, 160.0, 40.0, 170.0]);
+        assert!(found[6..].iter().all(|(_, command)| *command == Command::Stop) && found.len() > 20);
+        // Each look is given its travel and its dwelling: 60° take 1.5 s, then 2 s.
+        assert!((found[3].0 - found[2].0 - 3.5).abs() < 0.11, "{found:?}");
+    }
+}

@@ -1,0 +1,215 @@
+use super::{Head, Hook, Password, Timeouts, visca};
+use crate::{PtzError, Result};
+
+/// Where a head is, as it is written on a command line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum HeadAddress {
+    /// `onvif://[USER@]HOST[:PORT][/PATH]`, or `onvif+https://…`
+    Onvif {
+        /// The user, if any.
+        user: Option<String>,
+        /// `HOST` or `HOST:PORT`.
+        host: String,
+        /// The path of the device service, `/onvif/device_service` by default.
+        path: String,
+    },
+    /// `visca://HOST[:PORT]`: VISCA over UDP, port 52381 by default.
+    ViscaUdp {
+        /// The host.
+        host: String,
+        /// The port.
+        port: u16,
+    },
+    /// `visca+tcp://HOST[:PORT]`: VISCA over TCP, port 5678 by default.
+    ViscaTcp {
+        /// The host.
+        host: String,
+        /// The port.
+        port: u16,
+    },
+    /// `visca:DEVICE`: VISCA on a serial line.
+    ViscaSerial {
+        /// The device, for example `/dev/ttyUSB0`.
+        device: String,
+    },
+    /// `pelco:DEVICE`, also `pelco://DEVICE`: Pelco-D on a serial line.
+    Pelco {
+        /// The device.
+        device: String,
+    },
+    /// `hook:COMMAND`: a user's own program.
+    Hook {
+        /// The command, for the system's shell.
+        command: String,
+    },
+}
+
+impl std::str::FromStr for HeadAddress {
+    type Err = PtzError;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |reason: &str| Err(PtzError::Address { reason: reason.to_owned() });
+        let Some((scheme, rest)) = text.split_once(':') else { return wrong("the head has no scheme") };
+        let after_slashes = rest.strip_prefix("//");
+        if rest.trim_start_matches('/').is_empty() {
+            return wrong("the head's address is empty");
+        }
+        match (scheme, after_slashes) {
+            ("onvif", Some(rest)) => onvif(rest),
+            ("visca", Some(rest)) => host_and_port(rest, 52_381).map(|(host, port)| Self::ViscaUdp { host, port }),
+            ("visca+tcp", Some(rest)) => host_and_port(rest, 5678).map(|(host, port)| Self::ViscaTcp { host, port }),
+            ("visca", None) => Ok(Self::ViscaSerial { device: rest.to_owned() }),
+            ("pelco", device) => Ok(Self::Pelco { device: device.unwrap_or(rest).to_owned() }),
+            ("hook", _) => Ok(Self::Hook { command: rest.to_owned() }),
+            _ => wrong("there is no such kind of head"),
+        }
+    }
+}
+
+fn onvif(rest: &str) -> Result<HeadAddress> {
+    let (authority, path) = rest.split_once('/').map_or((rest, None), |(host, path)| (host, Some(path)));
+    let (user, host) = authority.rsplit_once('@').map_or((None, authority), |(user, host)| (Some(user), host));
+    if user.is_some_and(|user| user.contains(':')) {
+        // Said without repeating it: an address ends up in logs and in lists of processes.
+        let reason = "a password has no place in a head's address; give it by a variable of the environment or a file";
+        return Err(PtzError::Address { reason: reason.to_owned() });
+    }
+    if host.is_empty() || host.contains(char::is_whitespace) {
+        return Err(PtzError::Address { reason: "the head's address has no host".to_owned() });
+    }
+    let path = path.filter(|path| !path.is_empty()).unwrap_or("onvif/device_service");
+    Ok(HeadAddress::Onvif { user: user.map(str::to_owned), host: host.to_owned(), path: format!("/{path}") })
+}
+
+/// `HOST[:PORT]`, where the host may be an IPv6 address in brackets.
+fn host_and_port(text: &str, default: u16) -> Result<(String, u16)> {
+    let text = text.trim_end_matches('/');
+    let (host, port) = match text.rsplit_once(':') {
+        Some((host, port)) if !port.contains(']') => {
+            let reason = || PtzError::Address { reason: format!("`{port}` is no port") };
+            (host, port.parse().map_err(|_| reason())?)
+        }
+        _ => (text, default),
+    };
+    let host = host.trim_start_matches('[').trim_end_matches(']');
+    if host.is_empty() || host.contains(['@', '/', ' ']) {
+        return Err(PtzError::Address {
+            reason: "the head's address has no host, or more than a host and a port".into(),
+        });
+    }
+    Ok((host.to_owned(), port))
+}
+
+/// Reaches the head at an address, with the usual parameters of its kind.
+///
+/// # Errors
+/// Where it cannot be reached, or this build was made without the feature that such heads need.
+pub fn open(address: &HeadAddress, password: Option<&Password>, timeouts: Timeouts) -> Result<Box<dyn Head>> {
+    match address {
+        #[cfg(feature = "onvif")]
+        HeadAddress::Onvif { user, host, path } => {
+            let login = user.as_ref().map(|user| super::onvif::Login {
+                user: user.clone(),
+                password: password.cloned().unwrap_or_default(),
+            });
+            let url = format!("http://{host}{path}");
+            Ok(Box::new(super::onvif::Onvif::connect(&url, login, super::onvif::OnvifParams::default(), timeouts)?))
+        }
+        #[cfg(not(feature = "onvif"))]
+        HeadAddress::Onvif { .. } => {
+            let _ = password;
+            Err(without("onvif"))
+        }
+        HeadAddress::ViscaUdp { host, port } => {
+            let link = visca::connect_udp(host, *port)?;
+            let name = format!("visca://{host}:{port}");
+            Ok(Box::new(visca::Visca::new(name, link, visca::ViscaParams::usual()?, timeouts)?))
+        }
+        HeadAddress::ViscaTcp { host, port } => {
+            let link = visca::connect_tcp(host, *port, &timeouts)?;
+            let name = format!("visca+tcp://{host}:{port}");
+            Ok(Box::new(visca::Visca::new(name, link, visca::ViscaParams::usual()?, timeouts)?))
+        }
+        HeadAddress::ViscaSerial { device } => visca_serial(device, timeouts),
+        HeadAddress::Pelco { device } => pelco_serial(device, timeouts),
+        HeadAddress::Hook { command } => Ok(Box::new(Hook::start(command)?)),
+    }
+}
+
+#[cfg(not(all(feature = "onvif", feature = "serial")))]
+fn without(feature: &str) -> PtzError {
+    PtzError::Address { reason: format!("this build was made without the feature `{feature}`, which such heads need") }
+}
+
+#[cfg(feature = "serial")]
+fn line(device: &str, baud: u32, timeouts: Timeouts) -> Result<serial2::SerialPort> {
+    let io = |source| PtzError::Io { head: device.to_owned(), doing: "opening the serial line", source };
+    let mut port = serial2::SerialPort::open(device, baud).map_err(io)?;
+    port.set_read_timeout(timeouts.answer.min(std::time::Duration::from_millis(20))).map_err(io)?;
+    port.set_write_timeout(timeouts.answer).map_err(io)?;
+    Ok(port)
+}
+
+#[cfg(feature = "serial")]
+fn visca_serial(device: &str, timeouts: Timeouts) -> Result<Box<dyn Head>> {
+    let link = visca::StreamLink::new(line(device, 9600, timeouts)?);
+    Ok(Box::new(visca::Visca::new(format!("visca:{device}"), link, visca::ViscaParams::usual()?, timeouts)?))
+}
+
+#[cfg(feature = "serial")]
+fn pelco_serial(device: &str, timeouts: Timeouts) -> Result<Box<dyn Head>> {
+    use super::pelco_d::{PelcoD, PelcoDParams};
+    let port = line(device, 2400, timeouts)?;
+    Ok(Box::new(PelcoD::new(format!("pelco:{device}"), port, PelcoDParams::default(), timeouts)?))
+}
+
+#[cfg(not(feature = "serial"))]
+fn visca_serial(_device: &str, _timeouts: Timeouts) -> Result<Box<dyn Head>> {
+    Err(without("serial"))
+}
+
+#[cfg(not(feature = "serial"))]
+fn pelco_serial(_device: &str, _timeouts: Timeouts) -> Result<Box<dyn Head>> {
+    Err(without("serial"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<HeadAddress> {
+        text.parse()
+    }
+
+    #[test]
+    fn addresses_are_read() {
+        let onvif = |user: Option<&str>, host: &str, path: &str| HeadAddress::Onvif {
+            user: user.map(str::to_owned),
+            host: host.to_owned(),
+            path: path.to_owned(),
+        };
+        assert_eq!(parse("onvif://admin@10.0.0.5").unwrap(), onvif(Some("admin"), "10.0.0.5", "/onvif/device_service"));
+        assert_eq!(parse("onvif://cam:8080/x/y").unwrap(), onvif(None, "cam:8080", "/x/y"));
+        let udp = |host: &str, port| HeadAddress::ViscaUdp { host: host.into(), port };
+        assert_eq!(parse("visca://cam").unwrap(), udp("cam", 52_381));
+        assert_eq!(parse("visca://[fe80::1]:1259/").unwrap(), udp("fe80::1", 1259));
+        assert_eq!(parse("visca://[fe80::1]").unwrap(), udp("fe80::1", 52_381));
+        assert_eq!(parse("visca+tcp://cam").unwrap(), HeadAddress::ViscaTcp { host: "cam".into(), port: 5678 });
+        assert_eq!(parse("visca:/dev/ttyUSB0").unwrap(), HeadAddress::ViscaSerial { device: "/dev/ttyUSB0".into() });
+        for pelco in ["pelco:/dev/ttyS0", "pelco:///dev/ttyS0"] {
+            assert_eq!(parse(pelco).unwrap(), HeadAddress::Pelco { device: "/dev/ttyS0".into() });
+        }
+        assert_eq!(parse("hook:./move --fast").unwrap(), HeadAddress::Hook { command: "./move --fast".into() });
+    }
+
+    #[test]
+    fn wrong_addresses_are_refused_without_repeating_a_password() {
+        for bad in
+            ["", "cam", "onvif://", "onvif:", "ftp://x", "visca://", "visca://cam:99999", "visca://a b", "onvif://u@"]
+        {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+        let error = parse("onvif://admin:sesame@cam").unwrap_err().to_string();
+        assert!(!error.contains("sesame") && error.contains("environment"), "{error}");
+    }
+}

@@ -1,0 +1,262 @@
+use super::messages::{Service, envelope, request};
+use super::xml::{Element, parse_answer};
+use super::{clock, token};
+use crate::drivers::{Password, Timeouts};
+use crate::{PtzError, Result};
+use http_auth::{PasswordClient, PasswordParams};
+use std::time::{Duration, Instant};
+use ureq::Agent;
+use ureq::http::StatusCode;
+
+/// A user and a password.
+#[derive(Debug, Clone)]
+pub struct Login {
+    /// The user.
+    pub user: String,
+    /// The password.
+    pub password: Password,
+}
+
+/// Asks one camera.
+pub(super) struct Client {
+    pub name: String,
+    agent: Agent,
+    /// `http://HOST[:PORT]`.
+    root: String,
+    device_path: String,
+    media_path: Option<String>,
+    ptz_path: Option<String>,
+    login: Option<Login>,
+    /// The camera's clock minus ours, seconds.
+    clock_s: i64,
+    challenge: Option<PasswordClient>,
+    timeouts: Timeouts,
+    nonces: u64,
+}
+
+impl Client {
+    /// The longest answer read, bytes. Profiles of cameras with many streams take a tenth of it.
+    const LONGEST: u64 = 512 * 1024;
+
+    pub fn new(url: &str, login: Option<Login>, timeouts: Timeouts) -> Result<Self> {
+        let wrong = || PtzError::Address { reason: "the address of an ONVIF camera is no http:// address".into() };
+        let host = url.strip_prefix("http://").ok_or_else(wrong)?;
+        let (host, path) = host.split_once('/').unwrap_or((host, "onvif/device_service"));
+        if host.is_empty() || host.contains('@') {
+            return Err(wrong());
+        }
+        let config = Agent::config_builder()
+            .timeout_connect(Some(timeouts.connect))
+            .http_status_as_error(false)
+            .max_redirects(0)
+            .proxy(None)
+            .user_agent("pursuit")
+            .build();
+        Ok(Self {
+            name: format!("onvif://{host}"),
+            agent: config.into(),
+            root: format!("http://{host}"),
+            device_path: format!("/{path}"),
+            media_path: None,
+            ptz_path: None,
+            login,
+            clock_s: 0,
+            challenge: None,
+            timeouts,
+            nonces: 0,
+        })
+    }
+
+    /// Dates messages by the camera's clock from now on.
+    pub fn set_clock(&mut self, camera_s: i64) {
+        self.clock_s = camera_s - clock::now_s();
+    }
+
+    /// Takes note of where a service is. Of the address that the camera gives only the path is taken: behind a router its
+    /// host is wrong, and whatever it is, the user is proved to this camera only.
+    pub fn set_service(&mut self, service: Service, address: &str) {
+        let path =
+            address.split_once("://").map_or(address, |(_, rest)| rest.split_once('/').map_or("", |(_, path)| path));
+        let path = format!("/{}", path.trim_start_matches('/'));
+        match service {
+            Service::Device => self.device_path = path,
+            Service::Media => self.media_path = Some(path),
+            Service::Ptz => self.ptz_path = Some(path),
+        }
+    }
+
+    /// Asks a service; gives the answer's body.
+    pub fn ask(&mut self, service: Service, action: &'static str, contents: &str) -> Result<Element> {
+        self.ask_as(service, action, contents, true)
+    }
+
+    /// Asks without proving the user.
+    pub fn ask_openly(&mut self, service: Service, action: &'static str) -> Result<Element> {
+        self.ask_as(service, action, "", false)
+    }
+
+    fn ask_as(&mut self, service: Service, action: &'static str, contents: &str, proved: bool) -> Result<Element> {
+        let path = match service {
+            Service::Device => self.device_path.clone(),
+            Service::Media => self.media_path.clone().unwrap_or_else(|| self.device_path.clone()),
+            Service::Ptz => self.ptz_path.clone().unwrap_or_else(|| self.device_path.clone()),
+        };
+        let deadline = Instant::now() + self.timeouts.connect + self.timeouts.answer;
+        let header = match &self.login {
+            Some(login) if proved => {
+                let created = clock::written(clock::now_s() + self.clock_s);
+                token::header(login, &nonce(&mut self.nonces), &created)
+            }
+            _ => String::new(),
+        };
+        let message = envelope(&header, &request(service, action, contents));
+        let soap_action = format!("{}/{action}", service.namespace());
+        let (status, challenge, text) = self.post(&path, &soap_action, &message, action, deadline)?;
+        let asks = status == StatusCode::UNAUTHORIZED && self.login.is_some() && proved;
+        let (status, text) = match challenge.filter(|_| asks).and_then(|c| PasswordClient::try_from(c.as_str()).ok()) {
+            Some(challenge) => {
+                self.challenge = Some(challenge);
+                let (status, _, text) = self.post(&path, &soap_action, &message, action, deadline)?;
+                (status, text)
+            }
+            None => (status, text),
+        };
+        self.read(status, &text, action)
+    }
+
+    /// Posts a message; gives the status, a challenge to prove the user, and the text.
+    fn post(
+        &mut self,
+        path: &str,
+        soap_action: &str,
+        message: &str,
+        doing: &'static str,
+        deadline: Instant,
+    ) -> Result<(StatusCode, Option<String>, String)> {
+        let left = deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));
+        let content = format!("application/soap+xml; charset=utf-8; action=\"{soap_action}\"");
+        let mut post = self
+            .agent
+            .post(format!("{}{path}", self.root))
+            .config()
+            .timeout_global(Some(left))
+            .build()
+            .header("Content-Type", content)
+            .header("SOAPAction", format!("\"{soap_action}\""));
+        if let Some(proof) = self.proof(path) {
+            post = post.header("Authorization", proof);
+        }
+        let mut answer = post.send(message).map_err(|error| self.failed(doing, error))?;
+        let challenge = answer.headers().get_all("www-authenticate").iter().find_map(|value| {
+            let value = value.to_str().ok()?;
+            // Only where the password itself is not asked for.
+            value.get(..7).is_some_and(|scheme| scheme.eq_ignore_ascii_case("digest ")).then(|| value.to_owned())
+        });
+        let body = answer.body_mut().with_config().limit(Self::LONGEST).lossy_utf8(true).read_to_string();
+        let text = body.map_err(|error| self.failed(doing, error))?;
+        Ok((answer.status(), challenge, text))
+    }
+
+    /// The answer to the camera's HTTP challenge, if it made one.
+    fn proof(&mut self, path: &str) -> Option<String> {
+        let login = self.login.as_ref()?;
+        let params = PasswordParams {
+            username: &login.user,
+            password: login.password.reveal(),
+            uri: path,
+            method: "POST",
+            body: None,
+        };
+        self.challenge.as_mut()?.respond(&params).ok()
+    }
+
+    fn read(&self, status: StatusCode, text: &str, doing: &'static str) -> Result<Element> {
+        let head = || self.name.clone();
+        let answer = parse_answer(text);
+        let fault = answer.as_ref().ok().and_then(|root| root.find("Fault")).map(fault_text);
+        let denied =
+            fault.as_deref().is_some_and(|fault| fault.contains("NotAuthorized") || fault.contains("not authorized"));
+        if status == StatusCode::UNAUTHORIZED || denied {
+            let reason = if self.login.is_some() {
+                "wrong user or password, or the camera's clock is far off".to_owned()
+            } else {
+                "it wants a user and a password".to_owned()
+            };
+            return Err(PtzError::Unauthorised { head: head(), reason });
+        }
+        if let Some(reason) = fault {
+            return Err(PtzError::Refused { head: head(), doing, reason });
+        }
+        if !status.is_success() {
+            return Err(PtzError::Refused { head: head(), doing, reason: format!("HTTP status {status}") });
+        }
+        let answer = answer.map_err(|reason| PtzError::Reply { head: head(), doing, reason })?;
+        match answer.find("Body") {
+            Some(body) => Ok(body.clone()),
+            None => Err(PtzError::Reply { head: head(), doing, reason: "it has no SOAP body".into() }),
+        }
+    }
+
+    fn failed(&self, doing: &'static str, error: ureq::Error) -> PtzError {
+        let head = self.name.clone();
+        match error {
+            ureq::Error::Timeout(_) => {
+                let after_s = (self.timeouts.connect + self.timeouts.answer).as_secs_f64();
+                PtzError::TimedOut { head, doing, after_s }
+            }
+            ureq::Error::Io(source) => PtzError::Io { head, doing, source },
+            ureq::Error::BodyExceedsLimit(limit) => {
+                PtzError::Reply { head, doing, reason: format!("it is longer than {limit} bytes") }
+            }
+            other => PtzError::Reply { head, doing, reason: other.to_string() },
+        }
+    }
+}
+
+/// What a fault says: its codes and its reason, shortened.
+fn fault_text(fault: &Element) -> String {
+    let mut words = Vec::new();
+    collect(fault, &mut words);
+    words.join(" ").chars().take(300).collect()
+}
+
+fn collect<'a>(element: &'a Element, words: &mut Vec<&'a str>) {
+    let text = element.text.trim();
+    if !text.is_empty() {
+        words.push(text);
+    }
+    element.children.iter().for_each(|child| collect(child, words));
+}
+
+/// A number that is used once: from the time, the process and a count, hashed by the standard library's keyed hash.
+fn nonce(count: &mut u64) -> [u8; 16] {
+    use std::hash::{BuildHasher, RandomState};
+    *count = count.wrapping_add(1);
+    let (first, second) = (RandomState::new().hash_one(*count), RandomState::new().hash_one(std::process::id()));
+    let mut bytes = [0; 16];
+    bytes[..8].copy_from_slice(&first.to_le_bytes());
+    bytes[8..].copy_from_slice(&second.to_le_bytes());
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nonces_differ_and_services_stay_on_the_camera() {
+        let mut count = 0;
+        assert_ne!(nonce(&mut count), nonce(&mut count));
+        let mut client = Client::new("http://cam:81/onvif/device_service", None, Timeouts::default()).unwrap();
+        assert_eq!((client.root.as_str(), client.name.as_str()), ("http://cam:81", "onvif://cam:81"));
+        client.set_service(Service::Ptz, "http://evil.example/onvif/ptz?x=1");
+        client.set_service(Service::Media, "/media");
+        assert_eq!(
+            (client.ptz_path.as_deref(), client.media_path.as_deref()),
+            (Some("/onvif/ptz?x=1"), Some("/media"))
+        );
+        for bad in ["https://cam/", "cam", "http://", "http://u@cam/"] {
+            assert!(Client::new(bad, None, Timeouts::default()).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,355 @@
+use super::Head;
+use crate::{Command, PtzError, Result, Status};
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What has become of a head since it was asked last.
+#[derive(Debug, Default)]
+pub struct Report {
+    /// What it said of itself last.
+    pub status: Option<Status>,
+    /// Errors, oldest first; the oldest are dropped where there are many.
+    pub errors: Vec<PtzError>,
+    /// How many commands were overtaken by newer ones before they could be sent.
+    pub overtaken: u64,
+    /// Whether the thread has ended.
+    pub ended: bool,
+}
+
+/// A head on a thread of its own.
+///
+/// Telling it something never waits. Of several commands that wait for a slow head only the newest is sent. A head that is
+/// told nothing for `watchdog` while it may be moving is stopped: whoever steered it has gone. When this value is dropped
+/// the head is stopped, and the thread is waited for as long as one call of the driver may take.
+pub struct HeadThread {
+    name: String,
+    shared: Arc<Shared>,
+    patience: Duration,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    next: Option<Command>,
+    ending: bool,
+    ended: bool,
+    status: Option<Status>,
+    errors: VecDeque<PtzError>,
+    overtaken: u64,
+}
+
+/// How a [`HeadThread`] treats its head.
+#[derive(Debug, Clone, Copy)]
+struct Care {
+    watchdog: Duration,
+    poll: Option<Duration>,
+}
+
+impl Shared {
+    /// The most errors kept for the next report.
+    const MOST_ERRORS: usize = 16;
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // A thread that panicked left a whole state behind: every change of it is one assignment.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn complain(&self, error: PtzError) {
+        let mut state = self.lock();
+        if state.errors.len() == Self::MOST_ERRORS {
+            state.errors.pop_front();
+        }
+        state.errors.push_back(error);
+    }
+}
+
+impl HeadThread {
+    /// Runs `head`, stops it when it is told nothing for `watchdog`, asks it for its status every `poll`, and waits for it
+    /// no longer than `patience` when all ends.
+    ///
+    /// # Errors
+    /// Where the system gives no thread.
+    pub fn start(
+        head: impl Head + 'static,
+        watchdog: Duration,
+        poll: Option<Duration>,
+        patience: Duration,
+    ) -> Result<Self> {
+        let name = head.name().to_owned();
+        let shared = Arc::new(Shared::default());
+        let (theirs, care) = (shared.clone(), Care { watchdog, poll });
+        let start = std::thread::Builder::new().name(format!("head {name}")).spawn(move || {
+            let _ended = Ended(theirs.clone());
+            serve(head, &theirs, care);
+        });
+        start.map_err(|source| PtzError::Io { head: name.clone(), doing: "starting its thread", source })?;
+        Ok(Self { name, shared, patience })
+    }
+
+    /// Tells the head something. A command that has not been sent yet is overtaken.
+    ///
+    /// # Errors
+    /// Where the thread has ended.
+    pub fn tell(&self, command: Command) -> Result<()> {
+        let mut state = self.shared.lock();
+        if state.ended || state.ending {
+            return Err(PtzError::Ended { head: self.name.clone() });
+        }
+        if state.next.replace(command).is_some() {
+            state.overtaken += 1;
+        }
+        drop(state);
+        self.shared.changed.notify_all();
+        Ok(())
+    }
+
+    /// What has become of it since the last report.
+    pub fn report(&self) -> Report {
+        let mut state = self.shared.lock();
+        Report {
+            status: state.status,
+            errors: state.errors.drain(..).collect(),
+            overtaken: std::mem::take(&mut state.overtaken),
+            ended: state.ended,
+        }
+    }
+
+    /// Stops the head and ends its thread; whether it ended within the patience.
+    pub fn end(&self) -> bool {
+        let deadline = Instant::now() + self.patience;
+        let mut state = self.shared.lock();
+        state.ending = true;
+        self.shared.changed.notify_all();
+        while !state.ended {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            let waited = self.shared.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+}
+
+impl Drop for HeadThread {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// Says that the thread has ended, however it ended.
+struct Ended(Arc<Shared>);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        self.0.lock().ended = true;
+        self.0.changed.notify_all();
+    }
+}
+
+/// What to do next.
+enum Task {
+    Send(Command),
+    Stop,
+    Poll,
+    End,
+}
+
+fn serve(mut head: impl Head, shared: &Shared, care: Care) {
+    let mut moving = false;
+    let (mut told, mut polled) = (Instant::now(), Instant::now());
+    loop {
+        let quiet = moving.then(|| told + care.watchdog);
+        let poll = care.poll.map(|every| polled + every);
+        match next(shared, quiet, poll) {
+            Task::Send(command) => {
+                told = Instant::now();
+                // It may move even when the answer gets lost.
+                moving = command.moves() || moving;
+                match head.send(&command) {
+                    Ok(()) => moving = command.moves(),
+                    Err(error) => shared.complain(error),
+                }
+            }
+            Task::Stop => match head.send(&Command::Stop) {
+                Ok(()) => moving = false,
+                Err(error) => {
+                    // Again after another while.
+                    told = Instant::now();
+                    shared.complain(error);
+                }
+            },
+            Task::Poll => {
+                polled = Instant::now();
+                match head.status() {
+                    Ok(status) => shared.lock().status = status,
+                    Err(error) => shared.complain(error),
+                }
+            }
+            Task::End => {
+                if let Err(error) = head.send(&Command::Stop) {
+                    shared.complain(error);
+                }
+                return;
+            }
+        }
+    }
+}
+
+/// Waits for the next task: a command at once, a stop when `quiet` is over, a poll when it is due.
+fn next(shared: &Shared, quiet: Option<Instant>, poll: Option<Instant>) -> Task {
+    let mut state = shared.lock();
+    loop {
+        if state.ending {
+            return Task::End;
+        }
+        if let Some(command) = state.next.take() {
+            return Task::Send(command);
+        }
+        let now = Instant::now();
+        if quiet.is_some_and(|time| time <= now) {
+            return Task::Stop;
+        }
+        if poll.is_some_and(|time| time <= now) {
+            return Task::Poll;
+        }
+        let until = quiet.into_iter().chain(poll).min();
+        state = match until {
+            Some(until) => shared.changed.wait_timeout(state, until - now).unwrap_or_else(PoisonError::into_inner).0,
+            None => shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Velocity;
+    use crate::drivers::Capabilities;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    const MOVE: Command = Command::Move(Velocity { pan_deg_s: 3.0, tilt_deg_s: 0.0, zoom_per_s: 0.0 });
+    const LONG: Duration = Duration::from_secs(30);
+
+    /// Passes on what it is told; waits for a permit before each answer where it has to.
+    struct Fake {
+        sent: Sender<Command>,
+        permits: Option<Receiver<()>>,
+        fails: bool,
+    }
+
+    impl Head for Fake {
+        fn name(&self) -> &str {
+            "fake"
+        }
+        fn capabilities(&self) -> Capabilities {
+            Capabilities::default()
+        }
+        fn send(&mut self, command: &Command) -> Result<()> {
+            if matches!(command, Command::Preset { .. }) {
+                panic!("the driver breaks");
+            }
+            self.sent.send(*command).unwrap();
+            if let Some(permits) = &self.permits {
+                permits.recv().ok();
+            }
+            if self.fails { Err(PtzError::Ended { head: "fake".into() }) } else { Ok(()) }
+        }
+        fn status(&mut self) -> Result<Option<Status>> {
+            Ok(Some(Status { moving: Some(true), position: None }))
+        }
+    }
+
+    fn start(watchdog: Duration, poll: Option<Duration>) -> (HeadThread, Receiver<Command>) {
+        let (sent, got) = channel();
+        let fake = Fake { sent, permits: None, fails: false };
+        (HeadThread::start(fake, watchdog, poll, LONG).unwrap(), got)
+    }
+
+    #[test]
+    fn commands_are_carried_out_and_the_end_stops_the_head() {
+        let (head, got) = start(LONG, None);
+        head.tell(MOVE).unwrap();
+        assert_eq!(got.recv().unwrap(), MOVE);
+        drop(head);
+        assert_eq!(got.recv().unwrap(), Command::Stop);
+        assert!(got.recv().is_err(), "the head is let go of");
+    }
+
+    #[test]
+    fn the_newest_command_wins_and_telling_never_waits() {
+        let ((sent, got), (permit, permits)) = (channel(), channel());
+        let fake = Fake { sent, permits: Some(permits), fails: false };
+        let head = HeadThread::start(fake, LONG, None, LONG).unwrap();
+        head.tell(MOVE).unwrap();
+        assert_eq!(got.recv().unwrap(), MOVE);
+        for _ in 0..5 {
+            head.tell(MOVE).unwrap();
+        }
+        head.tell(Command::Home).unwrap();
+        permit.send(()).unwrap();
+        assert_eq!(got.recv().unwrap(), Command::Home);
+        let report = head.report();
+        assert_eq!((report.overtaken, report.ended), (5, false));
+        drop(permit);
+    }
+
+    #[test]
+    fn a_head_that_is_told_nothing_is_stopped() {
+        let (head, got) = start(Duration::from_millis(20), None);
+        head.tell(MOVE).unwrap();
+        assert_eq!(got.recv().unwrap(), MOVE);
+        assert_eq!(got.recv().unwrap(), Command::Stop, "nothing was told for 20 ms");
+        std::thread::sleep(Duration::from_millis(80));
+        assert!(got.try_recv().is_err(), "once it stands it is left alone");
+        drop(head);
+    }
+
+    #[test]
+    fn errors_are_reported_and_a_stop_that_fails_is_tried_again() {
+        let (sent, got) = channel();
+        let head = HeadThread::start(Fake { sent, permits: None, fails: true }, Duration::from_millis(5), None, LONG);
+        let head = head.unwrap();
+        head.tell(MOVE).unwrap();
+        let commands: Vec<Command> = (0..40).map(|_| got.recv().unwrap()).collect();
+        assert_eq!(commands[0], MOVE);
+        assert!(commands[1..].iter().all(|command| *command == Command::Stop));
+        let report = head.report();
+        assert!(!report.errors.is_empty() && report.errors.len() <= Shared::MOST_ERRORS);
+    }
+
+    #[test]
+    fn the_status_is_polled() {
+        let (head, _got) = start(LONG, Some(Duration::from_millis(1)));
+        let deadline = Instant::now() + LONG;
+        while head.report().status.is_none() {
+            assert!(Instant::now() < deadline);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn a_driver_that_hangs_or_breaks_holds_up_nobody() {
+        let ((sent, got), (permit, permits)) = (channel(), channel::<()>());
+        let fake = Fake { sent, permits: Some(permits), fails: false };
+        let head = HeadThread::start(fake, LONG, None, Duration::from_millis(10)).unwrap();
+        head.tell(MOVE).unwrap();
+        got.recv().unwrap();
+        assert!(!head.end());
+        drop(permit);
+        let (head, _got) = start(LONG, None);
+        head.tell(Command::Preset { number: 1 }).unwrap();
+        let deadline = Instant::now() + LONG;
+        while !head.report().ended {
+            assert!(Instant::now() < deadline);
+        }
+        assert!(matches!(head.tell(MOVE), Err(PtzError::Ended { .. })));
+    }
+}

@@ -1,0 +1,104 @@
+use std::io;
+
+/// What can go wrong with a head. No message ever carries a password.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PtzError {
+    /// A parameter is out of its range.
+    #[error("`{name}` is {value}; it must be {wanted}")]
+    Parameter {
+        /// The parameter.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What would do.
+        wanted: &'static str,
+    },
+    /// A head's address cannot be understood.
+    #[error(
+        "{reason}; a head is given as onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND"
+    )]
+    Address {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The operating system reports an error while talking to a head.
+    #[error("{head}: {doing} failed: {source}")]
+    Io {
+        /// Which head.
+        head: String,
+        /// What was being done.
+        doing: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A head did not answer in time.
+    #[error("{head}: no answer to {doing} within {after_s} s; is it switched on and is the address right?")]
+    TimedOut {
+        /// Which head.
+        head: String,
+        /// What was being done.
+        doing: &'static str,
+        /// How long was waited, seconds.
+        after_s: f64,
+    },
+    /// A head's answer cannot be understood.
+    #[error("{head}: the answer to {doing} makes no sense: {reason}")]
+    Reply {
+        /// Which head.
+        head: String,
+        /// What was being done.
+        doing: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A head refuses a command.
+    #[error("{head}: refuses {doing}: {reason}")]
+    Refused {
+        /// Which head.
+        head: String,
+        /// What was being done.
+        doing: &'static str,
+        /// What it says.
+        reason: String,
+    },
+    /// A head does not accept the user or the password.
+    #[error("{head}: does not accept the user or the password ({reason})")]
+    Unauthorised {
+        /// Which head.
+        head: String,
+        /// What it says, and what might mend it.
+        reason: String,
+    },
+    /// A head cannot do what is asked.
+    #[error("{head}: cannot {what}")]
+    Unsupported {
+        /// Which head.
+        head: String,
+        /// What it cannot do.
+        what: &'static str,
+    },
+    /// The thread of a head has ended.
+    #[error("{head}: is no longer served: its thread has ended")]
+    Ended {
+        /// Which head.
+        head: String,
+    },
+    /// An estimate became unsound.
+    #[error(transparent)]
+    Estimation(#[from] pursuit_estimation::EstimationError),
+    /// A picture cannot be used.
+    #[error(transparent)]
+    Imaging(#[from] pursuit_imaging::ImagingError),
+    /// A calibration cannot be finished.
+    #[error("the calibration failed: {reason}")]
+    Calibration {
+        /// Why, and what would mend it.
+        reason: String,
+    },
+}
+
+/// Refuses a parameter that is out of its range.
+pub(crate) const fn require(name: &'static str, value: f64, holds: bool, wanted: &'static str) -> crate::Result<()> {
+    if holds && value.is_finite() { Ok(()) } else { Err(PtzError::Parameter { name, value, wanted }) }
+}

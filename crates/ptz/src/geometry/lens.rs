@@ -1,0 +1,134 @@
+use super::Distortion;
+use crate::Result;
+use crate::error::require;
+use pursuit_geometry::{Point, Size};
+
+/// A camera at one zoom: the size of its picture, its angle of view and its distortion.
+///
+/// Half the angle of view is measured from the middle to the edge of the picture, along its middle row and column. The
+/// optical axis goes through the middle of the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    size: Size,
+    tan_half_x: f64,
+    tan_half_y: f64,
+    distortion: Distortion,
+}
+
+impl Lens {
+    /// A lens that sees `half_fov_x_deg` to each side in a picture of `size`, with square pixels.
+    ///
+    /// # Errors
+    /// Where the angle is not in (0, 85], or the picture has no pixels.
+    pub fn new(size: Size, half_fov_x_deg: f64) -> Result<Self> {
+        require_half_angle("half_fov_x_deg", half_fov_x_deg)?;
+        require("width", size.width as f64, size.width > 0, "at least 1")?;
+        require("height", size.height as f64, size.height > 0, "at least 1")?;
+        let tan_half_x = half_fov_x_deg.to_radians().tan();
+        let tan_half_y = tan_half_x * size.height as f64 / size.width as f64;
+        Ok(Self { size, tan_half_x, tan_half_y, distortion: Distortion::NONE })
+    }
+
+    /// The same with a vertical angle of its own, for pixels that are not square.
+    ///
+    /// # Errors
+    /// Where the angle is not in (0, 85].
+    pub fn with_half_fov_y(mut self, half_fov_y_deg: f64) -> Result<Self> {
+        require_half_angle("half_fov_y_deg", half_fov_y_deg)?;
+        self.tan_half_y = half_fov_y_deg.to_radians().tan();
+        Ok(self)
+    }
+
+    /// The same with a distortion.
+    #[must_use]
+    pub const fn with_distortion(mut self, distortion: Distortion) -> Self {
+        self.distortion = distortion;
+        self
+    }
+
+    /// Width and height of the picture, pixels.
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Half the horizontal and half the vertical angle of view, degrees.
+    pub fn half_fov_deg(&self) -> (f64, f64) {
+        (self.tan_half_x.atan().to_degrees(), self.tan_half_y.atan().to_degrees())
+    }
+
+    /// The middle of the picture.
+    pub fn middle(&self) -> Point {
+        Point::new(self.size.width as f64 / 2.0, self.size.height as f64 / 2.0)
+    }
+
+    /// The tangents, to the right and **downward**, of the ray that is shown at `pixel`.
+    pub fn offset(&self, pixel: Point) -> (f64, f64) {
+        let middle = self.middle();
+        let shown =
+            ((pixel.x - middle.x) / middle.x * self.tan_half_x, (pixel.y - middle.y) / middle.y * self.tan_half_y);
+        self.distortion.remove(shown)
+    }
+
+    /// The pixel at which a ray of tangents `(x, y)`, to the right and downward, is shown.
+    pub fn pixel(&self, offset: (f64, f64)) -> Point {
+        let (x, y) = self.distortion.apply(offset);
+        let middle = self.middle();
+        Point::new(middle.x + x / self.tan_half_x * middle.x, middle.y + y / self.tan_half_y * middle.y)
+    }
+
+    /// Pixels per degree in the middle of the picture, along x and y.
+    pub fn px_per_deg(&self) -> (f64, f64) {
+        let per_tangent = 1f64.to_radians();
+        (self.middle().x / self.tan_half_x * per_tangent, self.middle().y / self.tan_half_y * per_tangent)
+    }
+}
+
+const fn require_half_angle(name: &'static str, value: f64) -> Result<()> {
+    require(name, value, value > 0.0 && value <= 85.0, "above 0 and at most 85 degrees")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lens() -> Lens {
+        Lens::new(Size::new(320, 240), 30.0).unwrap()
+    }
+
+    #[test]
+    fn square_pixels_give_the_vertical_angle() {
+        let (x, y) = lens().half_fov_deg();
+        assert!((x - 30.0).abs() < 1e-12 && (y - 23.413_224_446_370_54).abs() < 1e-12);
+        let (_, y) = lens().with_half_fov_y(20.0).unwrap().half_fov_deg();
+        assert!((y - 20.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn offsets_and_pixels_are_inverse() {
+        let lens = lens().with_distortion(Distortion::new(-0.2, 0.01).unwrap());
+        for (x, y) in [(160.0, 120.0), (0.0, 0.0), (319.5, 17.25)] {
+            let back = lens.pixel(lens.offset(Point::new(x, y)));
+            assert!((back.x - x).abs() < 1e-9 && (back.y - y).abs() < 1e-9);
+        }
+        let (right, down) = lens.offset(Point::new(200.0, 150.0));
+        assert!(right > 0.0 && down > 0.0);
+    }
+
+    #[test]
+    fn pixels_per_degree_is_the_slope_in_the_middle() {
+        let (px, py) = lens().px_per_deg();
+        let step = lens().pixel((0.01f64.to_radians().tan(), 0.01f64.to_radians().tan()));
+        assert!(((step.x - 160.0) / 0.01 - px).abs() < 1e-4 && ((step.y - 120.0) / 0.01 - py).abs() < 1e-4);
+        assert!((px - 4.836_8).abs() < 1e-3, "{px}");
+    }
+
+    #[test]
+    fn impossible_lenses_are_refused() {
+        for angle in [0.0, -1.0, 86.0, f64::NAN] {
+            assert!(Lens::new(Size::new(320, 240), angle).is_err());
+            assert!(lens().with_half_fov_y(angle).is_err());
+        }
+        assert!(Lens::new(Size::new(0, 240), 30.0).is_err() && Lens::new(Size::new(320, 0), 30.0).is_err());
+        assert!(Lens::new(Size::new(320, 240), 85.0).is_ok());
+    }
+}

@@ -1,0 +1,123 @@
+use super::camera::{Exposure, SimulatedCamera};
+use super::head::SimulatedHead;
+use super::params::{CameraParams, HeadParams};
+use super::random::Random;
+use crate::control::Controller;
+use crate::{Aim, Direction, Forecast, Position, Result, Still};
+use pursuit_geometry::{BBox, Point};
+use pursuit_tracking::TrackState;
+use std::collections::VecDeque;
+
+/// What looks at the pictures of a simulation: a tracker, or something that stands for one.
+pub trait Eye {
+    /// What is seen in a picture; called once for each picture that arrives, in order.
+    ///
+    /// # Errors
+    /// Where the picture cannot be made or looked at.
+    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>>;
+}
+
+/// Stands for a tracker: sees the true box with an error.
+#[derive(Debug, Clone)]
+pub struct NoisyEye {
+    sigma_px: f64,
+    missed: f64,
+    random: Random,
+}
+
+impl NoisyEye {
+    /// An eye whose error is normal with a deviation of `sigma_px`, and that overlooks the target in the fraction `missed`
+    /// of pictures.
+    pub fn new(sigma_px: f64, missed: f64, seed: u64) -> Self {
+        Self { sigma_px, missed, random: Random::new(seed, 4) }
+    }
+}
+
+impl Eye for NoisyEye {
+    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>> {
+        let error = Point::new(self.random.normal() * self.sigma_px, self.random.normal() * self.sigma_px);
+        let missed = self.random.happens(self.missed);
+        let seen = exposure.truth.filter(|_| exposure.shows_target() && !missed);
+        let aim = |truth: BBox| Aim {
+            bbox: truth.translated(error.x, error.y),
+            covariance: None,
+            state: TrackState::Tracking,
+        };
+        Ok(Box::new(Still(seen.map(aim))))
+    }
+}
+
+/// A loop to simulate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// The head.
+    pub head: HeadParams,
+    /// The camera on it.
+    pub camera: CameraParams,
+    /// How long, seconds.
+    pub duration_s: f64,
+    /// How often the controller is asked, seconds.
+    pub tick_s: f64,
+}
+
+/// One picture of a simulation, as it truly was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// When it was taken, seconds.
+    pub time_s: f64,
+    /// Where the target was, in the world.
+    pub target: Direction,
+    /// How the camera stood.
+    pub position: Position,
+    /// How far the target was from the middle of the picture, in halves of its width and height; `None` behind the camera.
+    pub offset: Option<(f64, f64)>,
+    /// Whether the middle of the target was in the picture.
+    pub shown: bool,
+}
+
+/// Runs the loop: target, head, camera, eye, controller, and back to the head.
+///
+/// `target` gives direction and tangents of width and height at a time. The controller sees each picture when it arrives,
+/// stamped with its arrival.
+///
+/// # Errors
+/// Where parameters are out of range, or the eye or the controller fails.
+pub fn run(
+    simulation: &Simulation,
+    seed: u64,
+    target: &dyn Fn(f64) -> (Direction, f64, f64),
+    eye: &mut dyn Eye,
+    controller: &mut dyn Controller,
+) -> Result<Vec<Sample>> {
+    let tick_s = simulation.tick_s.max(0.001);
+    let mut head = SimulatedHead::new(simulation.head.clone(), seed)?;
+    let mut camera = SimulatedCamera::new(simulation.camera.clone(), seed)?;
+    let mut under_way: VecDeque<Exposure> = VecDeque::new();
+    let mut samples = Vec::new();
+    let mut tick = 0_u32;
+    loop {
+        let now_s = f64::from(tick) * tick_s;
+        if now_s > simulation.duration_s {
+            return Ok(samples);
+        }
+        tick += 1;
+        while camera.next_s() <= now_s {
+            let time_s = camera.next_s();
+            head.advance_to(time_s);
+            let there = target(time_s);
+            let (exposure, arrives) = camera.take(head.position(), there)?;
+            let (offset, shown) = (exposure.offset(), exposure.shows_target());
+            samples.push(Sample { time_s, target: there.0, position: exposure.position, offset, shown });
+            under_way.extend(arrives.then_some(exposure));
+        }
+        while under_way.front().is_some_and(|exposure| exposure.arrival_s <= now_s) {
+            let Some(exposure) = under_way.pop_front() else { break };
+            let seen = eye.look(&exposure)?;
+            controller.see(now_s, exposure.arrival_s, &*seen)?;
+        }
+        head.advance_to(now_s);
+        if let Some(command) = controller.act(now_s, head.status().as_ref())? {
+            head.command(now_s, command);
+        }
+    }
+}

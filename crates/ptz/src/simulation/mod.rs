@@ -1,0 +1,21 @@
+//! Simulated heads, cameras and walkers, so that a whole loop runs in a test: deterministic functions of their parameters
+//! and a seed.
+
+mod camera;
+mod closed_loop;
+mod figures;
+mod head;
+mod params;
+mod random;
+mod study;
+mod walker;
+mod worlds;
+
+pub use camera::{Exposure, SimulatedCamera};
+pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
+pub use figures::{Figures, overshoot, wandering_deg};
+pub use head::SimulatedHead;
+pub use params::{CameraParams, HeadParams, StatusHonesty};
+pub use study::{Contender, Study};
+pub use walker::{Walk, Walker};
+pub use worlds::{Panorama, Rendered, WideClip, World};

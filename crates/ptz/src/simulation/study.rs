@@ -1,0 +1,144 @@
+use super::{CameraParams, Figures, HeadParams, NoisyEye, Simulation, Walk, Walker, run};
+use crate::Result;
+use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
+use serde::{Deserialize, Serialize};
+
+/// A controller to compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Contender {
+    /// [`Scheme::Velocity`], predicting.
+    Velocity,
+    /// [`Scheme::Steps`], predicting.
+    Steps,
+    /// [`Scheme::Velocity`] without prediction.
+    Unpredicted,
+    /// [`Proportional`] of gain 1.5 per second.
+    Proportional,
+    /// [`StopAndGo`].
+    StopAndGo,
+}
+
+impl Contender {
+    /// Every contender.
+    pub const ALL: [Self; 5] = [Self::Velocity, Self::Steps, Self::Unpredicted, Self::Proportional, Self::StopAndGo];
+
+    /// Its name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Velocity => "velocity",
+            Self::Steps => "steps",
+            Self::Unpredicted => "unpredicted",
+            Self::Proportional => "proportional",
+            Self::StopAndGo => "stop_and_go",
+        }
+    }
+
+    /// The controller, for a simulation; followers have these parameters but for what makes the contender.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range.
+    pub fn controller(self, simulation: &Simulation, params: &FollowerParams) -> Result<Box<dyn Controller>> {
+        let CameraParams { views, size, .. } = simulation.camera.clone();
+        let follower = |scheme, predict_by| {
+            let params = FollowerParams { scheme, predict_by, home: simulation.head.home, ..params.clone() };
+            Follower::new(params, views.clone(), size, 0.0)
+        };
+        Ok(match self {
+            Self::Velocity => Box::new(follower(Scheme::Velocity, params.predict_by)?),
+            Self::Steps => Box::new(follower(Scheme::Steps, params.predict_by)?),
+            Self::Unpredicted => Box::new(follower(Scheme::Velocity, PredictBy::Nothing)?),
+            Self::Proportional => Box::new(Proportional::new(views, size, 1.5, params.period_s)?),
+            Self::StopAndGo => Box::new(StopAndGo::new(views, size, params.dead_zone, 10.0, 0.2)?),
+        })
+    }
+}
+
+/// A comparison to run: everything that a file says of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Study {
+    /// The head.
+    pub head: HeadParams,
+    /// The camera; the usual one where it is left out.
+    pub camera: Option<CameraParams>,
+    /// The follower. Its limits and delays are those of the head and the camera where it is left out.
+    pub follower: Option<FollowerParams>,
+    /// Length of each run, seconds.
+    pub duration_s: f64,
+    /// From when on a run is judged, seconds.
+    pub judged_from_s: f64,
+    /// Deviation of the simulated tracker's boxes, pixels.
+    pub sigma_px: f64,
+    /// Which fraction of pictures the simulated tracker misses.
+    pub missed: f64,
+}
+
+impl Default for Study {
+    fn default() -> Self {
+        Self {
+            head: HeadParams::default(),
+            camera: None,
+            follower: None,
+            duration_s: 30.0,
+            judged_from_s: 3.0,
+            sigma_px: 2.0,
+            missed: 0.0,
+        }
+    }
+}
+
+impl Study {
+    /// The figures of a contender that follows this walk, one for each seed from 0.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range.
+    pub fn run(&self, walk: Walk, contender: Contender, seeds: u64) -> Result<Vec<Figures>> {
+        let duration = self.duration_s;
+        crate::error::require(
+            "duration_s",
+            duration,
+            duration > 0.0 && duration <= 3600.0,
+            "above 0 and at most 3600 s",
+        )?;
+        (0..seeds).map(|seed| self.one(walk, contender, seed)).collect()
+    }
+
+    fn one(&self, walk: Walk, contender: Contender, seed: u64) -> Result<Figures> {
+        let camera = self.camera.clone().map_or_else(CameraParams::usual, Ok)?;
+        let params = self.follower.clone().unwrap_or_else(|| FollowerParams {
+            limits: self.head.limits,
+            command_delay_s: self.head.delay_s,
+            frame_age_s: camera.age_s,
+            ..FollowerParams::default()
+        });
+        let walker = Walker::new(walk, seed, self.duration_s);
+        let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
+        simulation.head.home.direction = walker.first_view(walk);
+        let mut controller = contender.controller(&simulation, &params)?;
+        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
+        let samples = run(&simulation, seed, &|t| walker.at(t), &mut eye, &mut *controller)?;
+        Ok(Figures::of(&samples, self.judged_from_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_study_is_read_run_and_repeatable() {
+        let study: Study = toml::from_str("duration_s = 8\nhead = { delay_s = 0.2 }\ncamera = { fps = 20 }").unwrap();
+        let run = |contender| study.run(Walk::Passing, contender, 2).unwrap();
+        for contender in Contender::ALL {
+            let figures = run(contender);
+            assert_eq!(figures.len(), 2, "{}", contender.name());
+            assert_eq!(figures, run(contender));
+        }
+        let rms = |contender| Figures::mean(&run(contender)).rms_deg;
+        assert!(rms(Contender::Velocity) < rms(Contender::Unpredicted));
+        assert!(rms(Contender::Velocity) < rms(Contender::StopAndGo));
+        assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 1).is_err());
+        assert!(toml::from_str::<Study>("speed = 3").is_err());
+    }
+}

@@ -1,0 +1,71 @@
+//! A simulated head is measured, and what is measured is what it was made with.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use pursuit_ptz::calibration::{CalibrationParams, Calibrator, Shift, Step};
+use pursuit_ptz::simulation::{CameraParams, HeadParams, SimulatedCamera, SimulatedHead};
+use pursuit_ptz::{Direction, Result};
+
+/// Measures a head by how the middle of its picture shifts; the place of each picture errs by up to `noise_px`.
+fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::calibration::Calibration> {
+    let mut camera = SimulatedCamera::new(CameraParams { age_s, ..CameraParams::usual().unwrap() }, 1).unwrap();
+    let mut head = SimulatedHead::new(head, 1).unwrap();
+    let mut calibrator = Calibrator::new(CalibrationParams::default(), 0.0).unwrap();
+    let mut under_way = std::collections::VecDeque::new();
+    let mut before: Option<(f64, f64)> = None;
+    for tick in 0..6000_u32 {
+        let now = f64::from(tick) * 0.01;
+        while camera.next_s() <= now {
+            head.advance_to(camera.next_s());
+            under_way.push_back(camera.take(head.position(), (Direction::AHEAD, 0.1, 0.1)).unwrap().0);
+        }
+        while under_way.front().is_some_and(|e| e.arrival_s <= now) {
+            let exposure = under_way.pop_front().unwrap();
+            let (px_x, px_y) = exposure.lens.px_per_deg();
+            let noise = noise_px * (f64::from(tick * 7919 % 13) / 6.5 - 1.0);
+            let looks = exposure.position.direction;
+            let place = (-looks.pan_deg * px_x + noise, looks.tilt_deg * px_y - noise);
+            let (x, y) = before.replace(place).unwrap_or(place);
+            let (right_px, down_px) = (place.0 - x, place.1 - y);
+            calibrator.see(&Shift { stamp_s: exposure.arrival_s, right_px, down_px });
+        }
+        head.advance_to(now);
+        match calibrator.step(now)? {
+            Step::Wait => {}
+            Step::Send(command) => head.command(now, command),
+            Step::Done(calibration) => return Ok(calibration),
+        }
+    }
+    panic!("not done within 60 s")
+}
+
+#[test]
+fn a_head_is_measured_in_under_a_minute() {
+    let mut head = HeadParams { delay_s: 0.18, ..HeadParams::default() };
+    head.limits.pan.backlash_deg = 0.6;
+    head.limits.pan.max_acceleration_deg_s2 = 60.0;
+    let found = measure(head, 0.12, 0.0).unwrap();
+    assert!(found.took_s < 60.0, "{found:?}");
+    assert!((found.pan.delay_s - 0.30).abs() < 0.03 && (found.tilt.delay_s - 0.30).abs() < 0.03, "{found:?}");
+    assert!((found.delay_s() - 0.30).abs() < 0.02, "{found:?}");
+    // 320 px / tan 30° are 9.674 px a degree in the middle.
+    assert!((found.pan.px_per_deg - 9.674).abs() < 0.1 && (found.tilt.px_per_deg - 9.674).abs() < 0.1, "{found:?}");
+    assert!((found.pan.backlash_deg - 0.6).abs() < 0.05 && found.tilt.backlash_deg < 0.05, "{found:?}");
+    let (pan, tilt) = (found.pan.acceleration_deg_s2.unwrap(), found.tilt.acceleration_deg_s2.unwrap());
+    assert!((50.0..70.0).contains(&pan) && (90.0..160.0).contains(&tilt), "{pan} {tilt}");
+}
+
+#[test]
+fn noise_and_a_head_that_turns_the_other_way_are_borne() {
+    let head = HeadParams { delay_s: 0.18, ..HeadParams::default() };
+    let found = measure(head, 0.12, 0.1).unwrap();
+    assert!((found.delay_s() - 0.30).abs() < 0.04, "{found:?}");
+}
+
+#[test]
+fn a_head_that_does_not_move_or_stop_is_given_up() {
+    let dead = HeadParams { dropped: 1.0, ..HeadParams::default() };
+    let error = measure(dead, 0.1, 0.0).unwrap_err().to_string();
+    assert!(error.contains("does not shift"), "{error}");
+    let error = measure(HeadParams::default(), 0.1, 9.0).unwrap_err().to_string();
+    assert!(error.contains("stand still"), "{error}");
+}

@@ -1,0 +1,267 @@
+//! ONVIF against a fake camera: what it is asked, and how its failures are borne.
+#![allow(clippy::type_complexity, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![cfg(feature = "onvif")]
+
+use pursuit_ptz::drivers::onvif::{Login, Onvif, OnvifParams};
+use pursuit_ptz::drivers::{Head, Password, Timeouts};
+use pursuit_ptz::{Command, Direction, PtzError, Result, Velocity};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// What the camera does about an action: an answer's body, or something worse.
+enum Does {
+    Answers(String),
+    Status(u16, &'static str, String),
+    Raw(Vec<u8>),
+    Trickles,
+    HangsUp,
+}
+
+type Heard = (String, String, String);
+
+/// A camera that hears actions, with headers and bodies, until it is left alone.
+fn camera(does: impl Fn(&str, &str, &str) -> Does + Send + 'static) -> (String, Receiver<Heard>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}/onvif/device_service", listener.local_addr().unwrap());
+    let (heard, hears) = channel();
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            while let Some((action, head, body)) = request(&mut stream) {
+                let answer = does(&action, &head, &body);
+                heard.send((action, head, body)).ok();
+                let (status, headers, text) = match answer {
+                    Does::Answers(body) => (200, "", envelope(&body)),
+                    Does::Status(status, headers, body) => (status, headers, body),
+                    Does::Raw(bytes) => {
+                        stream.write_all(&bytes).ok();
+                        break;
+                    }
+                    Does::Trickles => {
+                        stream.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n").ok();
+                        while stream.write_all(b" ").is_ok() {
+                            std::thread::sleep(Duration::from_millis(30));
+                        }
+                        break;
+                    }
+                    Does::HangsUp => break,
+                };
+                let head = format!("HTTP/1.1 {status} X\r\nContent-Length: {}\r\n{headers}\r\n", text.len());
+                stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(text.as_bytes())).ok();
+            }
+        }
+    });
+    (url, hears)
+}
+
+fn request(stream: &mut TcpStream) -> Option<Heard> {
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let mut reader = BufReader::new(stream);
+    let mut head = String::new();
+    while !head.ends_with("\r\n\r\n") {
+        if reader.read_line(&mut head).ok()? == 0 {
+            return None;
+        }
+    }
+    let lower = head.to_lowercase();
+    let length = lower.split("content-length: ").nth(1)?.lines().next()?.trim().parse().ok()?;
+    let mut body = vec![0; length];
+    reader.read_exact(&mut body).ok()?;
+    let action = lower.split("soapaction: ").nth(1)?.lines().next()?.trim_matches('"').rsplit('/').next()?.to_owned();
+    Some((action, head, String::from_utf8(body).ok()?))
+}
+
+fn envelope(body: &str) -> String {
+    format!("<?xml version='1.0'?><e:Envelope xmlns:e='x'><e:Body>{body}</e:Body></e:Envelope>")
+}
+
+fn fault(text: &str) -> String {
+    envelope(&format!(
+        "<e:Fault><e:Code><e:Value>e:Sender</e:Value></e:Code><e:Reason><e:Text>{text}</e:Text></e:Reason></e:Fault>"
+    ))
+}
+
+/// A camera of two years ago by its own clock, behind a router, with generic spaces.
+fn usual(action: &str) -> Does {
+    let space = |kind: &str, name: &str| {
+        format!(
+            "<t:{kind}><t:URI>http://www.onvif.org/ver10/tptz/{name}</t:URI><t:XRange><t:Min>-1</t:Min><t:Max>1</t:Max></t:XRange>\
+             <t:YRange><t:Min>-1</t:Min><t:Max>1</t:Max></t:YRange></t:{kind}>"
+        )
+    };
+    Does::Answers(match action {
+        "getsystemdateandtime" => "<r><UTCDateTime><Time><Hour>10</Hour><Minute>0</Minute><Second>0</Second></Time>\
+            <Date><Year>2024</Year><Month>5</Month><Day>6</Day></Date></UTCDateTime></r>"
+            .into(),
+        "getcapabilities" => "<r><t:Media><t:XAddr>http://192.168.9.9/onvif/media</t:XAddr></t:Media>\
+            <t:PTZ><t:XAddr>http://192.168.9.9/onvif/ptz</t:XAddr></t:PTZ></r>"
+            .into(),
+        "getprofiles" => {
+            "<r><m:Profiles token='still'/><m:Profiles token='p&amp;1'><t:PTZConfiguration><t:NodeToken>n2\
+            </t:NodeToken></t:PTZConfiguration></m:Profiles></r>"
+                .into()
+        }
+        "getnodes" => format!(
+            "<r><p:PTZNode token='n1'/><p:PTZNode token='n2'><t:SupportedPTZSpaces>{}{}{}{}{}</t:SupportedPTZSpaces>\
+             <t:MaximumNumberOfPresets>8</t:MaximumNumberOfPresets><t:HomeSupported>true</t:HomeSupported></p:PTZNode></r>",
+            space("AbsolutePanTiltPositionSpace", "PanTiltSpaces/PositionGenericSpace"),
+            space("AbsoluteZoomPositionSpace", "ZoomSpaces/PositionGenericSpace"),
+            space("RelativePanTiltTranslationSpace", "PanTiltSpaces/TranslationSpaceFov"),
+            space("ContinuousPanTiltVelocitySpace", "PanTiltSpaces/VelocityGenericSpace"),
+            space("ContinuousZoomVelocitySpace", "ZoomSpaces/VelocityGenericSpace"),
+        ),
+        "getstatus" => "<r><t:Position><t:PanTilt x='0.5' y='-0.5'/><t:Zoom x='0.25'/></t:Position>\
+            <t:MoveStatus><t:PanTilt>IDLE</t:PanTilt></t:MoveStatus></r>"
+            .into(),
+        "getpresets" => "<r><p:Preset token='1'><t:Name>door</t:Name></p:Preset><p:Preset token='2'/></r>".into(),
+        "setpreset" => "<r><p:PresetToken>9</p:PresetToken></r>".into(),
+        _ => "<r/>".into(),
+    })
+}
+
+fn quick() -> Timeouts {
+    Timeouts::from_secs(1.0, 1.0).unwrap()
+}
+
+fn login() -> Option<Login> {
+    Some(Login { user: "admin".into(), password: Password::new("sesame") })
+}
+
+fn connect(url: &str) -> Result<Onvif> {
+    Onvif::connect(url, login(), OnvifParams::default(), quick())
+}
+
+const RIGHT: Command = Command::Move(Velocity { pan_deg_s: 30.0, tilt_deg_s: -15.0, zoom_per_s: 0.0 });
+
+#[test]
+fn moves_presets_status_and_stop_go_out_as_the_service_has_them() {
+    let (url, heard) = camera(|action, _, _| usual(action));
+    let mut head = connect(&url).unwrap();
+    let next = || heard.recv_timeout(Duration::from_secs(10)).unwrap();
+    let (_, _, body) = next();
+    assert!(!body.contains("Security"), "the clock is asked for openly");
+    for action in ["getcapabilities", "getprofiles", "getnodes"] {
+        let (got, head, body) = next();
+        assert_eq!(got, action);
+        assert!(body.contains("<wsse:Username>admin<") && !body.contains("sesame") && !head.contains("sesame"));
+        assert!(body.contains("<wsu:Created>2024-05-06T10:0"), "dated by the camera's clock: {body}");
+    }
+    let can = head.capabilities();
+    assert!(can.velocity && can.absolute && can.relative && can.zoom && can.presets && can.status);
+    head.send(&RIGHT).unwrap();
+    let (action, header, body) = next();
+    assert_eq!(action, "continuousmove");
+    assert!(header.starts_with("POST /onvif/ptz "), "the camera's path on the host that was given: {header}");
+    assert!(body.contains("<n:ProfileToken>p&amp;1<") && body.contains("<n:Timeout>PT2S<"), "{body}");
+    assert!(body.contains(r#"<tt:PanTilt x="0.500000" y="-0.250000""#), "{body}");
+    head.send(&Command::GoTo { direction: Direction::new(90.0, 45.0), zoom: Some(0.75) }).unwrap();
+    let (action, _, body) = next();
+    assert_eq!(action, "absolutemove");
+    assert!(body.contains(r#"x="0.500000" y="0.500000""#) && body.contains(r#"<tt:Zoom x="0.500000""#), "{body}");
+    head.send(&Command::TurnBy { by: Direction::new(-15.0, 9.0) }).unwrap();
+    let (action, _, body) = next();
+    assert_eq!(action, "relativemove");
+    assert!(body.contains(r#"x="-0.500000" y="0.500000""#) && body.contains("TranslationSpaceFov"), "{body}");
+    assert_eq!(head.presets().unwrap(), [("1".into(), "door".into()), ("2".into(), String::new())]);
+    assert_eq!(head.set_preset("a<b").unwrap(), "9");
+    head.send(&Command::Preset { number: 2 }).unwrap();
+    head.send(&Command::Home).unwrap();
+    let got: Vec<Heard> = (0..4).map(|_| next()).collect();
+    assert_eq!(
+        got.iter().map(|g| g.0.as_str()).collect::<Vec<_>>(),
+        ["getpresets", "setpreset", "gotopreset", "gotohomeposition"]
+    );
+    assert!(got[1].2.contains("a&lt;b") && got[2].2.contains("<n:PresetToken>2<"));
+    let status = head.status().unwrap().unwrap();
+    let position = status.position.unwrap();
+    assert_eq!((position.direction, position.zoom, status.moving), (Direction::new(90.0, -45.0), 0.25, Some(false)));
+    next();
+    drop(head);
+    assert_eq!(next().0, "stop", "it was on its way home");
+}
+
+#[test]
+fn http_digest_is_answered_and_basic_is_not() {
+    let (url, _heard) = camera(|action, head, _| {
+        if action == "getsystemdateandtime" || head.to_lowercase().contains("authorization: digest username=\"admin\"")
+        {
+            return usual(action);
+        }
+        let challenge = "WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=MD5\r\n";
+        Does::Status(401, challenge, String::new())
+    });
+    connect(&url).unwrap().send(&Command::Stop).unwrap();
+    let (url, heard) = camera(|action, _, _| match action {
+        "getsystemdateandtime" => usual(action),
+        _ => Does::Status(401, "WWW-Authenticate: Basic realm=\"cam\"\r\n", String::new()),
+    });
+    assert!(matches!(connect(&url), Err(PtzError::Unauthorised { .. })));
+    assert!(heard.try_iter().all(|(_, head, _)| !head.to_lowercase().contains("authorization")));
+}
+
+#[test]
+fn a_wrong_password_is_said_and_never_shown() {
+    for answer in [401, 400, 200] {
+        let (url, _heard) = camera(move |action, _, _| match action {
+            "getsystemdateandtime" => usual(action),
+            _ => Does::Status(answer, "", fault("Sender not authorized sesame").replace(" sesame", "")),
+        });
+        let error = connect(&url).err().unwrap();
+        assert!(matches!(error, PtzError::Unauthorised { .. }), "{answer}: {error}");
+        assert!(!format!("{error} {error:?}").contains("sesame"));
+    }
+    let (url, _heard) = camera(|action, _, _| match action {
+        "getsystemdateandtime" => usual(action),
+        _ => Does::Status(401, "", String::new()),
+    });
+    let error = Onvif::connect(&url, None, OnvifParams::default(), quick()).err().unwrap();
+    assert!(error.to_string().contains("wants a user"), "{error}");
+}
+
+#[test]
+fn answers_that_make_no_sense_are_errors_in_time() {
+    let huge =
+        || format!("HTTP/1.1 200 OK\r\nContent-Length: 10000000\r\n\r\n<a>{}", "x".repeat(10_000_000)).into_bytes();
+    let answers: [(&str, fn() -> Does); 8] = [
+        ("no XML", || Does::Status(200, "", "<a><b></a>".into())),
+        ("a document type", || Does::Status(200, "", "<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>".into())),
+        ("no body", || Does::Status(200, "", "<a/>".into())),
+        ("no HTTP", || Does::Raw(b"garbage garbage garbage\r\n\r\n".to_vec())),
+        ("an error", || Does::Status(500, "", fault("out of order"))),
+        ("elsewhere", || Does::Status(302, "Location: http://127.0.0.1:1/\r\n", String::new())),
+        ("nothing", || Does::HangsUp),
+        ("a trickle", || Does::Trickles),
+    ];
+    for (what, answer) in answers {
+        let (url, _heard) =
+            camera(move |action, _, _| if action == "continuousmove" { answer() } else { usual(action) });
+        let mut head = connect(&url).unwrap();
+        let start = Instant::now();
+        let error = head.send(&RIGHT).err().unwrap_or_else(|| panic!("{what}"));
+        assert!(start.elapsed() < Duration::from_secs(10), "{what}: {error}");
+    }
+    let (url, heard) =
+        camera(move |action, _, _| if action == "continuousmove" { Does::Raw(huge()) } else { usual(action) });
+    let mut head = connect(&url).unwrap();
+    assert!(head.send(&RIGHT).unwrap_err().to_string().contains("longer than"));
+    drop(head);
+    assert!(heard.iter().take(6).any(|(action, _, _)| action == "stop"), "it may be moving all the same");
+}
+
+#[test]
+fn a_camera_without_a_head_or_without_profiles_says_so() {
+    let (url, _heard) = camera(|action, _, _| match action {
+        "getcapabilities" => Does::Answers("<r><Media><XAddr>http://x/m</XAddr></Media></r>".into()),
+        _ => usual(action),
+    });
+    assert!(matches!(connect(&url), Err(PtzError::Unsupported { .. })));
+    let (url, _heard) = camera(|action, _, _| match action {
+        "getprofiles" => Does::Answers("<r/>".into()),
+        _ => usual(action),
+    });
+    assert!(connect(&url).err().unwrap().to_string().contains("no media profile"));
+    let nobody = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    assert!(connect(&format!("http://{nobody}/onvif/device_service")).is_err());
+}
