@@ -7,7 +7,7 @@
 #![allow(clippy::expect_used, reason = "an example may panic")]
 
 use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::{Frame, Image};
 use pursuit_inference::nanotrack::NanoTrackV3;
 use pursuit_inference::siamese::{SiameseConfig, SiameseTracker};
 use std::io::{BufRead, Read};
@@ -23,7 +23,7 @@ fn main() {
         let mut bytes = vec![0u8; 3 * width * height];
         input.read_exact(&mut bytes).ok()?;
         let pixels = bytes.as_chunks::<3>().0.to_vec();
-        Some(Frame::new(0, 0.0, Pixels::Rgb8(Image::from_vec(pixels, width, height).expect("a frame"))))
+        Some(Frame::new(0, 0.0, Image::from_vec(pixels, width, height).expect("a frame")))
     };
     let bbox = BBox::from_ltwh(numbers[2], numbers[3], numbers[4], numbers[5]);
     let network = NanoTrackV3::new().expect("the weights are built in");

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point, Size};
-use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
+use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::NanoTrackV3;
 use pursuit_inference::siamese::{Answer, Cropper, Decoder, Exemplar, Location, Region, SiameseConfig, SiameseTracker};
@@ -10,7 +10,7 @@ use pursuit_inference::siamese::{Answer, Cropper, Decoder, Exemplar, Location, R
 const POINTS: usize = 225;
 
 fn frame(width: usize, height: usize, pixel: impl Fn(usize, usize) -> Rgb8) -> Frame {
-    Frame::new(0, 0.0, Pixels::Rgb8(Image::from_fn(width, height, pixel).unwrap()))
+    Frame::new(0, 0.0, Image::from_fn(width, height, pixel).unwrap())
 }
 
 /// A striped square of 40 px on a smooth ground, its corner at (left, top).

@@ -8,6 +8,7 @@ pub mod dsst;
 pub mod features;
 pub mod kcf;
 pub mod mosse;
+pub mod nanotrack;
 pub mod pursuit;
 pub mod registry;
 pub mod regularised;

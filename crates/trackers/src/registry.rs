@@ -25,6 +25,12 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "the default: accurate and quick, says when the target is hidden, finds it again"
         ),
         tracker!(
+            "nanotrack",
+            "nanotrack",
+            crate::nanotrack::nanotrack,
+            "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
+        ),
+        tracker!(
             "ball",
             "ball",
             crate::ball::ball,

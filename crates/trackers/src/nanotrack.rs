@@ -1,0 +1,135 @@
+//! The Siamese network tracker `nanotrack`: NanoTrack v3, its network written out in `pursuit-inference`, in the one loop
+//! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
+
+use crate::correlation::probability;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_inference::InferenceError;
+use pursuit_inference::nanotrack::NanoTrackV3;
+use pursuit_inference::siamese::{Exemplar, SiameseConfig, SiameseTracker};
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{
+    Diagnostics, GroupParams, Localizer, LocalizerRecipe, Measurement, Result, Search, TrackerRecipe, TrackingError,
+    ViewSize,
+};
+use serde::{Deserialize, Serialize};
+
+pursuit_tracking::parameters! {
+    /// Parameters of the Siamese network tracker.
+    pub struct NanoTrackParams {
+        /// Weight of the cosine window against the network's score.
+        pub window: f64 = 0.455, in 0.0..=1.0, source "NanoTrack v3, configv3.yaml";
+        /// Penalty on changes of size and shape.
+        pub penalty: f64 = 0.138, in 0.0..=10.0, source "NanoTrack v3, configv3.yaml";
+        /// How fast the size follows.
+        pub size_rate: f64 = 0.348, in 0.0..=1.0, source "NanoTrack v3, configv3.yaml";
+        /// Least width and height of a box.
+        pub min_side_px: f64 = 4.0, in above(0.0), unit "px", source "NanoTrack v3: 10; ours: 4, for small targets";
+        /// Score: constant of the logistic regression.
+        pub score_bias: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Score: weight of the log odds of the network's score.
+        pub score_weight: f64 = 1.0, in 0.0.., source "ours, fitted";
+    }
+}
+
+/// Finds the target by a network that compares a window with the target as it was at the start. It learns nothing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Saved", into = "Saved")]
+pub struct NanoTrackLocalizer {
+    params: NanoTrackParams,
+    tracker: SiameseTracker<NanoTrackV3>,
+}
+
+/// What is stored: the network itself is not.
+#[derive(Clone, Serialize, Deserialize)]
+struct Saved {
+    params: NanoTrackParams,
+    exemplar: Exemplar,
+}
+
+impl From<NanoTrackLocalizer> for Saved {
+    fn from(localizer: NanoTrackLocalizer) -> Self {
+        Self { params: localizer.params, exemplar: localizer.tracker.exemplar().clone() }
+    }
+}
+
+impl TryFrom<Saved> for NanoTrackLocalizer {
+    type Error = InferenceError;
+
+    fn try_from(Saved { params, exemplar }: Saved) -> Result<Self, InferenceError> {
+        let tracker = SiameseTracker::restore(NanoTrackV3::new()?, params.config()?, exemplar)?;
+        Ok(Self { params, tracker })
+    }
+}
+
+impl NanoTrackParams {
+    fn config(&self) -> Result<SiameseConfig, InferenceError> {
+        SiameseConfig::nanotrack_v3()
+            .with_weights(self.window, self.penalty, self.size_rate)?
+            .with_min_side_px(self.min_side_px)
+    }
+
+    /// The probability that a box of the network's score is right.
+    fn probability(&self, score: f64) -> f64 {
+        let score = score.clamp(1e-6, 1.0 - 1e-6);
+        probability(self.score_bias + self.score_weight * (score / (1.0 - score)).ln())
+    }
+}
+
+fn failed(frame: &Frame) -> impl FnOnce(InferenceError) -> TrackingError {
+    let index = frame.index();
+    move |e| TrackingError::Computation { tracker: "nanotrack".to_owned(), index, source: Box::new(e) }
+}
+
+impl LocalizerRecipe for NanoTrackParams {
+    type Localizer = NanoTrackLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<NanoTrackLocalizer> {
+        let start = |network| SiameseTracker::new(network, self.config()?, frame, bbox);
+        let tracker = NanoTrackV3::new().and_then(start).map_err(failed(frame))?;
+        Ok(NanoTrackLocalizer { params: self.clone(), tracker })
+    }
+}
+
+impl Localizer for NanoTrackLocalizer {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        let expected = &search.expected;
+        let size = (expected.width(), expected.height());
+        let found = self.tracker.locate(frame, expected.center(), size).map_err(failed(frame))?;
+        Ok(found.map(|found| Measurement {
+            strength: found.score,
+            peak: Some(found.score),
+            diagnostics: Diagnostics::default().with("network_score", found.score).with("penalty", found.penalty),
+            ..Measurement::new(found.bbox, self.params.probability(found.score))
+        }))
+    }
+
+    fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> Result<()> {
+        Ok(())
+    }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        *self = self.params.localizer(frame, bbox)?;
+        Ok(())
+    }
+
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        let config = self.tracker.config();
+        let (w, h) = (expected.width(), expected.height());
+        let context = config.context() * (w + h);
+        let side = ((w + context) * (h + context)).sqrt() * config.search_side() as f64 / config.template_side() as f64;
+        Some(ViewSize { width: side, height: side })
+    }
+}
+
+/// `nanotrack`. The released tracker looks where the target was, and so does this one.
+pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
+    let groups = GroupParams {
+        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        policy: PolicyParams::default(),
+        search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
+    };
+    TrackerRecipe { name, localizer: NanoTrackParams::default(), groups }
+}
