@@ -28,9 +28,9 @@ pursuit_tracking::parameters! {
         /// Least width and height of a box.
         pub min_side_px: f64 = 4.0, in above(0.0), unit "px", source "NanoTrack v3: 10; ours: 4, for small targets";
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        pub score_bias: f64 = -1.84, in Bounds::default(), source "ours, fitted";
         /// Score: weight of the log odds of the network's score.
-        pub score_weight: f64 = 1.0, in 0.0.., source "ours, fitted";
+        pub score_weight: f64 = 0.48, in 0.0.., source "ours, fitted";
     }
 }
 
@@ -128,7 +128,13 @@ impl Localizer for NanoTrackLocalizer {
 pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
     let groups = GroupParams {
         motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
-        policy: PolicyParams::default(),
+        policy: PolicyParams {
+            occluded_below: 0.6,
+            seen_from: 0.7,
+            found_from: 0.85,
+            occluded_score: 1.0,
+            ..PolicyParams::default()
+        },
         search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
     };
     TrackerRecipe { name, localizer: NanoTrackParams::default(), groups }

@@ -198,15 +198,19 @@ impl CorrelationLocalizer {
         let cell = window.step(scale) * cell_px as f64;
         let mut best: Option<Candidate> = None;
         for (x, y, height) in peaks.find(response, size.width, &spec.peaks) {
-            let fine = match spec.peaks.subpixel {
-                Subpixel::Parabola => parabola_peak(response, size.width, x, y),
+            let (right, down) = (signed_shift(x, size.width), signed_shift(y, size.height));
+            let (dx, dy) = match spec.peaks.subpixel {
+                Subpixel::Parabola => {
+                    let fine = parabola_peak(response, size.width, x, y);
+                    (right as f64 + fine.x - x as f64, down as f64 + fine.y - y as f64)
+                }
                 Subpixel::Series => {
                     let (plan, series) = filter.series();
-                    newton_peak(plan, series, x as f64, y as f64, spec.peaks.newton_steps)
+                    let fine = newton_peak(plan, series, right as f64, down as f64, spec.peaks.newton_steps);
+                    (fine.x, fine.y)
                 }
             };
-            let (dx, dy) = (signed_shift(x, size.width), signed_shift(y, size.height));
-            let moved = |whole: isize, fine: f64, at: usize| (whole as f64 + fine - at as f64) * cell;
+            let (right, down) = (dx.round() as isize, dy.round() as isize);
             let pixels = |cells: isize| (cells * cell_px as isize) as f64;
             let seen_colors = colors.as_ref().filter(|_| spec.score.color != 0.0).zip(features.patch());
             let peak = f64::from(height) * filter.peak_unit();
@@ -214,12 +218,12 @@ impl CorrelationLocalizer {
                 peak,
                 psr: quality.psr,
                 peak_ratio: baseline.ratio(peak),
-                likeness: initial.likeness(plain, dx, dy),
-                color: seen_colors.map_or(0.5, |(c, patch)| c.likelihood(patch, (pixels(dx), pixels(dy)))),
+                likeness: initial.likeness(plain, right, down),
+                color: seen_colors.map_or(0.5, |(c, patch)| c.likelihood(patch, (pixels(right), pixels(down)))),
             };
             let log_odds = spec.score.log_odds(&evidence);
             if best.is_none_or(|b| log_odds > b.log_odds) {
-                let center = Point::new(center.x + moved(dx, fine.x, x), center.y + moved(dy, fine.y, y));
+                let center = Point::new(center.x + dx * cell, center.y + dy * cell);
                 let height = f64::from(height);
                 best = Some(Candidate { center, scale, height, apce: quality.apce, evidence, log_odds });
             }
