@@ -16,7 +16,7 @@ fn frame(k: u64) -> Frame {
     let image = Image::from_fn(640, 480, |x, y| {
         let shade = ((x / 4 * 7919 + y / 4 * 104_729) % 61) as u8;
         let (u, v) = (x as f64 + 0.5 - target.left(), y as f64 + 0.5 - target.top());
-        if u >= 0.0 && u < 64.0 && v >= 0.0 && v < 64.0 {
+        if (0.0..64.0).contains(&u) && (0.0..64.0).contains(&v) {
             let pattern = ((u as usize / 5 * 31 + v as usize / 5 * 17) % 71) as u8;
             [235 - pattern, 130 - pattern / 2, 30]
         } else {

@@ -173,6 +173,22 @@ fn updates_allocate_nothing_after_the_first_ten_frames() {
 }
 
 #[test]
+fn no_motion_model_allocates_after_the_first_frames() {
+    let frames: Vec<Frame> = (0..40).map(|k| color(k, Some(path(k, 64.0, 64.0)))).collect();
+    frames.iter().for_each(|f| assert_eq!(f.gray().size(), SIZE));
+    for model in pursuit_tracking::motion::MotionModel::ALL {
+        let set = toml::Table::from_iter([("motion.model".to_owned(), model.as_str().into())]);
+        let recipe = registry::tracker("mosse").unwrap().recipe(&set).unwrap();
+        let mut tracker = recipe.init(&frames[0], path(0, 64.0, 64.0)).unwrap();
+        frames[1..20].iter().for_each(|f| assert!(tracker.update(f).is_ok()));
+        let counted = allocation_counter::measure(|| {
+            frames[20..].iter().for_each(|f| assert!(tracker.update(f).is_ok()));
+        });
+        assert_eq!(counted.count_total, 0, "{}: {counted:?}", model.as_str());
+    }
+}
+
+#[test]
 fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
     for name in names() {
         let frame = color(0, Some(path(0, 64.0, 64.0)));
@@ -185,7 +201,7 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
             kept = Some(tracker);
         });
         // Filters on 43 channels over a large window take more.
-        let most = if ["bacf", "strcf", "pursuit"].contains(&name) { 8 << 20 } else { 2 << 20 };
+        let most = if ["bacf", "strcf", "pursuit", "nanotrack"].contains(&name) { 8 << 20 } else { 2 << 20 };
         assert!(counted.bytes_current < most, "{name}: {} bytes", counted.bytes_current);
         println!("{name}: {} bytes", counted.bytes_current);
     }

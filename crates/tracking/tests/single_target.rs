@@ -178,7 +178,9 @@ fn starting_again_forgets_the_target() {
     let mut tracker = start("");
     seen(&mut *tracker, 8, 5.0);
     show(None, None);
-    (9..30).for_each(|k| drop(tracker.update(&frame(k)).unwrap()));
+    (9..30).for_each(|k| {
+        tracker.update(&frame(k)).unwrap();
+    });
     asked();
     assert!(tracker.reinit(&frame(30), at(900.0, 0.0)).is_err());
     tracker.reinit(&frame(30), at(40.0, 40.0)).unwrap();
@@ -240,7 +242,9 @@ fn groups_change_while_running_and_nothing_else_does() {
     let estimate = tracker.update(&frame(10)).unwrap();
     assert_eq!((estimate.velocity, estimate.covariance), (None, None));
     assert!((estimate.bbox.center().x - 155.0).abs() < 0.5);
-    (11..40).for_each(|k| drop(tracker.update(&frame(k)).unwrap()));
+    (11..40).for_each(|k| {
+        tracker.update(&frame(k)).unwrap();
+    });
     asked();
     tracker.update(&frame(40)).unwrap();
     assert!(

@@ -119,7 +119,7 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const R: usize, const
     for y in (0..out.height).step_by(2) {
         // An odd last row is computed together with the one before it, whose sums have been counted already.
         let top = y.min(out.height - 2);
-        let source = input.from_padded_row(top);
+        let source = input.padded_rows_from(top);
         let (upper, lower) = two_rows(out, top);
         for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
             for s in 0..segments {
@@ -158,7 +158,7 @@ fn by_two<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
     let segments = out.segments();
     let (stride, half, pitch) = (input.row_len(), input.pitch / 2, out.pitch);
     for y in 0..out.height {
-        let source = input.from_padded_row(2 * y);
+        let source = input.padded_rows_from(2 * y);
         let target = out.row_mut(y);
         for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
             for s in 0..segments {

@@ -75,13 +75,13 @@ impl Map {
     }
 
     /// Everything from padded row `row` (0 is the first row of the upper padding) to the end.
-    pub fn from_padded_row(&self, row: usize) -> &[f32] {
+    pub fn padded_rows_from(&self, row: usize) -> &[f32] {
         &self.data[row * self.row_len()..]
     }
 
     /// Row `y` of all channels, without the rows of the padding.
     pub fn row(&self, y: usize) -> &[f32] {
-        &self.from_padded_row(y + self.padding)[..self.row_len()]
+        &self.padded_rows_from(y + self.padding)[..self.row_len()]
     }
 
     /// As [`row`](Self::row), to be written.

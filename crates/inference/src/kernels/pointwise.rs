@@ -84,9 +84,7 @@ impl Pointwise {
 
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn row(p: &Pointwise, input: &mut PointwiseInput<'_>, y: usize, out: &mut Map) {
-    if target_cfg_f!(any(target_feature = "avx512f")) {
-        row_with::<4, true>(p, input, y, out);
-    } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
+    if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         row_with::<4, true>(p, input, y, out);
     } else {
         row_with::<4, false>(p, input, y, out);

@@ -89,7 +89,7 @@ fn assert_padding_is_zero(map: &Map, what: &str) {
     for c in 0..map.channels {
         (0..map.width).for_each(|x| own[map.offset(c, x)] = true);
     }
-    let rows = map.from_padded_row(0).chunks_exact(map.row_len());
+    let rows = map.padded_rows_from(0).chunks_exact(map.row_len());
     for (y, row) in rows.enumerate() {
         let is_inside = (map.padding..map.padding + map.height).contains(&y);
         let stray = row.iter().zip(&own).position(|(&v, &own)| v != 0.0 && !(own && is_inside));

@@ -51,9 +51,7 @@ impl Stem {
 
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
-    if target_cfg_f!(target_feature = "avx512f") {
-        row_with::<4, true>(stem, input, y, out);
-    } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
+    if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         row_with::<4, true>(stem, input, y, out);
     } else {
         row_with::<4, false>(stem, input, y, out);
@@ -62,7 +60,7 @@ fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
 
 #[inline(always)]
 fn row_with<const M: usize, const FUSED: bool>(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
-    let source = input.from_padded_row(2 * y);
+    let source = input.padded_rows_from(2 * y);
     for s in 0..out.segments() {
         for (n, (bias, panel)) in stem.bias.iter().zip(stem.panels.chunks_exact(stem.taps.len())).enumerate() {
             for m in (0..PANEL).step_by(M) {

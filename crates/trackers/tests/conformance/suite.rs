@@ -272,7 +272,7 @@ fn forecasts(entry: &TrackerEntry) {
     assert!((ahead.time_s - last.time_s - 0.2).abs() < 1e-12);
     // Five frames ahead.
     let apart = ahead.bbox.center().distance(world.truth(20).center());
-    assert!(apart < 8.0, "{}: {apart}", entry.name);
+    assert!(apart < 8.0, "{}: {apart} {ahead:?}", entry.name);
     assert!(ahead.covariance.unwrap()[(0, 0)] > now.covariance.unwrap()[(0, 0)], "{}", entry.name);
 }
 
@@ -324,7 +324,9 @@ fn policies_and_searches(entry: &TrackerEntry) {
             let mut tracker = recipe.init(&world.frame(0), world.truth(0)).unwrap();
             let last = run(entry, &mut *tracker, &world, 1..16).pop().unwrap();
             assert!(last.bbox.iou(&world.truth(15)) > 0.4, "{}, {policy:?}, {search:?}", entry.name);
-            (16..60).for_each(|k| drop(advance(entry, &mut *tracker, &world.empty_frame(k))));
+            (16..60).for_each(|k| {
+                advance(entry, &mut *tracker, &world.empty_frame(k));
+            });
         }
     }
 }

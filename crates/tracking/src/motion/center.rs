@@ -29,6 +29,7 @@ pub struct CenterFilter {
 
 /// The belief about the centre; states are ordered by derivative and then by axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant, reason = "the filter around it is boxed")]
 enum Center {
     /// `[x, y, vx, vy, ax, ay]`: constant acceleration, Singer, current statistical.
     Acceleration(Gaussian<6>),
@@ -134,11 +135,12 @@ impl CenterFilter {
         Ok(Self { params: params.clone(), center, size })
     }
 
-    /// The centre after `dt_s` seconds.
-    fn advanced(&self, dt_s: f64) -> Result<Center> {
-        let (p, extent) = (&self.params, extent_px(&self.bbox()));
+    /// Moves the centre by `dt_s` seconds; after an error it is as it was.
+    fn advance(&mut self, dt_s: f64) -> Result<()> {
+        let extent = extent_px(&self.bbox());
+        let p = &self.params;
         let density = p.acceleration * extent * extent;
-        Ok(match &self.center {
+        match &mut self.center {
             Center::Acceleration(belief) => {
                 let rate_per_s = 1.0 / p.manoeuvre_s;
                 let largest = p.largest_acceleration * extent;
@@ -153,16 +155,13 @@ impl CenterFilter {
                     }
                     _ => ConstantAcceleration::<2>::white(p.jerk * extent * extent).over(dt_s)?,
                 };
-                Center::Acceleration(belief.predicted(&transition)?)
+                belief.predict(&transition)
             }
             Center::Turn(belief) => {
-                let mut belief = *belief;
                 let model = CoordinatedTurn { acceleration_density: density, turn_density: p.turn_change };
-                belief.predict_extended(&model, dt_s)?;
-                Center::Turn(belief)
+                belief.predict_extended(&model, dt_s)
             }
             Center::Modes(modes) => {
-                let mut modes = *modes;
                 let turn = |rate_rad_per_s| {
                     KnownTurn { rate_rad_per_s, acceleration_density: density * p.quiet_share }.over(dt_s)
                 };
@@ -172,15 +171,27 @@ impl CenterFilter {
                     turn(p.turn_rate)?,
                     turn(-p.turn_rate)?,
                 ];
-                modes.predict(&transitions, &switching(p.sojourn_s, dt_s)?)?;
-                Center::Modes(modes)
+                modes.predict(&transitions, &switching(p.sojourn_s, dt_s)?)
+            }
+            Center::Paper { filter, .. } => filter.inner_mut().predict(dt_s),
+        }
+    }
+
+    /// Corrects the centre by a measured one with this variance; after an error it is as it was.
+    fn correct_center(&mut self, at: Point, variance: f64) -> Result<()> {
+        match &mut self.center {
+            Center::Acceleration(belief) => corrected(belief, at, variance),
+            Center::Turn(belief) => corrected(belief, at, variance),
+            Center::Modes(modes) => {
+                let sensor = LinearMeasurement::<2, 4>::select([0, 1], [variance, variance])?;
+                modes.update(&sensor, &SVector::from([at.x, at.y])).map(drop)
             }
             Center::Paper { unit_px, filter } => {
-                let mut filter = filter.clone();
-                filter.inner_mut().predict(dt_s)?;
-                Center::Paper { unit_px: *unit_px, filter }
+                let noise = SMatrix::<f64, 2, 2>::identity() * (variance / (*unit_px * *unit_px));
+                let at = SVector::from([at.x / *unit_px, at.y / *unit_px]);
+                filter.inner_mut().update(&at, &noise).map(drop)
             }
-        })
+        }
     }
 
     /// Mean and covariance of position, and the velocity.
@@ -225,22 +236,19 @@ fn switching(sojourn_s: f64, dt_s: f64) -> Result<Switching<MODES>> {
     Switching::per_step(SMatrix::from_fn(|i, j| if i == j { 1.0 - leave } else { to }))
 }
 
-/// Corrects by a measured position.
-fn corrected<const N: usize>(belief: &Gaussian<N>, at: Point, variance: f64) -> Result<Gaussian<N>> {
-    let mut belief = *belief;
+/// Corrects a belief by a measured position.
+fn corrected<const N: usize>(belief: &mut Gaussian<N>, at: Point, variance: f64) -> Result<()> {
     let sensor = LinearMeasurement::<2, N>::select([0, 1], [variance, variance])?;
-    belief.update(&sensor, &SVector::from([at.x, at.y]))?;
-    Ok(belief)
+    belief.update(&sensor, &SVector::from([at.x, at.y])).map(drop)
 }
 
 impl MotionFilter for CenterFilter {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        let center = self.advanced(dt_s)?;
-        let extent = extent_px(&self.bbox());
-        let growth = (self.params.size_change * extent).powi(2) * dt_s;
+        let growth = (self.params.size_change * extent_px(&self.bbox())).powi(2) * dt_s;
         let walk = Transition::new(SMatrix::identity(), SMatrix::identity() * growth)?;
         let size = self.size.predicted(&walk)?;
-        (self.center, self.size) = (center, size);
+        self.advance(dt_s)?;
+        self.size = size;
         let bbox = self.bbox();
         let (position, size) = MeasurementNoise::from(&self.params).variances(extent_px(&bbox), None);
         Ok(Prior { bbox, innovation_covariance: Some(self.spread(position, size)), dt_s })
@@ -249,27 +257,11 @@ impl MotionFilter for CenterFilter {
     fn correct(&mut self, sight: &Sight) -> Result<()> {
         let extent = extent_px(&self.bbox());
         let (position, size) = MeasurementNoise::from(&self.params).variances(extent, sight.sigma_px);
-        let at = sight.bbox.center();
-        let center = match &self.center {
-            Center::Acceleration(belief) => Center::Acceleration(corrected(belief, at, position)?),
-            Center::Turn(belief) => Center::Turn(corrected(belief, at, position)?),
-            Center::Modes(modes) => {
-                let mut modes = *modes;
-                let sensor = LinearMeasurement::<2, 4>::select([0, 1], [position, position])?;
-                modes.update(&sensor, &SVector::from([at.x, at.y]))?;
-                Center::Modes(modes)
-            }
-            Center::Paper { unit_px, filter } => {
-                let mut filter = filter.clone();
-                let noise = SMatrix::<f64, 2, 2>::identity() * (position / (unit_px * unit_px));
-                filter.inner_mut().update(&SVector::from([at.x / unit_px, at.y / unit_px]), &noise)?;
-                Center::Paper { unit_px: *unit_px, filter }
-            }
-        };
         let mut sides = self.size;
         let sensor = LinearMeasurement::<2, 2>::select([0, 1], [size, size])?;
         sides.update(&sensor, &SVector::from([sight.bbox.width(), sight.bbox.height()]))?;
-        (self.center, self.size) = (center, sides);
+        self.correct_center(sight.bbox.center(), position)?;
+        self.size = sides;
         Ok(())
     }
 

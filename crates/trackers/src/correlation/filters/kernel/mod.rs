@@ -1,10 +1,10 @@
 //! Kernel ridge regression over all cyclic shifts (henriques2015).
 
-mod kernel;
 #[cfg(test)]
 mod reference;
+mod similarity;
 
-pub use kernel::Kernel;
+pub use similarity::Kernel;
 
 use super::{ResponseFilter, Spectra, fits};
 use pursuit_geometry::Size;
