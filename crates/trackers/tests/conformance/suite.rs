@@ -324,7 +324,7 @@ fn policies_and_searches(entry: &TrackerEntry) {
             let mut tracker = recipe.init(&world.frame(0), world.truth(0)).unwrap();
             let last = run(entry, &mut *tracker, &world, 1..16).pop().unwrap();
             assert!(last.bbox.iou(&world.truth(15)) > 0.4, "{}, {policy:?}, {search:?}", entry.name);
-            (16..60).for_each(|k| {
+            (16..40).for_each(|k| {
                 advance(entry, &mut *tracker, &world.empty_frame(k));
             });
         }

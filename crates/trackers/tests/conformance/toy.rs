@@ -2,6 +2,7 @@
 
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
     Diagnostics, GroupParams, Localizer, LocalizerRecipe, Measurement, Result, Search, TrackerEntry, TrackerRecipe,
 };
@@ -19,9 +20,13 @@ pursuit_tracking::parameters! {
 
 /// The line it takes in a registry.
 pub const ENTRY: TrackerEntry =
-    TrackerEntry::new("toy", "a grey patch by its mean absolute difference", "none", |name| {
-        Box::new(TrackerRecipe { name, localizer: ToyParams::default(), groups: GroupParams::default() })
-    });
+    TrackerEntry::new("toy", "a grey patch by its mean absolute difference", "none", |name| Box::new(toy(name)));
+
+/// It measures whole pixels, so its velocity is believed slowly.
+fn toy(name: &'static str) -> TrackerRecipe<ToyParams> {
+    let motion = MotionParams { acceleration: 10.0, ..MotionParams::default() };
+    TrackerRecipe { name, localizer: ToyParams::default(), groups: GroupParams { motion, ..GroupParams::default() } }
+}
 
 impl LocalizerRecipe for ToyParams {
     type Localizer = Patch;
