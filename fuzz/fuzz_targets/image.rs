@@ -1,5 +1,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    pursuit_media::fuzzing::image(bytes);
+    pursuit_media::fuzz_entry::image(bytes);
 });

@@ -5,6 +5,8 @@ use anyhow::{Result, bail};
 
 /// Package and floor; the plan stands in ARCHITECTURE.md.
 const FLOORS: &[(&str, u8)] = &[
+    ("pursuit-charts", 0),
+    ("pursuit-containers", 0),
     ("pursuit-geometry", 0),
     ("pursuit-estimation", 0),
     ("pursuit-imaging", 1),
@@ -14,6 +16,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-scenes", 3),
     ("pursuit-evaluation", 4),
     ("pursuit", 5),
+    ("pursuit-experiments", 5),
     ("pursuit-cli", 6),
     ("xtask", 0),
 ];

@@ -1,8 +1,10 @@
 //! The command line: one table that parsing, help, man page and completions are made from.
 
 use clap::builder::styling::{AnsiColor, Styles};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit_experiments::Paper;
 use std::path::PathBuf;
 
 const STYLES: Styles = Styles::styled()
@@ -157,7 +159,7 @@ impl Format {
 #[derive(Debug, Args)]
 pub struct Reproduce {
     /// The paper
-    #[arg(value_enum)]
+    #[arg(value_parser = paper_parser())]
     pub paper: Paper,
     /// Folder for the results and pictures [default: pursuit-out/reproduce-PAPER]
     #[arg(long, value_name = "DIR")]
@@ -173,32 +175,10 @@ pub struct Reproduce {
     pub json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Paper {
-    /// A ball followed by its colour and a linear Kalman filter
-    Ball,
-    /// A constant-acceleration filter that predicts a walking person
-    Qu2010,
-    /// Depth, a correlation filter and a particle filter (the filter part)
-    Zhai2024,
-    /// TLD with a Kalman filter that corrects at manoeuvres (the filter part)
-    Zhu2014,
-    /// A Kalman filter whose transition is learnt by support vector regression
-    Gao2007,
-}
-
-impl Paper {
-    /// The facade's name for it.
-    pub const fn of_library(self) -> pursuit::reproduce::Paper {
-        use pursuit::reproduce::Paper as Library;
-        match self {
-            Self::Ball => Library::Ball,
-            Self::Qu2010 => Library::Qu2010,
-            Self::Zhai2024 => Library::Zhai2024,
-            Self::Zhu2014 => Library::Zhu2014,
-            Self::Gao2007 => Library::Gao2007,
-        }
-    }
+/// Takes the names of the papers, and says what each is about.
+fn paper_parser() -> impl TypedValueParser<Value = Paper> {
+    let papers = Paper::ALL.map(|p| PossibleValue::new(p.name()).help(p.summary()));
+    PossibleValuesParser::new(papers).try_map(|name| name.parse::<Paper>())
 }
 
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ mod console;
 use args::{Cli, Command};
 use clap::Parser;
 use pursuit::RunError;
+use pursuit_experiments::ExperimentError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -38,7 +39,9 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     anstream::eprintln!("{}: {error:#}", console::ERROR);
-    ExitCode::from(error.downcast_ref::<RunError>().map_or(1, RunError::exit_code))
+    let of_run = error.downcast_ref::<RunError>().map(RunError::exit_code);
+    let of_experiment = || error.downcast_ref::<ExperimentError>().map(ExperimentError::exit_code);
+    ExitCode::from(of_run.or_else(of_experiment).unwrap_or(1))
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

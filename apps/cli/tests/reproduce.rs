@@ -4,10 +4,9 @@
 mod common;
 
 use common::{fails, pursuit, stderr, stdout};
+use pursuit_experiments::Paper;
 use std::path::Path;
 use std::process::Output;
-
-const PAPERS: [&str; 5] = ["ball", "qu2010", "zhai2024", "zhu2014", "gao2007"];
 
 fn reproduce(paper: &str, folder: &Path, more: &[&str]) -> Output {
     pursuit(&[&["reproduce", paper, "--out", folder.to_str().unwrap()], more].concat())
@@ -15,7 +14,7 @@ fn reproduce(paper: &str, folder: &Path, more: &[&str]) -> Output {
 
 #[test]
 fn every_paper_leaves_a_table_results_and_pictures() {
-    for paper in PAPERS {
+    for paper in Paper::ALL.map(Paper::name) {
         let folder = tempfile::tempdir().unwrap();
         let output = reproduce(paper, folder.path(), &["--seeds", "2"]);
         let text = stdout(&output);
@@ -74,7 +73,7 @@ fn wrong_usage_and_a_folder_that_cannot_be_written() {
     let text = stderr(&unknown);
     assert_eq!(unknown.status.code(), Some(2), "{text}");
     assert!(text.contains("nobody1999"), "{text}");
-    for paper in PAPERS {
+    for paper in Paper::ALL.map(Paper::name) {
         assert!(text.contains(paper), "{paper} is not offered: {text}");
     }
     for seeds in ["0", "-1", "many"] {

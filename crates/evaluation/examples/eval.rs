@@ -34,11 +34,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err(USAGE.into());
     }
     if names.is_empty() {
-        names = pursuit_tracking::registry::trackers().iter().map(|t| t.name.to_owned()).collect();
+        names = pursuit_trackers::registry::trackers().iter().map(|t| t.name.to_owned()).collect();
     }
     for name in names {
         let table = parameters(&name, &settings)?;
-        options.trackers.push(Contestant::from(pursuit_tracking::registry::tracker(&name)?.recipe(table)?));
+        options.trackers.push(Contestant::from(pursuit_trackers::registry::tracker(&name)?.recipe(&table)?));
     }
     let results = evaluate(&options, &show, &AtomicBool::new(false))?;
     print!("{}", text_table(&results));

@@ -4,9 +4,7 @@
 
 mod error;
 #[doc(hidden)]
-pub mod fuzzing;
-// Without the built-in H.264 some readers of fields are left without a caller.
-#[cfg_attr(not(feature = "h264"), allow(dead_code))]
+pub mod fuzz_entry;
 pub mod input;
 pub mod output;
 pub mod wrappers;

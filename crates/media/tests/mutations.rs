@@ -1,26 +1,26 @@
 //! Spoiled copies of every fixture through every parser: no panic, no hang, bounded memory. The same every time; the
-//! fuzz targets under `fuzz/` search further from the same doors.
+//! fuzz targets under `fuzz/` search further from the same functions.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
 
 use common::{Random, fixture};
-use pursuit_media::fuzzing;
+use pursuit_media::fuzz_entry;
 use std::time::Duration;
 
-/// A door, the fixtures that go through it, and spoiled copies of each.
+/// A parser, the fixtures that go through it, and spoiled copies of each.
 type Case = (fn(&[u8]) -> usize, &'static [&'static str], usize);
 
 const CASES: [Case; 5] = [
     (
-        fuzzing::mp4,
+        fuzz_entry::mp4,
         &["b_frames.mp4", "baseline.mp4", "cropped.mp4", "dash.mp4", "edited.mp4", "rotated.mp4", "high10.mp4"],
         150,
     ),
-    (fuzzing::avi, &["mjpeg.avi"], 300),
-    (fuzzing::mjpeg, &["mjpeg.avi"], 100),
-    (fuzzing::y4m, &["color.y4m", "gray.y4m", "gray16.y4m"], 100),
-    (fuzzing::list, &["frames.csv"], 100),
+    (fuzz_entry::avi, &["mjpeg.avi"], 300),
+    (fuzz_entry::mjpeg, &["mjpeg.avi"], 100),
+    (fuzz_entry::y4m, &["color.y4m", "gray.y4m", "gray16.y4m"], 100),
+    (fuzz_entry::list, &["frames.csv"], 100),
 ];
 
 /// Flips bits, overwrites, cuts, repeats and removes pieces: one to four of these.
@@ -54,10 +54,10 @@ fn spoiled(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 fn run_all() -> usize {
     let mut random = Random(2026);
     let mut decoded = 0;
-    for (door, fixtures, copies) in CASES {
+    for (parse, fixtures, copies) in CASES {
         for name in fixtures {
             let whole = std::fs::read(fixture(name)).unwrap();
-            (0..copies).for_each(|_| decoded += door(&spoiled(&whole, &mut random)));
+            (0..copies).for_each(|_| decoded += parse(&spoiled(&whole, &mut random)));
         }
     }
     decoded
@@ -95,7 +95,7 @@ fn spoiled_images_never_panic() {
     }
     let mut random = Random(7);
     for seed in &seeds {
-        (0..300).for_each(|_| _ = fuzzing::image(&spoiled(seed, &mut random)));
+        (0..300).for_each(|_| _ = fuzz_entry::image(&spoiled(seed, &mut random)));
     }
 }
 

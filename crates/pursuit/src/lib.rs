@@ -10,9 +10,7 @@ pub mod config;
 mod demo;
 mod error;
 mod input;
-pub mod plot;
 mod record;
-pub mod reproduce;
 mod run_file;
 mod session;
 pub mod sinks;
@@ -30,6 +28,7 @@ pub use session::{Outcome, Progress, Session, Start};
 pub use timing::{Timing, TimingSummary};
 pub use track::{Finished, Run};
 
+pub use pursuit_charts as charts;
 pub use pursuit_estimation as estimation;
 pub use pursuit_evaluation as evaluation;
 pub use pursuit_geometry as geometry;

@@ -1,7 +1,7 @@
 //! The plots of a run, drawn from its `trajectory.csv`: x, y, size and score against time.
 
 use crate::RunError;
-use crate::plot::{Chart, Series, colors};
+use pursuit_charts::{Axis, Chart, Color, Series};
 use std::path::{Path, PathBuf};
 
 /// What is drawn of one target.
@@ -28,8 +28,9 @@ pub fn draw(trajectory: &Path, folder: &Path) -> Result<Vec<PathBuf>, RunError> 
         let suffix = if many { format!("-{target}") } else { String::new() };
         for (name, chart) in charts(curves) {
             let path = folder.join(format!("{name}{suffix}.svg"));
-            chart.write(&path)?;
-            files.push(path);
+            if chart.write(&path).map_err(RunError::output(&path))? {
+                files.push(path);
+            }
         }
     }
     Ok(files)
@@ -38,10 +39,10 @@ pub fn draw(trajectory: &Path, folder: &Path) -> Result<Vec<PathBuf>, RunError> 
 fn charts(curves: Curves) -> Vec<(&'static str, Chart)> {
     let [x, y, w, h] = curves.quantities;
     let chart = |title: &str, label: &str, [measured, predicted, estimate]: [Vec<(f64, f64)>; 3]| {
-        Chart::new(title, "time (s)", label)
-            .with(Series::points("measured", colors::MEASURED, measured))
-            .with(Series::dashed("predicted", colors::PREDICTED, predicted))
-            .with(Series::line("estimate", colors::ESTIMATE, estimate))
+        Chart::new(title, Axis::new("time (s)"), Axis::new(label))
+            .with(Series::points("measured", Color::Measured, measured))
+            .with(Series::dashed("predicted", Color::Predicted, predicted))
+            .with(Series::line("estimate", Color::Estimate, estimate))
     };
     vec![
         ("x", chart("Centre, horizontal", "x (px)", x)),
@@ -50,9 +51,12 @@ fn charts(curves: Curves) -> Vec<(&'static str, Chart)> {
         ("height", chart("Height", "height (px)", h)),
         (
             "score",
-            Chart::new("Score: probability that the box is right", "time (s)", "score")
-                .with(Series::line("score", colors::ESTIMATE, curves.score))
-                .with_y_range(0.0, 1.0),
+            Chart::new(
+                "Score: probability that the box is right",
+                Axis::new("time (s)"),
+                Axis::new("score").over(0.0, 1.0),
+            )
+            .with(Series::line("score", Color::Estimate, curves.score)),
         ),
     ]
 }

@@ -4,7 +4,7 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image, Pixels};
-use pursuit_tracking::registry;
+use pursuit_trackers::registry;
 use std::hint::black_box;
 
 /// A yellow ball of 44 px on a textured ground, frame `k` of a slow roll.
@@ -25,9 +25,9 @@ fn center(k: u64) -> Point {
 fn ball(c: &mut Criterion) {
     let frames: Vec<Frame> = (0..30).map(frame).collect();
     let mut group = c.benchmark_group("ball, 720p");
-    for (name, motion) in [("adaptive", "adaptive"), ("paper", "paper")] {
-        let set = toml::Table::from_iter([("motion".to_owned(), toml::Value::String(motion.to_owned()))]);
-        let recipe = registry::tracker("ball").unwrap().recipe(set).unwrap();
+    for (name, motion) in [("adaptive", "bounce"), ("paper", "ball")] {
+        let set = toml::Table::from_iter([("motion.model".to_owned(), toml::Value::String(motion.to_owned()))]);
+        let recipe = registry::tracker("ball").unwrap().recipe(&set).unwrap();
         let tracker = recipe.init(&frames[0], BBox::from_center_size(center(0), 44.0, 44.0)).unwrap();
         group.bench_function(format!("30 updates while tracked, {name} motion"), |b| {
             b.iter_batched_ref(
@@ -38,13 +38,14 @@ fn ball(c: &mut Criterion) {
         });
     }
     let set = toml::Table::from_iter([("color".to_owned(), toml::Value::String("yellow".to_owned()))]);
-    let mut detector = registry::detector("ball").unwrap().detector(set).unwrap();
-    group
-        .bench_function("detection in one frame", |b| b.iter(|| detector.detect(black_box(&frames[3])).unwrap().len()));
+    let mut detector = registry::detector("ball").unwrap().detector(&set).unwrap();
+    group.bench_function("detection in one frame", |b| {
+        b.iter(|| detector.detect(black_box(&frames[3]), &[]).unwrap().len())
+    });
     let set = toml::Table::from_iter([("color".to_owned(), toml::Value::String("blue".to_owned()))]);
-    let mut detector = registry::detector("ball").unwrap().detector(set).unwrap();
+    let mut detector = registry::detector("ball").unwrap().detector(&set).unwrap();
     group.bench_function("nothing to detect in one frame", |b| {
-        b.iter(|| detector.detect(black_box(&frames[3])).unwrap().len())
+        b.iter(|| detector.detect(black_box(&frames[3]), &[]).unwrap().len())
     });
     group.finish();
 }

@@ -1,1 +1,14 @@
-//! x
+//! Everything that looks: features, appearance models, correlation filters, and every tracker and detector, each a short
+//! file of parameters and assembly, in one [`registry`].
+
+pub mod appearance;
+pub mod ball;
+pub mod correlation;
+pub mod dsst;
+pub mod features;
+pub mod kcf;
+pub mod mosse;
+pub mod pursuit;
+pub mod registry;
+pub mod regularised;
+pub mod staple;

@@ -3,7 +3,7 @@
 
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image, Pixels};
-use pursuit_tracking::registry;
+use pursuit_trackers::registry;
 
 fn center(k: u64) -> Point {
     Point::new(80.0 + 3.0 * k as f64, 90.0 + k as f64)
@@ -20,9 +20,9 @@ fn frame(k: u64) -> Frame {
 
 #[test]
 fn a_warm_tracker_allocates_nothing() {
-    for motion in ["adaptive", "paper"] {
-        let set = toml::Table::from_iter([("motion".to_owned(), toml::Value::String(motion.to_owned()))]);
-        let recipe = registry::tracker("ball").unwrap().recipe(set).unwrap();
+    for motion in ["bounce", "ball"] {
+        let set = toml::Table::from_iter([("motion.model".to_owned(), toml::Value::String(motion.to_owned()))]);
+        let recipe = registry::tracker("ball").unwrap().recipe(&set).unwrap();
         let mut tracker = recipe.init(&frame(0), BBox::from_center_size(center(0), 36.0, 36.0)).unwrap();
         (1..20).for_each(|k| assert!(tracker.update(&frame(k)).is_ok()));
         let frames: Vec<Frame> = (20..40).map(frame).collect();

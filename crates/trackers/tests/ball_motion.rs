@@ -5,8 +5,7 @@
 use pursuit_estimation::motion::StepBox;
 use pursuit_geometry::BBox;
 use pursuit_scenes::ball::{BallMotion, BallParams, ball_track};
-use pursuit_tracking::motion::{BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox};
-use pursuit_tracking::{Diagnostics, Measurement, MotionFilter};
+use pursuit_tracking::motion::{BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox, MotionFilter, Sight};
 
 const SEEDS: u64 = 200;
 
@@ -39,9 +38,7 @@ fn run(motion: BallMotion, filter: impl Fn(BBox) -> Box<dyn MotionFilter>) -> Ou
         for k in 1..track.truth.len() {
             let (truth, bbox) = (track.truth[k].center(), track.measured[k]);
             let prior = filter.predict(track.time_s[k] - track.time_s[k - 1]).unwrap();
-            let measurement =
-                Measurement { bbox, confidence: 1.0, sigma_px: None, diagnostics: Diagnostics::default() };
-            filter.correct(&measurement).unwrap();
+            filter.correct(&Sight { bbox, sigma_px: None }).unwrap();
             if k < params.settled_after {
                 continue;
             }

@@ -4,18 +4,19 @@
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
 use pursuit_scenes::Scene;
-use pursuit_tracking::{Detection, Detector, Estimate, Recipe, TrackState, Tracker, registry};
+use pursuit_trackers::registry;
+use pursuit_tracking::{Detection, Detector, Estimate, Recipe, TrackState, Tracker};
 
 fn set(key: &str, value: &str) -> toml::Table {
     toml::Table::from_iter([(key.to_owned(), toml::Value::String(value.to_owned()))])
 }
 
 fn detector(color: &str) -> Box<dyn Detector> {
-    registry::detector("ball").unwrap().detector(set("color", color)).unwrap()
+    registry::detector("ball").unwrap().detector(&set("color", color)).unwrap()
 }
 
 fn recipe(color: &str) -> Box<dyn Recipe> {
-    registry::tracker("ball").unwrap().recipe(set("color", color)).unwrap()
+    registry::tracker("ball").unwrap().recipe(&set("color", color)).unwrap()
 }
 
 fn frame(k: u64, pixel: impl FnMut(usize, usize) -> Rgb8) -> Frame {
@@ -57,16 +58,16 @@ fn the_detector_leaves_noise_texture_and_boxes_alone() {
         let mut detector = detector(color);
         for k in 0..3 {
             let noise = frame(k, |x, y| [hash(x, y, k), hash(x, y, k + 9), hash(x, y, k + 99)]);
-            assert_eq!(detector.detect(&noise).unwrap(), [], "{color}: noise");
+            assert_eq!(detector.detect(&noise, &[]).unwrap(), [], "{color}: noise");
             // Foliage: patches of the colour, a few pixels large, everywhere.
             let leaves = frame(k, |x, y| {
                 let cell = hash(x / 7, y / 5, 4);
                 if cell > 150 { [180, 160 + cell / 16, 20] } else { [40, 50, 30] }
             });
-            assert_eq!(detector.detect(&leaves).unwrap(), [], "{color}: leaves");
+            assert_eq!(detector.detect(&leaves, &[]).unwrap(), [], "{color}: leaves");
             let long =
                 frame(k, |x, y| if (60..200).contains(&x) && (80..110).contains(&y) { YELLOW } else { ground(x, y) });
-            assert_eq!(detector.detect(&long).unwrap(), [], "{color}: a bar");
+            assert_eq!(detector.detect(&long, &[]).unwrap(), [], "{color}: a bar");
         }
     }
 }
@@ -86,7 +87,7 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
             let center = Point::new(150.3, 110.8);
             let truth = BBox::from_center_size(center, 2.0 * radius, 2.0 * radius);
             let picture = ball_frame(0, center, center, radius, rgb);
-            let found = detector(name).detect(&picture).unwrap();
+            let found = detector(name).detect(&picture, &[]).unwrap();
             assert_eq!(found.len(), 1, "{name}, radius {radius}: {found:?}");
             assert!(found[0].bbox.iou(&truth) > 0.7, "{name}, radius {radius}: {found:?}");
             for color in [name, "auto"] {
@@ -100,9 +101,9 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
                 );
             }
             let other = if name == "blue" { "red" } else { "blue" };
-            assert_eq!(detector(other).detect(&picture).unwrap(), [], "{other} is not {name}");
+            assert_eq!(detector(other).detect(&picture, &[]).unwrap(), [], "{other} is not {name}");
             if name != "white" {
-                assert!(detector("auto").detect(&picture).unwrap()[0].bbox.iou(&truth) > 0.7, "{name} by auto");
+                assert!(detector("auto").detect(&picture, &[]).unwrap()[0].bbox.iou(&truth) > 0.7, "{name} by auto");
             }
         }
     }
@@ -110,11 +111,11 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
 
 #[test]
 fn an_unknown_colour_is_refused_with_the_names_there_are() {
-    let error = registry::tracker("ball").unwrap().recipe(set("color", "purple")).err().unwrap().to_string();
+    let error = registry::tracker("ball").unwrap().recipe(&set("color", "purple")).err().unwrap().to_string();
     for word in ["color", "purple", "auto", "yellow", "orange", "green", "white", "red", "blue"] {
         assert!(error.contains(word), "{error}");
     }
-    assert!(registry::detector("ball").unwrap().detector(set("color", "purple")).is_err());
+    assert!(registry::detector("ball").unwrap().detector(&set("color", "purple")).is_err());
 }
 
 #[test]
@@ -164,7 +165,7 @@ fn a_ball_that_leaves_is_lost_and_found_when_it_returns() {
 fn the_paper_mode_follows_a_slow_ball() {
     let at = |k: u64| Point::new(60.0 + 3.0 * k as f64, 100.0 + k as f64);
     let truth = |k| BBox::from_center_size(at(k), 40.0, 40.0);
-    let recipe = registry::tracker("ball").unwrap().recipe(set("motion", "paper")).unwrap();
+    let recipe = registry::tracker("ball").unwrap().recipe(&set("motion.model", "ball")).unwrap();
     let mut tracker = recipe.init(&ball_frame(0, at(0), at(0), 20.0, YELLOW), truth(0)).unwrap();
     let mut overlap = 0.0;
     for k in 1..40 {
@@ -186,7 +187,7 @@ fn play(query: &str, color: &str, mut with: impl FnMut(u64, &Estimate, &pursuit_
         match &mut tracker {
             Some(tracker) => with(k, &tracker.update(&frame).unwrap(), &moment.targets[0]),
             None => {
-                let found: Vec<Detection> = detector(color).detect(&frame).unwrap();
+                let found: Vec<Detection> = detector(color).detect(&frame, &[]).unwrap();
                 tracker = found.first().map(|d| recipe(color).init(&frame, d.bbox).unwrap());
             }
         }

@@ -1,13 +1,17 @@
-//! The correlation-filter trackers on made-up scenes: what every one of them must do.
+//! The trackers of texture on made-up scenes: what every one of them must do.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Pixels};
-use pursuit_tracking::registry;
+use pursuit_trackers::registry;
 use pursuit_tracking::{TargetSet, TrackState, Tracker};
 
-const NAMES: [&str; 10] = ["kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst", "bacf", "strcf", "pursuit"];
 const SIZE: Size = Size::new(240, 180);
+
+/// Every tracker that follows texture, not colour alone.
+fn names() -> impl Iterator<Item = &'static str> {
+    registry::trackers().iter().filter(|t| !t.default_recipe().needs().color).map(|t| t.name)
+}
 
 /// A value in 0–255 that depends on the place alone and is smooth over a few pixels.
 fn texture(x: f64, y: f64, seed: u32) -> f64 {
@@ -50,12 +54,12 @@ fn path(k: u64, width: f64, height: f64) -> BBox {
 }
 
 fn start(name: &str, frame: &Frame, bbox: BBox) -> Box<dyn Tracker> {
-    registry::tracker(name).unwrap().recipe(toml::Table::new()).unwrap().init(frame, bbox).unwrap()
+    registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap().init(frame, bbox).unwrap()
 }
 
 #[test]
 fn a_moving_target_is_followed() {
-    for name in NAMES {
+    for name in names() {
         for (w, h) in [(36.0, 30.0), (12.0, 60.0), (64.0, 64.0)] {
             let mut tracker = start(name, &color(0, Some(path(0, w, h))), path(0, w, h));
             for k in 1..50 {
@@ -77,7 +81,7 @@ fn sixteen_bit_grey_is_followed() {
         let image = Image::from_fn(SIZE.width, SIZE.height, |x, y| 7000 + (pixel(bbox, x, y) * 6.0) as u16);
         Frame::new(k, k as f64 / 30.0, Pixels::Gray16(image.unwrap()))
     };
-    for name in NAMES {
+    for name in names() {
         let mut tracker = start(name, &frame(0), path(0, 36.0, 30.0));
         for k in 1..25 {
             let estimate = tracker.update(&frame(k)).unwrap();
@@ -98,7 +102,7 @@ fn awkward_boxes_do_no_harm() {
         (100.0, 0.0, 0.7, 180.0),
         (-500.0, -500.0, 1500.0, 1500.0),
     ];
-    for name in NAMES {
+    for name in names() {
         for (l, t, w, h) in boxes {
             let mut tracker = start(name, &still, BBox::from_ltwh(l, t, w, h));
             for k in 1..6 {
@@ -111,7 +115,7 @@ fn awkward_boxes_do_no_harm() {
 
 #[test]
 fn a_motionless_scene_stays_put() {
-    for name in NAMES {
+    for name in names() {
         let bbox = BBox::from_ltwh(90.0, 70.0, 40.0, 32.0);
         let mut tracker = start(name, &color(0, Some(bbox)), bbox);
         for k in 1..30 {
@@ -124,11 +128,11 @@ fn a_motionless_scene_stays_put() {
 
 #[test]
 fn saved_cloned_and_restarted_trackers_go_on_alike() {
-    for name in NAMES {
+    for name in names() {
         let frame = |k| color(k, Some(path(k, 36.0, 30.0)));
         let mut tracker = start(name, &frame(0), path(0, 36.0, 30.0));
         (1..8).for_each(|k| assert!(tracker.update(&frame(k)).is_ok()));
-        let recipe = registry::tracker(name).unwrap().recipe(toml::Table::new()).unwrap();
+        let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
         let saved = tracker.save().unwrap();
         let (mut restored, mut copy) = (recipe.restore(&saved).unwrap(), tracker.boxed_clone());
         for k in 8..16 {
@@ -155,7 +159,7 @@ fn saved_cloned_and_restarted_trackers_go_on_alike() {
 
 #[test]
 fn updates_allocate_nothing_after_the_first_ten_frames() {
-    for name in NAMES {
+    for name in names() {
         let frames: Vec<Frame> = (0..30).map(|k| color(k, Some(path(k, 64.0, 64.0)))).collect();
         // The frames' shared grey plane is the frame's business.
         frames.iter().for_each(|f| assert_eq!(f.gray().size(), SIZE));
@@ -170,10 +174,10 @@ fn updates_allocate_nothing_after_the_first_ten_frames() {
 
 #[test]
 fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
-    for name in NAMES {
+    for name in names() {
         let frame = color(0, Some(path(0, 64.0, 64.0)));
         let _ = frame.gray();
-        let recipe = registry::tracker(name).unwrap().recipe(toml::Table::new()).unwrap();
+        let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
         let mut kept = None;
         let counted = allocation_counter::measure(|| {
             let mut tracker = recipe.init(&frame, path(0, 64.0, 64.0)).unwrap();
@@ -189,7 +193,7 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
 
 #[test]
 fn a_target_that_vanishes_is_no_longer_reported_as_tracked() {
-    for name in NAMES {
+    for name in names() {
         let frame = |k: u64, there: bool| color(k, there.then(|| path(k, 40.0, 40.0)));
         let mut tracker = start(name, &frame(0, true), path(0, 40.0, 40.0));
         for k in 1..20 {
@@ -205,8 +209,8 @@ fn a_target_that_vanishes_is_no_longer_reported_as_tracked() {
 fn several_targets_share_a_frame() {
     let mut set = TargetSet::new();
     let bbox = path(0, 36.0, 30.0);
-    for name in NAMES {
-        let recipe = registry::tracker(name).unwrap().recipe(toml::Table::new()).unwrap();
+    for name in names() {
+        let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
         set.add(recipe.as_ref(), &color(0, Some(bbox)), bbox).unwrap();
     }
     let estimates = set.update(&color(1, Some(path(1, 36.0, 30.0))), |_, update| update().unwrap());

@@ -4,7 +4,8 @@
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
 use pursuit_media::{OpenOptions, open};
-use pursuit_tracking::{Estimate, TrackState, Tracker, registry};
+use pursuit_trackers::registry;
+use pursuit_tracking::{Estimate, TrackState, Tracker};
 use std::path::PathBuf;
 
 /// The clip's folder, `None` (said aloud) where it is absent.
@@ -35,8 +36,8 @@ fn track(path: &std::path::Path, color: &str) -> Vec<Option<Estimate>> {
 /// The same on frames changed by `change`.
 fn track_changed(path: &std::path::Path, color: &str, change: impl Fn(Frame) -> Frame) -> Vec<Option<Estimate>> {
     let set = || toml::Table::from_iter([("color".to_owned(), toml::Value::String(color.to_owned()))]);
-    let mut detector = registry::detector("ball").unwrap().detector(set()).unwrap();
-    let recipe = registry::tracker("ball").unwrap().recipe(set()).unwrap();
+    let mut detector = registry::detector("ball").unwrap().detector(&set()).unwrap();
+    let recipe = registry::tracker("ball").unwrap().recipe(&set()).unwrap();
     let mut source = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
     let mut tracker: Option<Box<dyn Tracker>> = None;
     let mut estimates = Vec::new();
@@ -44,17 +45,9 @@ fn track_changed(path: &std::path::Path, color: &str, change: impl Fn(Frame) -> 
         let frame = change(frame);
         estimates.push(match &mut tracker {
             Some(tracker) => Some(tracker.update(&frame).unwrap()),
-            None => detector.detect(&frame).unwrap().first().map(|found| {
+            None => detector.detect(&frame, &[]).unwrap().first().map(|found| {
                 tracker = Some(recipe.init(&frame, found.bbox).unwrap());
-                Estimate {
-                    bbox: found.bbox,
-                    score: found.confidence,
-                    state: TrackState::Tracking,
-                    prediction: None,
-                    measurement: Some(found.bbox),
-                    covariance: None,
-                    diagnostics: Default::default(),
-                }
+                Estimate::started(frame.time_s(), found.bbox, found.confidence)
             }),
         });
     }

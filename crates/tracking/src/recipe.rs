@@ -33,7 +33,8 @@ impl GroupParams {
             return Err(TrackingError::Parameter {
                 owner: owner.to_owned(),
                 name: key.clone(),
-                problem: "cannot be changed while running; what can are the groups motion, policy and search".to_owned(),
+                problem: "cannot be changed while running; what can are the groups motion, policy and search"
+                    .to_owned(),
             });
         }
         self.with(owner, &changes)

@@ -62,15 +62,12 @@ impl<L: Localizer> SingleTarget<L> {
     }
 
     fn step(&mut self, frame: &Frame) -> Result<Estimate> {
-        let (index, dt_s) = (frame.index(), self.advance_clock(frame)?);
+        let (index, dt_s) = (frame.index(), self.time_since_last(frame)?);
+        if frame.time_s().is_finite() {
+            self.time_s = frame.time_s();
+        }
         let prior = self.motion.predict(dt_s).map_err(failed(&self.name, index))?;
-        let situation = Situation {
-            frame: frame.size(),
-            prior: &prior,
-            state: self.state,
-            view: self.localizer.view(&prior.bbox),
-            sure_from: self.policy.sure_from(),
-        };
+        let situation = self.situation(frame, &prior);
         let found = self.look(frame, &situation)?;
         let evidence = Evidence { frame: frame.size(), prior: &prior, found: found.as_ref(), state: self.state };
         let verdict = within_reach(self.policy.judge(&evidence), frame.size(), &prior, found.as_ref());
@@ -94,6 +91,16 @@ impl<L: Localizer> SingleTarget<L> {
             velocity: self.motion.velocity().filter(|_| !lost),
             diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
         })
+    }
+
+    fn situation<'a>(&self, frame: &Frame, prior: &'a Prior) -> Situation<'a> {
+        Situation {
+            frame: frame.size(),
+            prior,
+            state: self.state,
+            view: self.localizer.view(&prior.bbox),
+            sure_from: self.policy.sure_from(),
+        }
     }
 
     /// Looks where the proposer says, until it has seen enough, and measures what it decides on.
@@ -138,17 +145,13 @@ impl<L: Localizer> SingleTarget<L> {
     }
 
     /// Seconds since the last frame, after checking that this one fits.
-    fn advance_clock(&mut self, frame: &Frame) -> Result<f64> {
+    fn time_since_last(&self, frame: &Frame) -> Result<f64> {
         let expected = Size::new(self.frame_size.0, self.frame_size.1);
         if frame.size() != expected {
             return Err(TrackingError::FrameSize { index: frame.index(), expected, actual: frame.size() });
         }
         let dt_s = frame.time_s() - self.time_s;
-        let dt_s = if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S };
-        if frame.time_s().is_finite() {
-            self.time_s = frame.time_s();
-        }
-        Ok(dt_s)
+        Ok(if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S })
     }
 }
 
@@ -172,6 +175,17 @@ fn failed<E: std::error::Error + Send + Sync + 'static>(name: &str, index: u64) 
 impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for SingleTarget<L> {
     fn update(&mut self, frame: &Frame) -> Result<Estimate> {
         self.step(frame)
+    }
+
+    fn peek(&mut self, frame: &Frame) -> Result<Option<Measurement>> {
+        let dt_s = self.time_since_last(frame)?;
+        let (motion, proposer) = (self.motion.clone(), self.proposer.clone());
+        let looked = self.motion.predict(dt_s).map_err(failed(&self.name, frame.index())).and_then(|prior| {
+            let situation = self.situation(frame, &prior);
+            self.look(frame, &situation)
+        });
+        (self.motion, self.proposer) = (motion, proposer);
+        looked
     }
 
     fn forecast(&self, seconds: f64) -> Result<Forecast> {

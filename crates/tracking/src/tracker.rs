@@ -1,5 +1,5 @@
 use crate::parameters::Parameter;
-use crate::{Estimate, Forecast, Result, TrackingError};
+use crate::{Estimate, Forecast, Measurement, Result, TrackingError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 
@@ -10,6 +10,13 @@ pub trait Tracker: Send {
     /// # Errors
     /// A frame of another size or kind than the first. Losing the target is no error.
     fn update(&mut self, frame: &Frame) -> Result<Estimate>;
+
+    /// What would be measured in `frame` if it came next, with the box and the probability that it is right; changes nothing
+    /// that [`save`](Self::save) shows.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    fn peek(&mut self, frame: &Frame) -> Result<Option<Measurement>>;
 
     /// Where the target will be `seconds` after the frame seen last, by its motion alone; changes nothing.
     ///

@@ -1,18 +1,18 @@
 use super::print;
 use crate::args::Reproduce;
-use pursuit::reproduce::{self, Options, Reproduction};
+use pursuit_experiments::{self as experiments, Options, Reproduction};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// `pursuit reproduce PAPER`.
 pub fn run(args: &Reproduce) -> anyhow::Result<ExitCode> {
-    let paper = args.paper.of_library();
+    let paper = args.paper;
     let out = match &args.out {
         Some(folder) => folder.clone(),
         None => PathBuf::from(format!("pursuit-out/reproduce-{}", paper.name())),
     };
-    let reproduction = reproduce::run(paper, &Options { seeds: args.seeds })?;
+    let reproduction = experiments::run(paper, &Options { seeds: args.seeds })?;
     reproduction.write(&out)?;
     let text = if args.json { reproduction.to_json()? } else { summary(&reproduction, &out)? };
     print(text.as_bytes())?;

@@ -3,7 +3,6 @@
 mod html;
 mod pictures;
 mod sections;
-mod svg;
 
 use crate::evaluate::{EvalOptions, Passes};
 use crate::film::Film;

@@ -2,15 +2,20 @@
 
 use super::Entry;
 use super::html::{escape, figure};
-use super::svg::{Axis, Chart, HALF, Points, Series, WHOLE};
 use crate::results::{SequenceScore, TrackerResults};
 use crate::{Results, Sequence, Truth};
+use pursuit_charts::{Axis, Chart, Color, Series, page_style};
 use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 /// Points of a line over time: more cannot be told apart at the chart's width.
 const TIME_POINTS: usize = 460;
+/// A gap in a line.
+const GAP: (f64, f64) = (f64::NAN, f64::NAN);
+
+/// Points in order; [`GAP`] interrupts the line.
+type Points = Vec<(f64, f64)>;
 
 /// Everything before the first table.
 pub(super) fn head(results: &Results, sequences: usize) -> String {
@@ -26,12 +31,13 @@ pub(super) fn head(results: &Results, sequences: usize) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <meta name=\"color-scheme\" content=\"light dark\"/>\n<title>pursuit · evaluation</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<header><p class=\"brand\">pursuit · evaluation</p>\
+         <style>\n{charts}{STYLE}</style>\n</head>\n<body>\n<header><p class=\"brand\">pursuit · evaluation</p>\
          <h1>{trackers} {} on {sequences} {}</h1>\
          <p class=\"lead\"><b>{}</b>: {what}.</p></header>\n<main>\n",
         plural(trackers, "tracker"),
         plural(sequences, "sequence"),
-        results.protocol
+        results.protocol,
+        charts = page_style(),
     );
     if results.interrupted {
         page.push_str("<p class=\"error\">Stopped before everything had run; the same call again finishes it.</p>\n");
@@ -130,67 +136,54 @@ fn name_cell(number: usize, name: &str) -> String {
 pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
     let ranked: Vec<(usize, &TrackerResults)> =
         ranking.iter().enumerate().filter_map(|(number, name)| Some((number, results.trackers.get(*name)?))).collect();
-    let lines = |points: &dyn Fn(&TrackerResults) -> Points| -> Vec<Series<'_>> {
-        let line = |(tracker, t): &(usize, &TrackerResults)| Series {
-            name: ranking.get(*tracker).copied().unwrap_or_default(),
-            tracker: *tracker,
-            points: points(t),
-            dots: false,
+    let all = |chart: Chart, points: &dyn Fn(&TrackerResults) -> Points| {
+        let line = |(number, t): &(usize, &TrackerResults)| {
+            let name = ranking.get(*number).copied().unwrap_or_default();
+            Series::line(name, Color::Number(*number), points(t))
         };
-        ranked.iter().map(line).collect()
+        ranked.iter().map(line).fold(chart, Chart::with).to_element()
     };
-    let spread =
-        |values: &[f64], step: f64| values.iter().enumerate().map(|(i, v)| Some((i as f64 * step, *v))).collect();
-    let share = |label| Axis::linear(label, 0.0, 1.0, 5);
-    let chart = |title: &str, x: Axis, y: Axis, series, diagonal| {
-        Chart { title: title.to_owned(), x, y, width: HALF, height: 360.0, series, bands: Vec::new(), diagonal }
-            .render()
-    };
+    let spread = |values: &[f64], step: f64| values.iter().enumerate().map(|(i, v)| (i as f64 * step, *v)).collect();
+    let share = |label: &str| Axis::new(label).over(0.0, 1.0);
+    let chart = |title: &str, x: Axis, y: Axis| Chart::new(title, x, y).sized(520.0, 360.0);
     let legend: String = ranking.iter().enumerate().map(|(number, name)| button(number, name)).collect();
     let mut html = format!("<section><h2>Curves</h2>\n<p class=\"legend\">{legend}</p>\n<div class=\"plots\">\n");
     let mut add = |title: &str, note: &str, svg: String| {
         let _ = writeln!(html, "<figure class=\"plot\"><figcaption><b>{title}</b> {note}</figcaption>{svg}</figure>");
     };
-    let success = lines(&|t| spread(&t.curves.success, 0.05));
     add(
         "Success",
         "fraction of frames whose overlap exceeds a threshold",
-        chart("success plot", share("overlap threshold"), share("success rate"), success, false),
+        all(chart("success plot", share("overlap threshold"), share("success rate")), &|t| {
+            spread(&t.curves.success, 0.05)
+        }),
     );
-    let precision = lines(&|t| spread(&t.curves.precision, 1.0));
     add(
         "Precision",
         "fraction of frames whose centre is this close",
-        chart("precision plot", Axis::linear("centre error, px", 0.0, 50.0, 5), share("precision"), precision, false),
+        all(chart("precision plot", Axis::new("centre error, px").over(0.0, 50.0), share("precision")), &|t| {
+            spread(&t.curves.precision, 1.0)
+        }),
     );
-    let rates: Vec<f64> = ranked.iter().filter_map(|(_, t)| t.mean.fps).collect();
-    if !rates.is_empty() {
-        let mut dots = lines(&|t| vec![t.mean.fps.map(|fps| (fps, t.mean.auc))]);
-        dots.iter_mut().for_each(|s| s.dots = true);
-        let axis = Axis::logarithmic("updates a second, one thread", &rates);
-        add(
-            "Speed and accuracy",
-            "up and to the right is better",
-            chart("speed against accuracy", axis, share("success AUC"), dots, false),
-        );
+    let speeds =
+        chart("speed against accuracy", Axis::new("updates a second, one thread").logarithmic(), share("success AUC"));
+    let dot = |(number, t): &(usize, &TrackerResults)| {
+        let name = ranking.get(*number).copied().unwrap_or_default();
+        Some(Series::named(name, Color::Number(*number), vec![(t.mean.fps?, t.mean.auc)]))
+    };
+    let speeds = ranked.iter().filter_map(dot).fold(speeds, Chart::with);
+    if !speeds.is_empty() {
+        add("Speed and accuracy", "up and to the right is better", speeds.to_element());
     }
-    let reliability = lines(&|t| {
-        let filled = t.calibration.iter().filter(|b| b.frames > 0);
-        filled.map(|b| Some((b.mean_score, b.hit_rate))).collect()
-    });
-    add(
-        "Reliability",
-        "an honest score lies on the diagonal",
-        chart("reliability diagram", share("score"), share("frames with overlap ≥ ½"), reliability, true),
-    );
+    let diagonal = chart("reliability diagram", share("score"), share("frames with overlap ≥ ½")).with_diagonal();
+    let reliability =
+        all(diagonal, &|t| t.calibration.iter().filter(|b| b.frames > 0).map(|b| (b.mean_score, b.hit_rate)).collect());
+    add("Reliability", "an honest score lies on the diagonal", reliability);
     let longest = ranked.iter().map(|(_, t)| t.curves.eao.len()).max().unwrap_or(0);
     if longest > 1 {
-        let eao = lines(&|t| spread(&t.curves.eao, 1.0));
-        add(
-            "Expected average overlap",
-            "by the number of frames since a start",
-            chart("expected average overlap", Axis::counts("frames", longest - 1), share("overlap"), eao, false),
-        );
+        let frames = Axis::new("frames").whole().over(0.0, (longest - 1) as f64);
+        let eao = all(chart("expected average overlap", frames, share("overlap")), &|t| spread(&t.curves.eao, 1.0));
+        add("Expected average overlap", "by the number of frames since a start", eao);
     }
     html.push_str("</div></section>\n");
     html
@@ -286,19 +279,14 @@ fn over_time(sequence: &Sequence, entries: &[Entry<'_>]) -> String {
         for (i, overlap) in entry.judged_frames(sequence) {
             by_frame[i] = Some(overlap);
         }
-        Series { name: entry.name, tracker: entry.number, points: thinned(&by_frame), dots: false }
+        Series::line(entry.name, Color::Number(entry.number), thinned(&by_frame))
     });
-    Chart {
-        title: format!("overlap over time on {}", sequence.name()),
-        x: Axis::counts("frame", length.saturating_sub(1)),
-        y: Axis::linear("overlap", 0.0, 1.0, 4),
-        width: WHOLE,
-        height: 250.0,
-        series: series.collect(),
-        bands: absences(sequence.truth()),
-        diagonal: false,
-    }
-    .render()
+    let frames = Axis::new("frame").whole().over(0.0, length.saturating_sub(1).max(1) as f64);
+    let title = format!("overlap over time on {}", sequence.name());
+    let empty = Chart::new(title, frames, Axis::new("overlap").over(0.0, 1.0)).sized(800.0, 250.0);
+    let shaded =
+        absences(sequence.truth()).into_iter().fold(empty, |c, (from, to)| c.with_band(from, to, "target away"));
+    series.fold(shaded, Chart::with).to_element()
 }
 
 /// At most so many points that they can be told apart: the worst of every few frames, which is what one looks for.
@@ -306,7 +294,7 @@ fn thinned(by_frame: &[Option<f64>]) -> Points {
     let every = by_frame.len().div_ceil(TIME_POINTS).max(1);
     let worst = |(n, frames): (usize, &[Option<f64>])| {
         let seen = frames.iter().enumerate().filter_map(|(i, o)| o.map(|o| ((n * every + i) as f64, o)));
-        seen.min_by(|a, b| a.1.total_cmp(&b.1))
+        seen.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(GAP)
     };
     by_frame.chunks(every).enumerate().map(worst).collect()
 }

@@ -1,3 +1,5 @@
+#[cfg(feature = "h264")]
+use pursuit_containers::mp4::ColorTags;
 use pursuit_geometry::Size;
 use pursuit_imaging::{ColorMatrix, ColorRange};
 
@@ -9,6 +11,17 @@ pub(crate) struct ColorInfo {
 }
 
 impl ColorInfo {
+    /// Of a stream that says at most whether samples use their full range.
+    pub fn of_range(full: Option<bool>) -> Self {
+        Self { matrix: None, range: full.map(|full| if full { ColorRange::Full } else { ColorRange::Limited }) }
+    }
+
+    /// Of what a container says.
+    #[cfg(feature = "h264")]
+    pub fn of_tags(tags: ColorTags) -> Self {
+        Self { matrix: tags.matrix_code.and_then(matrix_of_code), ..Self::of_range(tags.full_range) }
+    }
+
     /// This, and `other` where this says nothing.
     pub fn or(self, other: Self) -> Self {
         Self { matrix: self.matrix.or(other.matrix), range: self.range.or(other.range) }
@@ -21,6 +34,7 @@ impl ColorInfo {
 }
 
 /// The matrix of a `matrix_coefficients` code (ITU-T H.273 table 4).
+#[cfg(feature = "h264")]
 pub(crate) const fn matrix_of_code(code: u8) -> Option<ColorMatrix> {
     match code {
         1 => Some(ColorMatrix::Bt709),

@@ -1,6 +1,6 @@
 use super::fault::Fault;
 use super::ffmpeg::{FfmpegSource, Target};
-use super::h264::Mp4Source;
+use super::mp4::Mp4Source;
 use super::source::StopHandle;
 use crate::{OpenOptions, Result, Source, SourceInfo};
 use pursuit_imaging::Frame;

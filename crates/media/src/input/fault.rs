@@ -1,4 +1,5 @@
 use crate::MediaError;
+use pursuit_containers::ContainerError;
 
 /// What stopped a reader, before a file name and a frame number are put to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,5 +47,14 @@ impl From<std::io::Error> for Fault {
 impl From<pursuit_imaging::ImagingError> for Fault {
     fn from(error: pursuit_imaging::ImagingError) -> Self {
         Self::Malformed(error.to_string())
+    }
+}
+
+impl From<ContainerError> for Fault {
+    fn from(error: ContainerError) -> Self {
+        match error {
+            ContainerError::Unsupported { what } => Self::Unsupported(what),
+            other => Self::Malformed(other.to_string()),
+        }
     }
 }

@@ -1,39 +1,16 @@
 use super::fault::Fault;
+use pursuit_containers::limits;
 use pursuit_geometry::Size;
 use pursuit_imaging::Image;
 
-/// The largest image accepted, in pixels (64 Mi, as 8192 × 8192): larger ones are refused before they are decoded.
-pub const MAX_PIXELS: usize = 1 << 26;
+pub use pursuit_containers::limits::MAX_PIXELS;
+pub(crate) use pursuit_containers::limits::MAX_SAMPLE_BYTES;
 
-/// The largest compressed image or video sample accepted, in bytes: no codec needs more for [`MAX_PIXELS`] in practice.
-pub(crate) const MAX_SAMPLE_BYTES: u64 = 256 << 20;
+// What the containers let through fits into an image.
+const _: () = assert!(limits::MAX_SIDE == Image::<u8>::MAX_SIDE);
 
 /// Refuses sizes from a header that nobody could mean, before anything is allocated for them.
 pub(crate) fn check_size(width: u64, height: u64) -> Result<Size, Fault> {
-    let max = Image::<u8>::MAX_SIDE as u64;
-    if width == 0 || height == 0 {
-        return Err(Fault::malformed(format!("its header says {width}x{height} pixels, which is no image")));
-    }
-    if width > max || height > max || width * height > MAX_PIXELS as u64 {
-        return Err(Fault::malformed(format!(
-            "{width}x{height} pixels is too large (at most {max} a side and {} megapixels); scale it down first",
-            MAX_PIXELS / 1_000_000
-        )));
-    }
-    Ok(Size::new(width as usize, height as usize))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_bounded_in_both_directions() {
-        assert!(check_size(1, 1).is_ok());
-        assert!(check_size(8192, 8192).is_ok());
-        assert!(check_size(32_768, 2048).is_ok());
-        for (w, h) in [(0, 5), (10_000, 10_000), (32_769, 1), (u64::MAX, u64::MAX)] {
-            assert!(check_size(w, h).is_err(), "{w}x{h}");
-        }
-    }
+    let limits::Extent { width, height } = limits::check_size(width, height)?;
+    Ok(Size::new(width, height))
 }

@@ -9,9 +9,8 @@
 //! from headers before anything is allocated. Files are read piece by piece, so that memory does not grow with a clip's
 //! length beyond 24 bytes a frame of an MP4's index.
 
-mod annotations;
-mod avi;
-mod bytes;
+pub(crate) mod annotations;
+pub(crate) mod avi;
 mod color;
 #[cfg(feature = "h264")]
 mod fallback;
@@ -20,11 +19,11 @@ mod ffmpeg;
 mod folder;
 #[cfg(feature = "h264")]
 mod h264;
-mod image;
+pub(crate) mod image;
 mod limits;
-mod mjpeg;
+pub(crate) mod mjpeg;
 #[cfg(feature = "h264")]
-mod mp4;
+pub(crate) mod mp4;
 mod open;
 mod options;
 #[cfg(feature = "h264")]
@@ -32,21 +31,10 @@ mod orientation;
 mod sniff;
 mod source;
 mod truth;
-mod y4m;
+pub(crate) mod y4m;
 
 pub use limits::MAX_PIXELS;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;
 pub use source::{Source, SourceInfo, StopHandle};
 pub use truth::Truth;
-
-/// What [`fuzzing`](crate::fuzzing) opens.
-pub(crate) mod doors {
-    pub(crate) use super::annotations::{read_list, read_truth};
-    pub(crate) use super::avi::AviSource;
-    #[cfg(feature = "h264")]
-    pub(crate) use super::h264::Mp4Source;
-    pub(crate) use super::image::decode_image;
-    pub(crate) use super::mjpeg::{MjpegSource, is_stream as is_jpeg_stream};
-    pub(crate) use super::y4m::Y4mSource;
-}

@@ -90,7 +90,7 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Kind::Png => ImageSource::open(path, name).map(boxed),
         Kind::Avi => AviSource::new(Box::new(file), name).map(boxed),
         #[cfg(feature = "h264")]
-        Kind::Mp4 => super::h264::Mp4Source::new(Box::new(file), name)
+        Kind::Mp4 => super::mp4::Mp4Source::new(Box::new(file), name)
             .map(|s| boxed(super::fallback::Mp4WithFallback::new(s, path, options))),
         _ => Err(Fault::unsupported(describe(&head))),
     };

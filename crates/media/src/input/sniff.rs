@@ -1,5 +1,5 @@
 use super::image::{JPEG_MAGIC, PNG_MAGIC};
-use super::y4m;
+use pursuit_containers::y4m;
 
 /// What a file holds, by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,172 +1,24 @@
 use super::color::ColorInfo;
 use super::fault::Fault;
-use super::limits::check_size;
 use crate::{Result, Source, SourceInfo};
+use pursuit_containers::limits::Extent;
+use pursuit_containers::y4m::{Planes, Y4mReader};
 use pursuit_geometry::Size;
-use pursuit_imaging::{ColorRange, Frame, Image, Pixels, Yuv420};
-use std::io::{BufRead, Read};
+use pursuit_imaging::{Frame, Image, Pixels, Yuv420};
+use std::io::BufRead;
 
-/// The first bytes of every Y4M stream.
-pub(crate) const MAGIC: &[u8] = b"YUV4MPEG2";
-
-/// No writer needs more than a few dozen bytes for a stream or frame header.
-const MAX_HEADER_BYTES: u64 = 1024;
-
-/// How the samples of one frame are laid out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Layout {
-    Gray8,
-    Gray16,
-    Yuv420,
-}
-
-/// The stream header (<https://wiki.multimedia.cx/index.php/YUV4MPEG2>).
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Header {
-    pub size: Size,
-    pub fps: Option<f64>,
-    layout: Layout,
-    pub color: ColorInfo,
-    /// Bytes of the header line.
-    len: u64,
-}
-
-impl Header {
-    pub fn read(reader: &mut impl BufRead) -> Result<Self, Fault> {
-        let line = read_line(reader)?.ok_or_else(|| Fault::malformed("it is empty"))?;
-        let text = String::from_utf8_lossy(&line);
-        let mut words = text.split_ascii_whitespace();
-        if words.next().map(str::as_bytes) != Some(MAGIC) {
-            return Err(Fault::malformed("it does not begin with a Y4M header"));
+/// The picture of one frame's samples, with what is known about colour.
+pub(crate) fn pixels(planes: Planes, size: Extent, color: ColorInfo) -> Result<Pixels, Fault> {
+    let Extent { width, height } = size;
+    Ok(match planes {
+        Planes::Gray8(data) => Pixels::Gray8(Image::from_vec(data, width, height)?),
+        Planes::Gray16(data) => Pixels::Gray16(Image::from_vec(data, width, height)?),
+        Planes::Yuv420([y, u, v]) => {
+            let chroma = |data| Image::from_vec(data, width.div_ceil(2), height.div_ceil(2));
+            let (matrix, range) = color.resolve(Size::new(width, height));
+            Pixels::Yuv420(Yuv420::new(Image::from_vec(y, width, height)?, chroma(u)?, chroma(v)?, matrix, range)?)
         }
-        let (mut width, mut height, mut fps) = (0, 0, None);
-        let (mut layout, mut color) = (Layout::Yuv420, ColorInfo::default());
-        for word in words {
-            match word.split_at_checked(1) {
-                Some(("W", v)) => width = number(v)?,
-                Some(("H", v)) => height = number(v)?,
-                Some(("F", v)) => fps = rate(v),
-                Some(("C", v)) => layout = layout_of(v)?,
-                Some(("X", "COLORRANGE=FULL")) => color.range = Some(ColorRange::Full),
-                Some(("X", "COLORRANGE=LIMITED")) => color.range = Some(ColorRange::Limited),
-                _ => {} // interlacing, pixel aspect, comments: nothing a tracker uses
-            }
-        }
-        Ok(Self { size: check_size(width, height)?, fps, layout, color, len: line.len() as u64 + 1 })
-    }
-
-    /// Bytes of one frame's samples.
-    fn frame_bytes(&self) -> u64 {
-        let Size { width, height } = self.size;
-        let chroma = width.div_ceil(2) * height.div_ceil(2);
-        (match self.layout {
-            Layout::Gray8 => width * height,
-            Layout::Gray16 => 2 * width * height,
-            Layout::Yuv420 => width * height + 2 * chroma,
-        }) as u64
-    }
-
-    /// Frames in a file of `len` bytes whose frame headers carry no parameters, as all common writers leave them.
-    fn frames_in(&self, len: u64) -> Option<u64> {
-        let (body, frame) = (len.checked_sub(self.len)?, self.frame_bytes() + b"FRAME\n".len() as u64);
-        body.is_multiple_of(frame).then_some(body / frame)
-    }
-}
-
-fn number(text: &str) -> Result<u64, Fault> {
-    text.parse().map_err(|_| Fault::malformed(format!("its Y4M header has {text:?} where a size should stand")))
-}
-
-fn rate(text: &str) -> Option<f64> {
-    let (numerator, denominator) = text.split_once(':')?;
-    let fps = numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?;
-    (fps.is_finite() && fps > 0.0).then_some(fps)
-}
-
-fn layout_of(text: &str) -> Result<Layout, Fault> {
-    match text {
-        "420" | "420jpeg" | "420mpeg2" | "420paldv" => Ok(Layout::Yuv420),
-        "mono" => Ok(Layout::Gray8),
-        "mono16" => Ok(Layout::Gray16),
-        other => Err(Fault::unsupported(format!("Y4M with sample layout {other:.16}"))),
-    }
-}
-
-/// One line without its newline, or `None` at the end of the stream.
-fn read_line(reader: &mut impl BufRead) -> Result<Option<Vec<u8>>, Fault> {
-    let mut line = Vec::new();
-    reader.take(MAX_HEADER_BYTES).read_until(b'\n', &mut line)?;
-    match line.pop() {
-        None => Ok(None),
-        Some(b'\n') => Ok(Some(line)),
-        Some(_) => Err(Fault::malformed("a Y4M header has no end; the stream is damaged")),
-    }
-}
-
-/// The samples of one frame, before anything is known about colour.
-pub(crate) enum Planes {
-    Gray8(Image<u8>),
-    Gray16(Image<u16>),
-    Yuv420([Image<u8>; 3]),
-}
-
-impl Planes {
-    /// With what is known about colour.
-    pub fn into_pixels(self, color: ColorInfo) -> Result<Pixels, Fault> {
-        Ok(match self {
-            Self::Gray8(image) => Pixels::Gray8(image),
-            Self::Gray16(image) => Pixels::Gray16(image),
-            Self::Yuv420([y, u, v]) => {
-                let (matrix, range) = color.resolve(y.size());
-                Pixels::Yuv420(Yuv420::new(y, u, v, matrix, range)?)
-            }
-        })
-    }
-}
-
-/// Reads samples from Y4M; also the reader of what an `ffmpeg` process writes.
-pub(crate) struct Y4mReader<R> {
-    reader: R,
-    pub header: Header,
-}
-
-impl<R: BufRead> Y4mReader<R> {
-    pub fn new(mut reader: R) -> Result<Self, Fault> {
-        let header = Header::read(&mut reader)?;
-        Ok(Self { reader, header })
-    }
-
-    /// The samples of the next frame, or `None` at a clean end.
-    pub fn next_planes(&mut self) -> Result<Option<Planes>, Fault> {
-        let Some(line) = read_line(&mut self.reader)? else { return Ok(None) };
-        if !line.starts_with(b"FRAME") {
-            return Err(Fault::malformed("no Y4M frame header where one should stand; the stream is damaged"));
-        }
-        let Size { width, height } = self.header.size;
-        Ok(Some(match self.header.layout {
-            Layout::Gray8 => Planes::Gray8(self.plane(width, height)?),
-            Layout::Gray16 => {
-                let bytes = self.samples(2 * width * height)?;
-                let data = bytes.as_chunks::<2>().0.iter().map(|&b| u16::from_le_bytes(b)).collect();
-                Planes::Gray16(Image::from_vec(data, width, height)?)
-            }
-            Layout::Yuv420 => {
-                let (cw, ch) = (width.div_ceil(2), height.div_ceil(2));
-                Planes::Yuv420([self.plane(width, height)?, self.plane(cw, ch)?, self.plane(cw, ch)?])
-            }
-        }))
-    }
-
-    fn plane(&mut self, width: usize, height: usize) -> Result<Image<u8>, Fault> {
-        Ok(Image::from_vec(self.samples(width * height)?, width, height)?)
-    }
-
-    /// Grows with what really arrives, so that a header alone cannot make us allocate a large frame.
-    fn samples(&mut self, count: usize) -> Result<Vec<u8>, Fault> {
-        let mut data = Vec::with_capacity(count.min(1 << 20));
-        self.reader.by_ref().take(count as u64).read_to_end(&mut data)?;
-        if data.len() == count { Ok(data) } else { Err(Fault::malformed("the stream ends in the middle of a frame")) }
-    }
+    })
 }
 
 /// A Y4M file, or Y4M on standard input.
@@ -185,7 +37,7 @@ impl<R: BufRead + Send> Y4mSource<R> {
         let header = &reader.header;
         let info = SourceInfo {
             name: name.to_owned(),
-            size: header.size,
+            size: Size::new(header.size.width, header.size.height),
             fps: header.fps,
             frame_count: file_len.and_then(|len| header.frames_in(len)),
             live: false,
@@ -206,8 +58,10 @@ impl<R: BufRead + Send> Source for Y4mSource<R> {
         if self.finished {
             return Ok(None);
         }
-        let color = self.reader.header.color;
-        match self.reader.next_planes().and_then(|planes| planes.map(|p| p.into_pixels(color)).transpose()) {
+        let color = ColorInfo::of_range(self.reader.header.full_range);
+        let size = self.reader.header.size;
+        let planes = self.reader.next_planes().map_err(Fault::from);
+        match planes.and_then(|planes| planes.map(|p| pixels(p, size, color)).transpose()) {
             Ok(Some(pixels)) => {
                 let frame = Frame::new(self.next, self.next as f64 / self.fps, pixels);
                 self.next += 1;

@@ -5,6 +5,7 @@ use openh264::encoder::{
     Complexity, Encoder, EncoderConfig, FrameRate, FrameType, RateControlMode, UsageType, VuiConfig,
 };
 use openh264::formats::YUVSource;
+use pursuit_containers::mp4::EncodedSample;
 
 /// The greatest picture of H.264 level 5.2 that this encoder takes, either way up.
 const LONGEST_SIDE: usize = 3840;
@@ -13,17 +14,6 @@ const SHORTEST_SIDE: usize = 2160;
 /// An H.264 encoder whose every call returns that picture's data: no reordering, no look-ahead.
 pub(super) struct H264Encoder {
     encoder: Encoder,
-}
-
-/// One encoded picture.
-#[derive(Debug, Default)]
-pub(super) struct Encoded {
-    /// NAL units with 4-byte lengths, as MP4 stores them.
-    pub(super) data: Vec<u8>,
-    /// Whether decoding can begin here.
-    pub(super) keyframe: bool,
-    /// Sequence and picture parameter sets, where the encoder repeated them.
-    pub(super) parameter_sets: Option<(Vec<u8>, Vec<u8>)>,
 }
 
 impl H264Encoder {
@@ -57,7 +47,7 @@ impl H264Encoder {
     ///
     /// # Errors
     /// What the encoder says, in words.
-    pub(super) fn encode(&mut self, picture: &I420, keyframe: bool, out: &mut Encoded) -> Result<(), String> {
+    pub(super) fn encode(&mut self, picture: &I420, keyframe: bool, out: &mut EncodedSample) -> Result<(), String> {
         if keyframe {
             self.encoder.force_intra_frame();
         }

@@ -19,13 +19,12 @@ mod i420;
 #[cfg(feature = "encode")]
 mod mp4;
 mod still;
-mod storage;
 mod text;
 mod video;
 
 pub use canvas::{Canvas, Stroke};
 #[cfg(feature = "encode")]
 pub use mp4::Mp4Writer;
+pub use pursuit_containers::Storage;
 pub use still::{write_jpeg, write_png};
-pub use storage::Storage;
 pub use video::{VideoOptions, VideoWriter};

@@ -1,6 +1,6 @@
 //! What the ball looks like, remembered.
 
-use super::eye::Eye;
+use super::color_blobs::ColorBlobFinder;
 use pursuit_geometry::BBox;
 use pursuit_vision::color::HUES;
 use serde::{Deserialize, Serialize};
@@ -8,32 +8,45 @@ use serde::{Deserialize, Serialize};
 const HUE_BINS: usize = 30;
 const SATURATION_BINS: usize = 4;
 const VALUE_BINS: usize = 4;
+const LENGTH: usize = HUE_BINS * SATURATION_BINS * VALUE_BINS;
 /// The inner part of a box that is compared, in half axes: the rim mixes with the background.
 const PART: f64 = 0.75;
 
 /// A histogram of hue, saturation and value that sums to one.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<f32>", into = "Vec<f32>")]
 pub(super) struct Appearance {
     bins: Vec<f32>,
 }
 
+/// Room for a histogram; all zero.
+impl Default for Appearance {
+    fn default() -> Self {
+        Self { bins: vec![0.0; LENGTH] }
+    }
+}
+
+impl From<Appearance> for Vec<f32> {
+    fn from(appearance: Appearance) -> Self {
+        appearance.bins
+    }
+}
+
+impl TryFrom<Vec<f32>> for Appearance {
+    type Error = &'static str;
+
+    fn try_from(bins: Vec<f32>) -> Result<Self, Self::Error> {
+        let sound = bins.len() == LENGTH && bins.iter().all(|b| b.is_finite() && *b >= 0.0);
+        if sound { Ok(Self { bins }) } else { Err("its histogram of colours cannot be") }
+    }
+}
+
 impl Appearance {
-    /// Room for a histogram; all zero.
-    pub fn new() -> Self {
-        Self { bins: vec![0.0; HUE_BINS * SATURATION_BINS * VALUE_BINS] }
-    }
-
-    /// Whether it can be what a tracker saved.
-    pub fn is_sound(&self) -> bool {
-        self.bins.len() == HUE_BINS * SATURATION_BINS * VALUE_BINS
-            && self.bins.iter().all(|b| b.is_finite() && *b >= 0.0)
-    }
-
     /// Becomes the histogram of the middle of `bbox`.
-    pub fn take(&mut self, eye: &Eye, bbox: &BBox) {
+    pub fn take(&mut self, blobs: &ColorBlobFinder, bbox: &BBox) {
         self.bins.fill(0.0);
         let mut count = 0.0;
-        eye.sample(bbox, 0.0..PART, |[hue, saturation, value]| {
+        blobs.sample(bbox, 0.0..PART, |[hue, saturation, value]| {
             count += 1.0;
             // Shared between the two nearest bins, so that a lamp that changes a little changes the histogram a little.
             let (h0, h1, h) = share(f32::from(hue) / f32::from(HUES) * HUE_BINS as f32, HUE_BINS, true);

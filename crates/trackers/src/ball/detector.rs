@@ -1,52 +1,42 @@
 //! Finds a ball nobody has pointed at: the paper's detection stage at several strictnesses, and a judgement of shape.
 
-use super::eye::{Candidate, Eye};
+use super::color_blobs::{Candidate, ColorBlobFinder};
 use super::palette::{BallColor, SATURATED};
 use super::params::BallDetectorParams;
-use crate::{Detection, Detector, DetectorRecipe, Result, TrackingError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
 use pursuit_vision::PixelWindow;
 
-/// Radii of the opening, as fractions of the frame's shorter side: the first is the paper's two iterations at 480 rows,
-/// the larger ones part a large ball from like-coloured clutter that touches it.
-const RADII: [f64; 3] = [0.004, 0.01, 0.021];
-/// An opening by a square of side 2r + 1 makes squares of clutter; only what is this many times larger has a shape.
-const SHAPE_OVER_OPENING: f64 = 3.0;
-/// A detection this convincing ends the search.
-const CONVINCING: f64 = 0.85;
-/// Chance of a region of clutter to look round.
-const CHANCE: f64 = 0.06;
-/// What the likeness of a region that touches the frame's border is worth: part of its outline is the border's.
-const CUT: f64 = 0.9;
 /// Distance in RGB codes between the ball and its surroundings at which the border is plain.
 const PLAIN_STEP: f64 = 40.0;
 /// 4π area / perimeter² of a disk of pixels, outline through their centres.
 const DISK_CIRCULARITY: f64 = 0.89;
 
 impl DetectorRecipe for BallDetectorParams {
-    const SUMMARY: &'static str = "round regions of a given colour, or of any strong colour";
-    const DEFAULT_TRACKER: &'static str = "ball";
-
     fn detector(&self) -> Result<Box<dyn Detector>> {
-        Ok(Box::new(BallDetector { params: self.clone(), eye: Eye::default(), before: Vec::new() }))
+        Ok(Box::new(BallDetector { params: self.clone(), blobs: ColorBlobFinder::default(), before: Vec::new() }))
     }
 }
 
 /// Looks for balls all over the frame.
 struct BallDetector {
     params: BallDetectorParams,
-    eye: Eye,
+    blobs: ColorBlobFinder,
     /// What looked half like a ball in the frame before.
     before: Vec<Detection>,
 }
 
 impl Detector for BallDetector {
-    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
+    fn detect(&mut self, frame: &Frame, _: &[Followed]) -> Result<Vec<Detection>> {
         if !frame.has_color() {
-            return Err(TrackingError::MissingPlane { tracker: "ball", needed: "colour", index: frame.index() });
+            return Err(TrackingError::MissingPlane {
+                tracker: "ball".to_owned(),
+                needed: "colour",
+                index: frame.index(),
+            });
         }
-        self.eye.look(frame, PixelWindow::full(frame.size()))?;
+        self.blobs.look(frame, PixelWindow::full(frame.size()))?;
         let colors: &[BallColor] = if self.params.color == BallColor::Auto { &SATURATED } else { &[self.params.color] };
         let mut found: Vec<Detection> = Vec::new();
         for color in colors {
@@ -57,9 +47,9 @@ impl Detector for BallDetector {
         found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         let mut believed: Vec<Detection> = Vec::new();
         for detection in &found {
-            let again = self.before.iter().any(|b| goes_on(b, detection));
+            let again = self.before.iter().any(|b| goes_on(b, detection, &self.params));
             let enough = detection.confidence >= self.params.min_likeness || again;
-            if enough && believed.iter().all(|b| b.bbox.iou(&detection.bbox) < 0.2) {
+            if enough && believed.iter().all(|b| b.bbox.iou(&detection.bbox) < self.params.same) {
                 believed.push(detection.clone());
             }
         }
@@ -75,14 +65,16 @@ impl BallDetector {
         let side = frame.size().width.min(frame.size().height) as f64;
         for range in color.ladder() {
             let mut last_radius = 0;
-            for (step, fraction) in RADII.into_iter().enumerate() {
+            for (step, fraction) in
+                [self.params.opening, self.params.wider_opening, self.params.widest_opening].into_iter().enumerate()
+            {
                 let radius = ((fraction * side).round() as usize).max(1);
                 if radius == last_radius {
                     continue;
                 }
                 last_radius = radius;
                 // An opening makes squares of clutter; what is not much larger than it has no shape of its own.
-                let smallest = SHAPE_OVER_OPENING * (2 * radius + 1) as f64;
+                let smallest = self.params.shape_over_opening * (2 * radius + 1) as f64;
                 let least_area = self.params.min_area * pixels;
                 let params = &self.params;
                 let keep = |b: &BBox| {
@@ -93,26 +85,26 @@ impl BallDetector {
                 };
                 // Half as large ones are counted too, as rivals.
                 if step == 0 {
-                    self.eye.find(frame, &range, radius, least_area / 2.0, keep)?;
+                    self.blobs.find(frame, &range, radius, least_area / 2.0, keep)?;
                 } else {
-                    self.eye.find_opened(frame, radius, least_area / 2.0, keep)?;
+                    self.blobs.find_opened(frame, radius, least_area / 2.0, keep)?;
                 }
-                if self.eye.count_of_at_least(0.0) == 0 {
+                if self.blobs.count_of_at_least(0.0) == 0 {
                     // Stricter ranges and wider openings leave less still.
                     if step == 0 {
                         return Ok(false);
                     }
                     break;
                 }
-                for candidate in self.eye.candidates().iter().filter(|c| c.area >= least_area) {
+                for candidate in self.blobs.candidates().iter().filter(|c| c.area >= least_area) {
                     let inside = candidate.bbox.expanded(1.0).fraction_inside(&frame.size().bounds()) == 1.0;
-                    let likeness = ball_likeness(&self.eye, candidate)
-                        * uniqueness(&self.eye, candidate)
-                        * if inside { 1.0 } else { CUT };
+                    let likeness = ball_likeness(&self.blobs, candidate)
+                        * uniqueness(&self.blobs, candidate, self.params.chance)
+                        * if inside { 1.0 } else { self.params.cut_worth };
                     if likeness >= self.params.min_likeness_again.min(self.params.min_likeness) {
                         found.push(Detection { bbox: candidate.bbox, confidence: likeness });
                     }
-                    if likeness >= CONVINCING {
+                    if likeness >= self.params.convincing {
                         return Ok(true);
                     }
                 }
@@ -123,30 +115,32 @@ impl BallDetector {
 }
 
 /// Among many regions of like size one is round by chance: foliage, texture, noise.
-fn uniqueness(eye: &Eye, candidate: &Candidate) -> f64 {
-    let rivals = eye.count_of_at_least(0.5 * candidate.area).saturating_sub(1);
-    1.0 / (1.0 + CHANCE * rivals as f64)
+fn uniqueness(blobs: &ColorBlobFinder, candidate: &Candidate, chance: f64) -> f64 {
+    let others = blobs.count_of_at_least(0.5 * candidate.area).saturating_sub(1);
+    1.0 / (1.0 + chance * others as f64)
 }
 
 /// How much a region looks like a ball, in `[0, 1]`: as round as a disk, as full, and set off from its surroundings.
-pub(super) fn ball_likeness(eye: &Eye, candidate: &Candidate) -> f64 {
+pub(super) fn ball_likeness(blobs: &ColorBlobFinder, candidate: &Candidate) -> f64 {
     let roundness = (candidate.circularity / DISK_CIRCULARITY).min(1.0);
     let disk = std::f64::consts::FRAC_PI_4 * candidate.bbox.area();
     // A box or a triangle is too full or too empty for a disk by a quarter and more.
     let fullness = 1.0 - ((candidate.area / disk - 1.0).abs() / 0.25).powi(2).min(1.0);
-    let inside = eye.coverage(&candidate.bbox, 0.0..0.8);
-    let outside = eye.coverage(&candidate.bbox, 1.25..1.6);
+    let inside = blobs.coverage(&candidate.bbox, 0.0..0.8);
+    let outside = blobs.coverage(&candidate.bbox, 1.25..1.6);
     let contrast = ((inside - outside) / 0.8).clamp(0.0, 1.0);
     // A border where the colour range happens to end in a smooth shade is no border.
-    let (own, around) = (eye.mean_color(&candidate.bbox, 0.0..0.8), eye.mean_color(&candidate.bbox, 1.2..1.6));
+    let (own, around) = (blobs.mean_color(&candidate.bbox, 0.0..0.8), blobs.mean_color(&candidate.bbox, 1.2..1.6));
     let step = own.iter().zip(around).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     let step = (step / PLAIN_STEP).min(1.0);
     (roundness * candidate.solidity * contrast).cbrt() * fullness * step
 }
 
 /// Whether `now` may be `before` one frame later.
-fn goes_on(before: &Detection, now: &Detection) -> bool {
+fn goes_on(before: &Detection, now: &Detection, params: &BallDetectorParams) -> bool {
     let side = |b: &BBox| b.area().sqrt();
     let ratio = side(&now.bbox) / side(&before.bbox);
-    (0.7..1.4).contains(&ratio) && before.bbox.center().distance(now.bbox.center()) < 1.5 * side(&before.bbox)
+    ratio < params.again_ratio
+        && ratio > 1.0 / params.again_ratio
+        && before.bbox.center().distance(now.bbox.center()) < params.again_distance * side(&before.bbox)
 }

@@ -7,53 +7,50 @@
 //! that has come back. See `docs/papers/ball.md`.
 
 mod appearance;
+mod color_blobs;
 mod detector;
-mod eye;
+mod distractors;
 mod localizer;
-mod motion;
 mod palette;
 mod params;
-mod policy;
-mod rivals;
 
 pub use localizer::BallLocalizer;
-pub use motion::BallMotion;
 pub use palette::BallColor;
-pub use params::{BallDetectorParams, BallMotionMode, BallParams};
-pub use policy::{BallPolicy, BallProposer};
+pub use params::{BallDetectorParams, BallParams, DistractorParams, SightParams};
 
-use crate::{Result, SingleTarget, TrackerRecipe, TrackingError, parameters::Parameters};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::{PolicyModel, PolicyParams};
+use pursuit_tracking::search::{SearchModel, SearchParams};
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Needs, Result, TrackerRecipe};
 
-/// The ball tracker: the one loop with colour, shape and motion of a ball.
-pub type BallTracker = SingleTarget<BallProposer, BallLocalizer, BallPolicy, BallMotion>;
+impl LocalizerRecipe for BallParams {
+    type Localizer = BallLocalizer;
 
-impl TrackerRecipe for BallParams {
-    type Tracker = BallTracker;
+    const NEEDS: Needs = Needs { color: true };
 
-    const SUMMARY: &'static str = "a ball (or anything of one colour) by colour and shape, with a filter for bounces";
-    const PAPER: &'static str = "ball";
-    const NEEDS_COLOR: bool = true;
-
-    fn start(&self, frame: &Frame, bbox: BBox) -> Result<Self::Tracker> {
-        let motion = BallMotion::new(self.motion, bbox).map_err(|e| TrackingError::Computation {
-            tracker: Self::OWNER,
-            index: frame.index(),
-            source: Box::new(e),
-        })?;
-        let localizer = BallLocalizer::new(self, frame, bbox)?;
-        Ok(SingleTarget::new(Self::OWNER, frame, BallProposer::new(self), localizer, BallPolicy::new(self), motion))
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<BallLocalizer> {
+        BallLocalizer::new(self, frame, bbox)
     }
+}
 
-    fn revive(&self, saved: Self::Tracker) -> Result<Self::Tracker> {
-        saved.revived(Self::OWNER, |_, localizer, _, _| {
-            if !localizer.is_sound() {
-                let problem = "its numbers do not fit each other".to_owned();
-                return Err(TrackingError::Snapshot { tracker: Self::OWNER, problem });
-            }
-            localizer.revive();
-            Ok(())
-        })
-    }
+/// `ball`. `motion.model = "ball"` is the filter of the paper with its printed noise.
+pub fn ball(name: &'static str) -> TrackerRecipe<BallParams> {
+    let groups = GroupParams {
+        motion: MotionParams::ball(),
+        policy: PolicyParams {
+            model: PolicyModel::Gated,
+            occluded_below: 0.625,
+            seen_from: 0.75,
+            found_from: 0.75,
+            far_from: 0.925,
+            learn_from: 0.75,
+            lost_after_s: 0.68,
+            occluded_score: 0.4,
+            ..PolicyParams::default()
+        },
+        search: SearchParams { model: SearchModel::Gate, ..SearchParams::default() },
+    };
+    TrackerRecipe { name, localizer: BallParams::default(), groups }
 }

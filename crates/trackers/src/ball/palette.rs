@@ -1,28 +1,27 @@
 //! Colours of balls: presets, and ranges learned from a box.
 
-use super::eye::Eye;
+use super::color_blobs::ColorBlobFinder;
 use pursuit_geometry::BBox;
 use pursuit_vision::color::{HUES, Hsv8, HsvRange};
-use serde::{Deserialize, Serialize};
 
-/// Which colour to look for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BallColor {
-    /// Learned from the box.
-    Auto,
-    /// Table-tennis and tennis balls, dandelions.
-    Yellow,
-    /// Table-tennis balls, basketballs, oranges.
-    Orange,
-    /// From yellowish green to turquoise.
-    Green,
-    /// Bright and hardly saturated.
-    White,
-    /// Through the wrap of hue.
-    Red,
-    /// From cyan to violet.
-    Blue,
+pursuit_tracking::choices! {
+    /// Which colour to look for.
+    pub enum BallColor {
+        /// Learned from the box.
+        Auto = "auto",
+        /// Table-tennis and tennis balls, dandelions.
+        Yellow = "yellow",
+        /// Table-tennis balls, basketballs, oranges.
+        Orange = "orange",
+        /// From yellowish green to turquoise.
+        Green = "green",
+        /// Bright and hardly saturated.
+        White = "white",
+        /// Through the wrap of hue.
+        Red = "red",
+        /// From cyan to violet.
+        Blue = "blue",
+    }
 }
 
 /// The presets that have a hue.
@@ -76,11 +75,11 @@ const RING: (f64, f64) = (1.35, 1.9);
 /// Below this median saturation a thing has no hue worth the name.
 const GRAY: u8 = 45;
 
-/// The range of colours that tells what is in the middle of `bbox` from what is around it; `eye` has looked at the box and
+/// The range of colours that tells what is in the middle of `bbox` from what is around it; `blobs` has looked at the box and
 /// its surroundings. Within `prior`'s hues where there is a prior.
-pub(super) fn learn(eye: &Eye, bbox: &BBox, prior: Option<HsvRange>) -> HsvRange {
+pub(super) fn learn(blobs: &ColorBlobFinder, bbox: &BBox, prior: Option<HsvRange>) -> HsvRange {
     let mut core = Vec::new();
-    eye.sample(bbox, 0.0..CORE, |hsv| core.push(hsv));
+    blobs.sample(bbox, 0.0..CORE, |hsv| core.push(hsv));
     if let Some(prior) = prior {
         let fitting: Vec<Hsv8> = core.iter().copied().filter(|c| prior.contains(*c)).collect();
         // A box that hardly shows the colour named (a loose box, a hand before the ball) teaches nothing about it.
@@ -90,7 +89,7 @@ pub(super) fn learn(eye: &Eye, bbox: &BBox, prior: Option<HsvRange>) -> HsvRange
         core = fitting;
     }
     let mut around = Vec::new();
-    eye.sample(bbox, RING.0..RING.1, |hsv| around.push(hsv));
+    blobs.sample(bbox, RING.0..RING.1, |hsv| around.push(hsv));
 
     let median = quantile(core.iter().map(|c| c[1]), 0.5).unwrap_or(0);
     let white = prior.is_some_and(|p| p.saturation_high < 255);

@@ -1,96 +1,136 @@
 use super::palette::BallColor;
-use serde::{Deserialize, Serialize};
 
-/// How the ball's motion is filtered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BallMotionMode {
-    /// Three interacting motion models: steady, flight under constant acceleration, sudden change of velocity.
-    Adaptive,
-    /// The filter of the paper with its printed noise.
-    Paper,
-}
-
-crate::parameters! {
-    /// Parameters of the `ball` tracker.
-    pub struct BallParams for "ball" {
-        /// Colour of the ball: `auto` learns it from the box; `yellow`, `orange`, `green`, `white`, `red` and `blue` are
-        /// tolerant ranges of hue, saturation and value within which it is then learned.
-        pub color: BallColor = BallColor::Auto,
+pursuit_tracking::parameters! {
+    /// Parameters of the ball localizer.
+    pub struct BallParams {
+        /// Colour of the ball: `auto` learns it from the box; the others are tolerant ranges of hue, saturation and value within
+        /// which it is then learned.
+        pub color: BallColor = BallColor::Auto;
         /// Whether a preset's range is narrowed to the colour seen in the box (`auto` always learns).
-        pub learn_range: bool = true,
-        /// How motion is filtered: `adaptive`, or `paper` for the printed Q and R.
-        pub motion: BallMotionMode = BallMotionMode::Adaptive,
-        /// Radius of the erosion and the dilation as a fraction of the ball's size, at least one pixel; 0.05 is the
-        /// paper's two 3x3 iterations for a ball of 40 pixels. In [0, 0.2].
-        pub opening_radius: f64 = 0.05,
-        /// Least squareness min(w/h, h/w), relative to the box started on, of a region that may be the ball come back
-        /// after it was lost. Close to the prediction a streak or a part is accepted too. In [0, 1].
-        pub min_squareness: f64 = 0.75,
-        /// Greatest factor by which the size may differ from the expected one close to the prediction; squared after the
-        /// ball was lost. At least 1.
-        pub max_size_ratio: f64 = 1.8,
-        /// Gate: greatest squared distance of a candidate's centre from the prediction, in units of the innovation
-        /// covariance (chi-square with 2 degrees of freedom; 13.8 is its 99.9 % quantile). Positive.
-        pub gate_chi2: f64 = 13.8,
-        /// Standard deviation added to the gate, as a fraction of the ball's size: what segmentation does to the centre
-        /// of a blurred or shaded ball. Not negative.
-        pub gate_slack: f64 = 0.35,
-        /// Least confidence of a candidate while the ball is tracked. In [0, 1].
-        pub min_confidence: f64 = 0.25,
-        /// Least confidence once it has been missed: like-coloured things nearby must not pass for it. In [0, 1].
-        pub min_confidence_unseen: f64 = 0.5,
-        /// Frames in a row without the ball before it counts as lost.
-        pub misses_before_lost: u32 = 20,
-        /// How fast the remembered appearance follows what is seen. In [0, 1].
-        pub learning_rate: f64 = 0.05,
-    }
-    validate(self) {
-        let fraction = |name: &str, value: f64, most: f64| {
-            if (0.0..=most).contains(&value) { Ok(()) } else { Err(Self::reject(name, format!("must be between 0 and {most}"))) }
-        };
-        fraction("opening_radius", self.opening_radius, 0.2)?;
-        fraction("min_squareness", self.min_squareness, 1.0)?;
-        fraction("gate_slack", self.gate_slack, 10.0)?;
-        fraction("min_confidence", self.min_confidence, 1.0)?;
-        fraction("min_confidence_unseen", self.min_confidence_unseen, 1.0)?;
-        fraction("learning_rate", self.learning_rate, 1.0)?;
-        if !(self.max_size_ratio >= 1.0 && self.max_size_ratio.is_finite()) {
-            return Err(Self::reject("max_size_ratio", "must be at least 1"));
-        }
-        if !(self.gate_chi2 > 0.0 && self.gate_chi2.is_finite()) {
-            return Err(Self::reject("gate_chi2", "must be positive"));
-        }
+        pub learn_range: bool = true, source "ours";
+        /// Radius of the erosion and the dilation, at least one pixel; 0.05 is the paper's two 3x3 iterations for a ball of 40
+        /// pixels.
+        pub opening_radius: f64 = 0.05, in 0.0..=0.2, unit "ball sizes", source "ball";
+        /// Least squareness min(w/h, h/w), relative to the box started on, of a region that may be the ball come back after it
+        /// was lost. Close to the prediction a streak or a part is accepted too.
+        pub return_squareness: f64 = 0.75, in 0.0..=1.0, source "ball";
+        /// Greatest factor by which the size may differ from the expected one close to the prediction; squared after the ball
+        /// was lost.
+        pub max_size_ratio: f64 = 1.8, in 1.0..=100.0, source "ours";
+        /// How fast the remembered appearance follows what is seen.
+        pub learning_rate: f64 = 0.05, in 0.0..=1.0, source "ours";
+        /// How regions of the colour are judged.
+        pub sight: SightParams = SightParams::default();
+        /// Things of the ball's colour that stay where they are.
+        pub distractors: DistractorParams = DistractorParams::default();
     }
 }
 
-crate::parameters! {
-    /// Parameters of the `ball` detector.
-    pub struct BallDetectorParams for "ball" {
-        /// Colour of the ball: `yellow`, `orange`, `green`, `white`, `red`, `blue`, or `auto` for whatever looks most like a
-        /// ball in any of them but white.
-        pub color: BallColor = BallColor::Auto,
-        /// Least squareness min(w/h, h/w) of the bounding rectangle. In [0, 1].
-        pub min_squareness: f64 = 0.75,
-        /// Least area as a fraction of the frame (0.0003: a ball of 11 pixels in 640x480). In [0, 1].
-        pub min_area: f64 = 0.0003,
-        /// Greatest area as a fraction of the frame. In [0, 1].
-        pub max_area: f64 = 0.25,
-        /// Least likeness to a ball (roundness, solidity, contrast to its surroundings) to be believed at once. In [0, 1].
-        pub min_likeness: f64 = 0.6,
-        /// Least likeness of one that has been seen in the frame before too. In [0, 1].
-        pub min_likeness_again: f64 = 0.5,
+pursuit_tracking::parameters! {
+    /// How regions of the ball's colour are judged near the prediction and far from it.
+    pub struct SightParams {
+        /// Regions smaller than this share of the expected box are noise.
+        pub least_area: f64 = 0.02, in 0.0..=1.0, source "ours";
+        /// A region this much longer than wide, against the box started on, is a streak: the ball moved during the exposure.
+        pub streak: f64 = 1.25, in 1.0..=10.0, source "ours";
+        /// Least width of a streak against the ball's expected size.
+        pub streak_narrowest: f64 = 0.6, in above(0.0).at_most(1.0), source "ours";
+        /// Greatest width of a streak against the ball's expected size.
+        pub streak_widest: f64 = 1.5, in 1.0..=10.0, source "ours";
+        /// A region that reaches over its box by more than this is blurred or has grown together with something.
+        pub overhang: f64 = 0.06, in 0.0..=1.0, unit "region sizes", source "ours";
+        /// A box that reaches over its region by more than this is that of another thing.
+        pub widest_margin: f64 = 0.35, in 0.0..=1.0, unit "region sizes", source "ours";
+        /// Standard deviation of the centre of a ball that is seen whole.
+        pub sigma_whole: f64 = 0.015, in above(0.0), unit "ball sizes", source "ours";
+        /// Standard deviation of the centre of a ball that is partly hidden.
+        pub sigma_part: f64 = 0.25, in above(0.0), unit "ball sizes", source "ours";
+        /// Standard deviation of the centre of a streak, added per length beyond the ball's.
+        pub sigma_streak: f64 = 0.1, in 0.0.., source "ours";
+        /// A candidate's solidity may fall to this share of that of the region started on.
+        pub solidity: f64 = 0.8, in 0.0..=0.99, source "ours";
+        /// What the distance of a partly seen ball from its prediction counts: its completion takes what lies nearest, so it
+        /// must lie really near.
+        pub part_distance: f64 = 6.0, in 1.0.., source "ours";
+        /// A sighting less confident than this has a second look with a wider opening: the ball may have grown together with
+        /// like-coloured clutter.
+        pub second_look_below: f64 = 0.7, in 0.0..=1.0, source "ours";
+        /// How much wider that opening is.
+        pub second_opening: f64 = 2.5, in 1.0..=10.0, source "ours";
+        /// Least likeness of colours of what comes back after having been lost.
+        pub return_likeness: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Least likeness to a ball of what comes back, where the thing started on was round.
+        pub return_roundness: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// Solidity from which the thing started on counts as round.
+        pub round_from: f64 = 0.9, in 0.0..=1.0, source "ours";
+        /// Likeness of colours that is worth nothing; `color_full` more is worth all.
+        pub color_none: f64 = 0.3, in 0.0..=1.0, source "ours";
+        /// Likeness of colours beyond `color_none` that is worth all.
+        pub color_full: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// What a region is worth whose solidity is the least allowed.
+        pub ragged_worth: f64 = 0.4, in 0.0..=1.0, source "ours";
+        /// How steeply the worth falls with the size, in deviations at the greatest ratio allowed.
+        pub size_steepness: f64 = 1.5, in 0.0.., source "ours";
+        /// What a partly hidden ball is worth.
+        pub part_worth: f64 = 0.8, in 0.0..=1.0, source "ours";
+        /// Share of the ball inside the frame from which it is worth all.
+        pub shown_full: f64 = 0.25, in above(0.0).at_most(1.0), source "ours";
+        /// Coverage by the colour from which a region is worth all.
+        pub filled_full: f64 = 0.6, in above(0.0).at_most(1.0), source "ours";
+        /// What lack of confidence counts against nearness when the best of several is chosen, in squared distances.
+        pub doubt_distance: f64 = 8.0, in 0.0.., source "ours";
     }
-    validate(self) {
-        let values = [
-            ("min_squareness", self.min_squareness), ("min_area", self.min_area), ("max_area", self.max_area),
-            ("min_likeness", self.min_likeness), ("min_likeness_again", self.min_likeness_again),
-        ];
-        if let Some((name, _)) = values.iter().find(|(_, v)| !(0.0..=1.0).contains(v)) {
-            return Err(Self::reject(name, "must be between 0 and 1"));
-        }
-        if self.min_area > self.max_area {
-            return Err(Self::reject("min_area", "must not exceed max_area"));
-        }
+}
+
+pursuit_tracking::parameters! {
+    /// Things of the ball's colour that are not the ball and stay where they are.
+    pub struct DistractorParams {
+        /// As many are remembered.
+        pub most: usize = 48, in 0..=1000, source "ours";
+        /// Seen in the same place this often, a thing is taken for part of the scene.
+        pub settled: u32 = 3, in 1..=1000, unit "frames", source "ours";
+        /// Looked for and not found this often, it is forgotten.
+        pub forgotten: u32 = 5, in 1..=1000, unit "frames", source "ours";
+        /// Overlap that makes two boxes the same thing.
+        pub same: f64 = 0.4, in 0.0..=1.0, source "ours";
     }
+}
+
+pursuit_tracking::parameters! {
+    /// Parameters of the ball detector.
+    pub struct BallDetectorParams {
+        /// Colour of the ball, or `auto` for whatever looks most like a ball in any of them but white.
+        pub color: BallColor = BallColor::Auto;
+        /// Least squareness min(w/h, h/w) of the bounding rectangle.
+        pub min_squareness: f64 = 0.75, in 0.0..=1.0, source "ball";
+        /// Least area (0.0003: a ball of 11 pixels in 640x480).
+        pub min_area: f64 = 0.0003, in 0.0..=1.0, unit "share of the frame", source "ours";
+        /// Greatest area.
+        pub max_area: f64 = 0.25, in 0.0..=1.0, unit "share of the frame", source "ours";
+        /// Least likeness to a ball (roundness, solidity, contrast to its surroundings) to be believed at once.
+        pub min_likeness: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Least likeness of one that has been seen in the frame before too.
+        pub min_likeness_again: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// A detection this convincing ends the search.
+        pub convincing: f64 = 0.85, in 0.0..=1.0, source "ours";
+        /// Radius of the first opening; 0.004 is the paper's two iterations at 480 rows.
+        pub opening: f64 = 0.004, in 0.0..=0.1, unit "shorter sides", source "ball";
+        /// Radius of the second opening, which parts a large ball from like-coloured clutter that touches it.
+        pub wider_opening: f64 = 0.01, in 0.0..=0.1, unit "shorter sides", source "ours";
+        /// Radius of the third opening.
+        pub widest_opening: f64 = 0.021, in 0.0..=0.1, unit "shorter sides", source "ours";
+        /// An opening by a square makes squares of clutter; only what is this many times larger has a shape.
+        pub shape_over_opening: f64 = 3.0, in 1.0.., source "ours";
+        /// Chance of a region of clutter to look round.
+        pub chance: f64 = 0.06, in 0.0..=1.0, source "ours";
+        /// What the likeness of a region that touches the frame's border is worth: part of its outline is the border's.
+        pub cut_worth: f64 = 0.9, in 0.0..=1.0, source "ours";
+        /// Overlap from which two detections are one.
+        pub same: f64 = 0.2, in 0.0..=1.0, source "ours";
+        /// Greatest ratio of sizes of a ball in two frames.
+        pub again_ratio: f64 = 1.4, in 1.0.., source "ours";
+        /// Greatest distance of a ball in two frames.
+        pub again_distance: f64 = 1.5, in 0.0.., unit "ball sizes", source "ours";
+    }
+    ordered { min_area <= max_area }
 }

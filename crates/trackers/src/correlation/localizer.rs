@@ -1,357 +1,322 @@
-use super::{
-    Calibration, Evidence, Features, FirstView, Likeness, PeakQuality, ResponsePeak, Support, Template, UsualPeak,
-};
-use crate::scale::{ScaleFilter, ScaleSettings};
-use crate::{Diagnostics, Localizer, Measurement, Search};
-use pursuit_geometry::{BBox, Point, Size};
+use super::filters::{Filter, ResponseFilter};
+use super::params::Subpixel;
+use super::peaks::Peaks;
+use super::scale::ScaleFilter;
+use super::score::{Evidence, PeakBaseline, PeakQuality, probability};
+use super::search_window::SearchWindow;
+use super::spec::{CorrelationSpec, FirstSamples, hann, in_cells};
+use crate::appearance::{ColorHistogram, InitialTemplate, Support};
+use crate::correlation::Likeness;
+use crate::features::{FeatureSet, Features};
+use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
+use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Result, Search, ViewSize};
+use pursuit_vision::fourier::{newton_peak, parabola_peak, signed_shift};
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
 
-/// What a filter is shown of a window.
-#[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
-    /// Features, weighted by the Hann window.
-    pub features: &'a Planes,
-    /// The pixels they were made of, values 0–255, where the features keep them.
-    pub patch: Option<&'a Planes>,
-}
-
-/// A filter that answers a window's features with a plane whose peak is the target's displacement.
-pub trait ResponseFilter: Clone + Send {
-    /// The response to what is seen; `response` has one entry for each cell, the first one means no displacement.
-    fn respond(&mut self, seen: Seen<'_>, response: &mut [f32]);
-
-    /// Learns what is seen, centred on the target, `rate` (0–1) new and the rest as before; 1 forgets everything.
-    fn learn(&mut self, seen: Seen<'_>, rate: f64);
-
-    /// The peak of the last response between the cells, where the filter can tell better than the parabola through them.
-    fn refine(&self, peak: ResponsePeak) -> ResponsePeak {
-        peak
-    }
-
-    /// Makes plans and scratch anew after a saved state has been read.
-    ///
-    /// # Errors
-    /// What does not fit a grid of `grid` cells and `channels` channels.
-    fn revive(&mut self, grid: Size, channels: usize) -> Result<(), String>;
-}
-
-/// What a correlation tracker is made of: a small value, saved with the tracker.
-pub trait Assembly: Clone + Send {
-    /// Features of a window.
-    type Features: Features;
-    /// The filter on them.
-    type Filter: ResponseFilter;
-
-    /// The template for a target that starts as large as `bbox`.
-    fn template(&self, bbox: &BBox) -> Template;
-
-    /// The features.
-    fn features(&self) -> Self::Features;
-
-    /// An untaught filter for the grid of `template`'s patch.
-    fn filter(&self, template: &Template, grid: Size) -> Self::Filter;
-
-    /// The filter along scale, where sizes are not simply tried.
-    fn scale_filter(&self) -> Option<ScaleSettings> {
-        None
-    }
-
-    /// How to search and learn.
-    fn settings(&self) -> &SearchSettings;
-}
-
-/// How a correlation localizer searches and learns.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SearchSettings {
-    /// Sizes tried relative to the last one; 1 first.
-    pub scale_factors: Vec<f64>,
-    /// What the responses of all sizes but the last one are multiplied by.
-    pub scale_penalty: f64,
-    /// How much of a change of size is believed, 0–1.
-    pub scale_gain: f64,
-    /// Share of the new appearance in the model, per update.
-    pub learning_rate: f64,
-    /// Windows looked at per frame while searching all over.
-    pub wide_windows: usize,
-    /// First samples: the target as it is, and turned and resized a little at random (bolme2010, section 3.3). At least 1.
-    pub first_samples: usize,
-    /// How figures of the response become a probability.
-    pub calibration: Calibration,
-}
-
-impl SearchSettings {
-    /// The last size first, then `levels` sizes on either side of it, each `step` times the next smaller.
-    pub fn scale_ladder(step: f64, levels: usize) -> Vec<f64> {
-        let exponents = std::iter::once(0).chain((1..=levels as i32).flat_map(|k| [-k, k]));
-        exponents.map(|k| step.powi(k)).collect()
-    }
-}
-
-/// Finds the target by correlation: features of a window, weighted by a Hann window, answered by a filter, over a few sizes.
+/// Finds the target by correlation: features of a window, weighted by a Hann window, answered by a filter.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(bound(
-    serialize = "A: Serialize, A::Filter: Serialize",
-    deserialize = "A: Deserialize<'de>, A::Filter: Deserialize<'de>"
-))]
-pub struct CorrelationLocalizer<A: Assembly> {
-    assembly: A,
-    template: Template,
-    filter: A::Filter,
-    scale_filter: Option<ScaleFilter>,
-    /// Where the search all over goes on.
-    wide_cursor: usize,
-    first_view: FirstView,
-    usual_peak: UsualPeak,
+#[serde(try_from = "Raw")]
+pub struct CorrelationLocalizer {
+    spec: CorrelationSpec,
+    window: SearchWindow,
+    filter: Filter,
+    scale: Option<ScaleFilter>,
+    colors: Option<ColorHistogram>,
+    initial: InitialTemplate,
+    baseline: PeakBaseline,
     #[serde(skip)]
-    scratch: Option<Scratch<A::Features>>,
+    scratch: Scratch,
 }
 
-/// Not state: made from the assembly, and overwritten at every use.
+/// What is stored, before it is checked.
+#[derive(Deserialize)]
+struct Raw {
+    spec: CorrelationSpec,
+    window: SearchWindow,
+    filter: Filter,
+    scale: Option<ScaleFilter>,
+    colors: Option<ColorHistogram>,
+    initial: InitialTemplate,
+    baseline: PeakBaseline,
+}
+
+impl TryFrom<Raw> for CorrelationLocalizer {
+    type Error = &'static str;
+
+    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
+        let Raw { spec, window, filter, scale, colors, initial, baseline } = raw;
+        if !spec.is_sensible() {
+            return Err("its settings are out of range");
+        }
+        let features = spec.make_features();
+        if filter.shape() != (features.grid(window.patch()), features.channels()) {
+            return Err("its filter is not made for its window");
+        }
+        if !initial.fits(support(&window, &features), template_channels(&spec, &features)) {
+            return Err("its initial template does not fit its window");
+        }
+        if spec.color.is_some() != colors.is_some() || (colors.is_some() && features.patch().is_none()) {
+            return Err("its colours do not fit its features");
+        }
+        let scratch = Scratch::new(features, &window);
+        Ok(Self { spec, window, filter, scale, colors, initial, baseline, scratch })
+    }
+}
+
+/// Not state: made from the spec, and overwritten at every use.
 #[derive(Debug, Clone)]
-struct Scratch<F> {
-    features: F,
+struct Scratch {
+    features: FeatureSet,
     hann: Vec<f32>,
     /// Features as they are.
     plain: Planes,
     /// Features under the Hann window.
     windowed: Planes,
     response: Vec<f32>,
+    peaks: Peaks,
 }
 
-impl<F: Features> Scratch<F> {
-    fn new(features: F, patch: Size) -> Self {
-        let grid = features.grid(patch);
-        let sine = |i: usize, n: usize| (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin();
-        let hann = |y, x| (sine(y, grid.height) * sine(x, grid.width)).powi(2) as f32;
+impl Scratch {
+    fn new(features: FeatureSet, window: &SearchWindow) -> Self {
+        let grid = features.grid(window.patch());
         Self {
-            hann: (0..grid.height).flat_map(|y| (0..grid.width).map(move |x| hann(y, x))).collect(),
+            hann: hann(grid),
             plain: Planes::new(grid, features.channels()),
             windowed: Planes::new(grid, features.channels()),
             response: vec![0.0; grid.area()],
+            peaks: Peaks::default(),
             features,
         }
-    }
-
-    /// What was extracted last.
-    fn seen(&self) -> Seen<'_> {
-        Seen { features: &self.windowed, patch: self.features.patch() }
     }
 
     /// Features of the window.
     fn extract(&mut self, frame: &Frame, window: &Window) {
         self.features.extract(frame, window, &mut self.plain);
         for (plain, windowed) in self.plain.planes().zip(self.windowed.planes_mut()) {
-            let weighted = plain.iter().zip(&self.hann).map(|(v, h)| v * h);
-            windowed.iter_mut().zip(weighted).for_each(|(out, v)| *out = v);
+            for ((out, v), h) in windowed.iter_mut().zip(plain).zip(&self.hann) {
+                *out = v * h;
+            }
         }
     }
 }
 
+/// What one look gave.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     center: Point,
     scale: f64,
-    value: f64,
-    quality: PeakQuality,
-    /// Likeness to the first view.
-    likeness: f64,
+    /// Height of the response's peak, by which sizes are compared.
+    height: f64,
+    apce: f64,
+    evidence: Evidence,
+    log_odds: f64,
 }
 
 /// The target's cells.
-fn support(template: &Template, features: &impl Features) -> Support {
-    let ((width, height), cell) = (template.target_in_patch(), features.cell_px() as f64);
-    Support::middle((width / cell, height / cell), features.grid(template.patch()))
+fn support(window: &SearchWindow, features: &impl Features) -> Support {
+    Support::middle(in_cells(window.target_in_patch(), features.cell_px()), features.grid(window.patch()))
 }
 
-/// Largest turn, radians, and change of size of a first sample.
-const WARP: (f64, f64) = (0.1, 0.1);
+/// The channels that the initial template is made of.
+fn template_channels(spec: &CorrelationSpec, features: &impl Features) -> usize {
+    match spec.score.likeness_by {
+        Likeness::Cosine => features.gradient_channels(),
+        Likeness::Correlation => features.channels(),
+    }
+}
 
 /// The `k`-th first sample's window: 0 as it is, the others turned and resized by low-discrepancy amounts, which fill the
 /// range more evenly than random ones and are the same in every run.
-fn perturbed(window: Window, k: usize) -> Window {
+fn perturbed(window: Window, samples: &FirstSamples, k: usize) -> Window {
     if k == 0 {
         return window;
     }
     // Additive recurrences with the golden ratio and √2, in [−1, 1).
     let spread = |irrational: f64| 2.0 * (k as f64 * irrational).fract() - 1.0;
-    let (turn, size) = (WARP.0 * spread(0.618_033_988_75), WARP.1 * spread(std::f64::consts::SQRT_2));
+    let (turn, size) = (samples.turn_rad * spread(0.618_033_988_75), samples.resize * spread(std::f64::consts::SQRT_2));
     Window { step_x: window.step_x * (1.0 + size), step_y: window.step_y * (1.0 + size), ..window }.turned(turn)
 }
 
-impl<A: Assembly> CorrelationLocalizer<A> {
+impl CorrelationLocalizer {
     /// Starts on the target at `bbox`.
-    pub fn new(assembly: A, frame: &Frame, bbox: &BBox) -> Self {
-        let template = assembly.template(bbox);
-        let mut scratch = Scratch::new(assembly.features(), template.patch());
-        let mut filter = assembly.filter(&template, scratch.plain.size());
-        let window = template.window(bbox.center(), 1.0);
-        for k in 0..assembly.settings().first_samples.max(1) {
-            scratch.extract(frame, &perturbed(window, k));
+    pub fn new(spec: CorrelationSpec, frame: &Frame, bbox: &BBox) -> Self {
+        let features = spec.make_features();
+        let window = SearchWindow::new(bbox, &spec.window, features.cell_px());
+        let target = in_cells(window.target_in_patch(), features.cell_px());
+        let (support, channels) = (support(&window, &features), template_channels(&spec, &features));
+        let mut scratch = Scratch::new(features, &window);
+        let sigma = spec.label_sigma(target);
+        let mut filter = spec.filter.make(scratch.plain.size(), scratch.plain.channels(), target, sigma);
+        let first = window.window(bbox.center(), 1.0);
+        for k in 0..spec.first_samples.count.max(1) {
+            scratch.extract(frame, &perturbed(first, &spec.first_samples, k));
             // Running mean of all samples.
-            filter.learn(scratch.seen(), 1.0 / (k + 1) as f64);
+            filter.learn(&scratch.windowed, 1.0 / (k + 1) as f64);
         }
-        scratch.extract(frame, &window);
-        let first_view = FirstView::new(
-            support(&template, &scratch.features),
-            &scratch.plain,
-            scratch.plain.channels(),
-            Likeness::Correlation,
-        );
-        let scale_filter = assembly.scale_filter().map(|settings| {
-            let mut filter = ScaleFilter::new(settings, bbox);
+        if spec.first_samples.count > 1 {
+            scratch.extract(frame, &first);
+        }
+        let mut colors = spec.color.clone().map(|params| ColorHistogram::new(window.target_in_patch(), params));
+        if let (Some(colors), Some(patch)) = (&mut colors, scratch.features.patch()) {
+            colors.learn(patch, true);
+        }
+        let scale = spec.scale.clone().filter(|s| s.scales > 1).map(|params| {
+            let mut filter = ScaleFilter::new(params, bbox);
             filter.learn(frame, bbox);
             filter
         });
-        Self {
-            assembly,
-            template,
-            filter,
-            scale_filter,
-            wide_cursor: 0,
-            first_view,
-            usual_peak: UsualPeak::default(),
-            scratch: Some(scratch),
-        }
+        let initial = InitialTemplate::new(support, &scratch.plain, channels, spec.score.likeness_by);
+        Self { spec, window, filter, scale, colors, initial, baseline: PeakBaseline::default(), scratch }
     }
 
-    /// The template.
-    pub const fn template(&self) -> &Template {
-        &self.template
+    /// The window searched.
+    pub const fn window(&self) -> &SearchWindow {
+        &self.window
     }
 
     /// The filter.
-    pub const fn filter(&self) -> &A::Filter {
+    pub const fn filter(&self) -> &Filter {
         &self.filter
     }
 
-    /// Makes plans and scratch anew after a saved state has been read.
-    ///
-    /// # Errors
-    /// What does not hold together in the state.
-    pub fn revive(&mut self) -> Result<(), String> {
-        if !self.template.is_sensible() {
-            return Err("its template has a size that cannot be".into());
-        }
-        let features = self.assembly.features();
-        if let Some(scale_filter) = &mut self.scale_filter {
-            scale_filter.revive()?;
-        }
-        self.first_view.check(support(&self.template, &features), features.channels())?;
-        self.filter.revive(features.grid(self.template.patch()), features.channels())?;
-        self.scratch = Some(Scratch::new(features, self.template.patch()));
-        Ok(())
-    }
-
+    /// The filter's answer in the window about `center`: the likeliest of its peaks.
     fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
-        let Self { assembly, template, filter, first_view, scratch, .. } = self;
-        let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
-        scratch.extract(frame, &template.window(center, scale));
-        let Scratch { features, plain, windowed, response, .. } = &mut *scratch;
-        filter.respond(Seen { features: windowed, patch: features.patch() }, response);
-        let width = plain.size().width;
-        let peak = filter.refine(ResponsePeak::of(response, width)?);
-        let cell = template.step(scale) * features.cell_px() as f64;
-        Some(Candidate {
-            center: Point::new(center.x + peak.dx * cell, center.y + peak.dy * cell),
-            scale,
-            value: peak.value,
-            quality: PeakQuality::of(response, width),
-            likeness: first_view.likeness(plain, peak.dx.round() as isize, peak.dy.round() as isize),
-        })
-    }
-
-    fn learn(&mut self, frame: &Frame, bbox: &BBox, rate: f64) {
-        let Self { assembly, template, filter, scale_filter, scratch, .. } = self;
-        let scratch = scratch.get_or_insert_with(|| Scratch::new(assembly.features(), template.patch()));
-        let scale = template.scale_of(bbox);
-        scratch.extract(frame, &template.window(bbox.center(), scale));
-        filter.learn(scratch.seen(), rate);
-        if let Some(filter) = scale_filter {
-            filter.learn(frame, &template.bbox(bbox.center(), scale));
+        let Self { spec, window, filter, colors, initial, baseline, scratch, .. } = self;
+        scratch.extract(frame, &window.window(center, scale));
+        let Scratch { features, plain, windowed, response, peaks, .. } = scratch;
+        filter.respond(windowed, response);
+        let (size, cell_px) = (plain.size(), features.cell_px());
+        if let (Some(colors), Some(patch)) = (&mut *colors, features.patch())
+            && colors.params().share > 0.0
+        {
+            colors.blend_response(patch, cell_px, size, response);
         }
+        let quality = PeakQuality::of(response, size.width, spec.peaks.sidelobe_share);
+        let cell = window.step(scale) * cell_px as f64;
+        let mut best: Option<Candidate> = None;
+        for (x, y, height) in peaks.find(response, size.width, &spec.peaks) {
+            let fine = match spec.peaks.subpixel {
+                Subpixel::Parabola => parabola_peak(response, size.width, x, y),
+                Subpixel::Series => {
+                    let (plan, series) = filter.series();
+                    newton_peak(plan, series, x as f64, y as f64, spec.peaks.newton_steps)
+                }
+            };
+            let (dx, dy) = (signed_shift(x, size.width), signed_shift(y, size.height));
+            let moved = |whole: isize, fine: f64, at: usize| (whole as f64 + fine - at as f64) * cell;
+            let pixels = |cells: isize| (cells * cell_px as isize) as f64;
+            let seen_colors = colors.as_ref().filter(|_| spec.score.color != 0.0).zip(features.patch());
+            let peak = f64::from(height) * filter.peak_unit();
+            let evidence = Evidence {
+                peak,
+                psr: quality.psr,
+                peak_ratio: baseline.ratio(peak),
+                likeness: initial.likeness(plain, dx, dy),
+                color: seen_colors.map_or(0.5, |(c, patch)| c.likelihood(patch, (pixels(dx), pixels(dy)))),
+            };
+            let log_odds = spec.score.log_odds(&evidence);
+            if best.is_none_or(|b| log_odds > b.log_odds) {
+                let center = Point::new(center.x + moved(dx, fine.x, x), center.y + moved(dy, fine.y, y));
+                let height = f64::from(height);
+                best = Some(Candidate { center, scale, height, apce: quality.apce, evidence, log_odds });
+            }
+        }
+        best
     }
 
-    /// The best of all sizes at one place.
-    fn search_near(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
+    /// The best of all sizes tried at one place.
+    fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
         let mut best: Option<(f64, Candidate)> = None;
-        for k in 0..self.assembly.settings().scale_factors.len() {
-            let settings = self.assembly.settings();
-            let (factor, penalty) = (settings.scale_factors[k], settings.scale_penalty);
-            let penalty = if factor == 1.0 { 1.0 } else { penalty };
+        let levels = 2 * self.spec.ladder.levels + 1;
+        for k in 0..levels {
+            let Some((factor, penalty)) = self.spec.sizes().nth(k) else { break };
             let Some(found) = self.respond(frame, center, scale * factor) else { continue };
-            let value = penalty * found.value;
+            let value = penalty * found.height;
             if best.as_ref().is_none_or(|(v, _)| value > *v) {
                 best = Some((value, found));
             }
         }
-        let (_, mut found) = best?;
-        found.scale = scale * (found.scale / scale).powf(self.assembly.settings().scale_gain);
-        if let Some(filter) = &mut self.scale_filter {
-            found.scale *= filter.locate(frame, &self.template.bbox(found.center, found.scale));
-        }
-        Some(found)
-    }
-
-    /// The best of some windows over `region`, going on where the last call stopped.
-    fn search_wide(&mut self, frame: &Frame, region: &BBox, scale: f64) -> Option<Candidate> {
-        let window = self.template.window(region.center(), scale).region();
-        let count = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, 256);
-        let (columns, rows) = (count(region.width(), window.width()), count(region.height(), window.height()));
-        let mut best: Option<Candidate> = None;
-        for _ in 0..self.assembly.settings().wide_windows.min(columns * rows) {
-            self.wide_cursor = (self.wide_cursor + 1) % (columns * rows);
-            let (i, j) = (self.wide_cursor / columns, self.wide_cursor % columns);
-            let center = Point::new(
-                region.left() + (j as f64 + 0.5) / columns as f64 * region.width(),
-                region.top() + (i as f64 + 0.5) / rows as f64 * region.height(),
-            );
-            if let Some(found) = self.respond(frame, center, scale)
-                && best.is_none_or(|b| found.value > b.value)
-            {
-                best = Some(found);
-            }
-        }
-        // A second look, centred: what lies at a window's edge is weakened by the Hann window.
-        let rough = best?;
-        self.respond(frame, rough.center, scale)
+        best.map(|(_, found)| found)
     }
 }
 
-impl<A: Assembly> Localizer for CorrelationLocalizer<A> {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> crate::Result<Option<Measurement>> {
-        let scale = self.template.scale_of(&search.expected);
-        let found = if search.wide {
-            self.search_wide(frame, &search.region, scale)
-        } else {
-            self.search_near(frame, search.expected.center(), scale)
+impl Localizer for CorrelationLocalizer {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        let (center, scale) = (search.expected.center(), self.window.scale_of(&search.expected));
+        let found = match search.look {
+            Look::Near => self.respond_at_sizes(frame, center, scale),
+            Look::Sweep | Look::Centred => self.respond(frame, center, scale),
         };
-        Ok(found.map(|Candidate { center, scale, quality, likeness, .. }| {
-            let peak_ratio = self.usual_peak.ratio(quality.peak);
-            let evidence = Evidence { quality, peak_ratio, first_view: likeness };
-            Measurement {
-                bbox: self.template.bbox(center, scale),
-                confidence: self.assembly.settings().calibration.probability(&evidence),
-                sigma_px: None,
-                diagnostics: Diagnostics::default()
-                    .with("peak", quality.peak)
-                    .with("psr", quality.psr)
-                    .with("apce", quality.apce)
-                    .with("peak_ratio", peak_ratio)
-                    .with("first_likeness", likeness),
-            }
+        let Some(found) = found else { return Ok(None) };
+        let bounds = frame.size().bounds();
+        let center = Point::new(found.center.x.clamp(0.0, bounds.right()), found.center.y.clamp(0.0, bounds.bottom()));
+        let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
+        Ok(Some(Measurement {
+            strength: found.log_odds,
+            peak: Some(peak),
+            psr: Some(psr),
+            diagnostics: Diagnostics::default()
+                .with("peak", peak)
+                .with("psr", psr)
+                .with("apce", found.apce)
+                .with("peak_ratio", peak_ratio)
+                .with("likeness", likeness)
+                .with("color", color),
+            ..Measurement::new(self.window.bbox(center, found.scale), probability(found.log_odds))
         }))
     }
 
-    fn adapt(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
-        self.learn(frame, &bbox, self.assembly.settings().learning_rate);
-        self.usual_peak.believe();
+    /// Measures the size by the filter along scale.
+    fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
+        let Some(filter) = &mut self.scale else { return Ok(found) };
+        let growth = filter.locate(frame, &found.bbox);
+        let scale = self.window.scale_of(&found.bbox.scaled(growth));
+        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), ..found })
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
+        let Self { spec, window, filter, scale, colors, scratch, .. } = self;
+        let (center, size) = (bbox.center(), window.scale_of(&bbox));
+        scratch.extract(frame, &window.window(center, size));
+        filter.learn(&scratch.windowed, spec.learning_rate);
+        if let (Some(colors), Some(patch)) = (colors, scratch.features.patch()) {
+            colors.learn(patch, false);
+        }
+        if let Some(filter) = scale {
+            filter.learn(frame, &window.bbox(center, size));
+        }
+        if let Some(peak) = measurement.peak {
+            self.baseline.believe(peak, spec.score.usual_rate);
+        }
         Ok(())
     }
 
-    fn restart(&mut self, frame: &Frame, bbox: BBox) -> crate::Result<()> {
-        *self = Self::new(self.assembly.clone(), frame, &bbox);
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        let mut spec = self.spec.clone();
+        spec.features = spec.features.on(frame);
+        *self = Self::new(spec, frame, &bbox);
         Ok(())
+    }
+
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        let region = self.window.window(expected.center(), self.window.scale_of(expected)).region();
+        Some(ViewSize { width: region.width(), height: region.height() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spec::hann;
+    use pursuit_geometry::Size;
+
+    #[test]
+    fn the_hann_window_is_symmetric_and_leaves_no_cell_out() {
+        let window = hann(Size::new(6, 4));
+        let at = |x: usize, y: usize| window[y * 6 + x];
+        assert!((0..4).all(|y| (0..6).all(|x| (at(x, y) - at(5 - x, 3 - y)).abs() < 1e-6 && at(x, y) > 0.0)));
+        let wave = |i: f64, n: f64| (std::f64::consts::PI * (i + 0.5) / n).sin().powi(2);
+        assert!((f64::from(at(1, 2)) - wave(1.0, 6.0) * wave(2.0, 4.0)).abs() < 1e-6);
     }
 }

@@ -1,27 +1,30 @@
-//! What the correlation-filter trackers are assembled from: features of a window × a filter that answers them × a search
-//! over sizes.
+//! Correlation filters: one localizer, assembled from features × filter × scale × peaks × evidence.
+//!
+//! | part | what there is |
+//! |---|---|
+//! | features ([`FeatureKind`](crate::features::FeatureKind)) | grey, log grey, HOG, HOG with grey and colour names |
+//! | filter ([`filters`]) | MOSSE, kernelized, compressed, regularised |
+//! | scale | a ladder of sizes tried, a filter along scale ([`scale`]), or both |
+//! | peaks ([`PeakParams`]) | one or several, between the cells by a parabola or the response's own series |
+//! | evidence ([`ScoreParams`]) | peak, PSR, collapse, likeness to the initial template, colours → one probability |
 
-mod assemble;
-mod calibration;
-mod features;
-mod first_view;
+pub mod filters;
 mod localizer;
-mod proposer;
-mod response;
-mod spectrum;
-mod support;
-mod template;
+mod params;
+mod peaks;
 #[cfg(test)]
-pub(crate) mod twin;
+pub(crate) mod reference;
+pub mod scale;
+mod score;
+mod search_window;
+pub mod spec;
 
-pub use assemble::CorrelationTracker;
-pub(crate) use assemble::{revive, start};
-pub use calibration::{Calibration, Evidence, UsualPeak};
-pub use features::{Features, GrayFeatures, HogFeatures, LogGrayFeatures};
-pub use first_view::{FirstView, Likeness};
-pub use localizer::{Assembly, CorrelationLocalizer, ResponseFilter, SearchSettings, Seen};
-pub use proposer::NearThenWide;
-pub use response::{PeakQuality, ResponsePeak};
-pub use spectrum::{Spectra, mean_power};
-pub use support::Support;
-pub use template::Template;
+pub use localizer::CorrelationLocalizer;
+pub use params::{
+    ColorParams, Likeness, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, SolverParams, Subpixel,
+    WindowParams, WindowShape,
+};
+pub use peaks::Peaks;
+pub use score::{Evidence, PeakBaseline, PeakQuality, probability};
+pub use search_window::SearchWindow;
+pub use spec::CorrelationSpec;

@@ -8,7 +8,8 @@ mod suite;
 mod toy;
 mod world;
 
-use pursuit_tracking::registry::{TrackerEntry, trackers};
+use pursuit_trackers::registry::trackers;
+use pursuit_tracking::TrackerEntry;
 
 /// Debts: trackers that do not yet conform, each with the check it fails. Held in both directions: a new failure fails the
 /// test, and so does a debt that has been paid and not struck out here.
@@ -32,7 +33,7 @@ fn failures(entry: &TrackerEntry) -> Vec<String> {
 
 #[test]
 fn a_toy_tracker_needs_only_its_own_file_and_an_entry() {
-    let entry = TrackerEntry::of::<toy::ToyParams>();
+    let entry = toy::ENTRY;
     assert_eq!(failures(&entry), Vec::<String>::new());
 }
 

@@ -3,7 +3,7 @@
 use crate::world::{Kind, World};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
-use pursuit_tracking::registry::TrackerEntry;
+use pursuit_tracking::TrackerEntry;
 use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker, TrackingError};
 
 /// A check of the suite.
@@ -24,6 +24,11 @@ pub const CHECKS: &[(&str, Check)] = &[
     ("an absent target is not tracked", absent),
     ("starting again is starting afresh", reinit),
     ("a clone goes its own way", cloned),
+    ("looking changes nothing that is saved", looking),
+    ("forecasts change nothing and follow the motion", forecasts),
+    ("groups can be changed while running", changes),
+    ("every motion model follows", motion_models),
+    ("every policy and search runs", policies_and_searches),
     ("saved and restored goes on alike", saved),
     ("corrupted snapshots are errors", corrupted),
     ("time that stands still or runs backwards does no harm", odd_times),
@@ -31,7 +36,7 @@ pub const CHECKS: &[(&str, Check)] = &[
 ];
 
 fn recipe(entry: &TrackerEntry) -> Box<dyn Recipe> {
-    entry.recipe(toml::Table::new()).unwrap()
+    entry.recipe(&toml::Table::new()).unwrap()
 }
 
 fn start(entry: &TrackerEntry, world: &World) -> Box<dyn Tracker> {
@@ -73,15 +78,16 @@ fn run(entry: &TrackerEntry, tracker: &mut dyn Tracker, world: &World, frames: s
 }
 
 fn template(entry: &TrackerEntry) {
-    let text = entry.template().unwrap();
+    let schema = recipe(entry).schema();
+    let text = pursuit_tracking::parameters::template(&schema);
     let table: toml::Table = text.parse().unwrap_or_else(|e| panic!("{}: {e}\n{text}", entry.name));
-    let read = entry.recipe(table).unwrap().parameters().unwrap();
+    let read = entry.recipe(&table).unwrap().parameters().unwrap();
     assert_eq!(read, recipe(entry).parameters().unwrap(), "{}", entry.name);
-    for name in entry.parameter_names() {
+    for name in schema.iter().map(|p| p.name) {
         assert!(text.contains(name), "{}: {name} is not in the template", entry.name);
     }
     let unknown = toml::Table::from_iter([("no-such-parameter".to_owned(), toml::Value::Boolean(true))]);
-    let error = entry.recipe(unknown).err().expect("an unknown parameter is refused").to_string();
+    let error = entry.recipe(&unknown).err().expect("an unknown parameter is refused").to_string();
     assert!(error.contains("no-such-parameter") && error.contains(entry.name), "{error}");
 }
 
@@ -180,7 +186,7 @@ fn senseless_boxes(entry: &TrackerEntry) {
 fn gray_frames(entry: &TrackerEntry) {
     for kind in [Kind::Gray, Kind::Gray16] {
         let world = World { kind, ..World::moving() };
-        if entry.needs_color {
+        if recipe(entry).needs().color {
             let error = recipe(entry).init(&world.frame(0), world.truth(0)).err().expect("colour is needed");
             assert!(matches!(error, TrackingError::MissingPlane { .. }), "{}: {error}", entry.name);
             let mut tracker = start(entry, &World::moving());
@@ -238,6 +244,89 @@ fn cloned(entry: &TrackerEntry) {
     let mut copy = original.boxed_clone();
     run(entry, &mut *copy, &other, 4..8);
     assert_eq!(run(entry, &mut *original, &world, 4..8), run(entry, &mut *control, &world, 4..8), "{}", entry.name);
+}
+
+fn looking(entry: &TrackerEntry) {
+    let world = World::moving();
+    let mut tracker = start(entry, &world);
+    run(entry, &mut *tracker, &world, 1..5);
+    // In sight, gone, and, long after, lost.
+    for k in 5..80 {
+        let frame = if k < 8 { world.frame(k) } else { world.empty_frame(k) };
+        let before = tracker.save().unwrap();
+        let seen = tracker.peek(&frame).unwrap();
+        assert_eq!(tracker.save().unwrap(), before, "{}, frame {k}", entry.name);
+        let estimate = advance(entry, &mut *tracker, &frame);
+        assert_eq!(seen.map(|m| m.bbox), estimate.measurement, "{}, frame {k}", entry.name);
+    }
+}
+
+fn forecasts(entry: &TrackerEntry) {
+    let world = World::moving();
+    let mut tracker = start(entry, &world);
+    let last = run(entry, &mut *tracker, &world, 1..16).pop().unwrap();
+    let before = tracker.save().unwrap();
+    let (now, ahead) = (tracker.forecast(0.0).unwrap(), tracker.forecast(0.2).unwrap());
+    assert_eq!(tracker.save().unwrap(), before, "{}", entry.name);
+    assert_eq!((now.bbox, now.time_s, now.velocity), (last.bbox, last.time_s, last.velocity), "{}", entry.name);
+    assert!((ahead.time_s - last.time_s - 0.2).abs() < 1e-12);
+    // Five frames ahead.
+    let apart = ahead.bbox.center().distance(world.truth(20).center());
+    assert!(apart < 8.0, "{}: {apart}", entry.name);
+    assert!(ahead.covariance.unwrap()[(0, 0)] > now.covariance.unwrap()[(0, 0)], "{}", entry.name);
+}
+
+fn set(key: &str, value: impl Into<toml::Value>) -> toml::Table {
+    toml::Table::from_iter([(key.to_owned(), value.into())])
+}
+
+fn changes(entry: &TrackerEntry) {
+    let world = World::moving();
+    let mut tracker = start(entry, &world);
+    run(entry, &mut *tracker, &world, 1..8);
+    let before = tracker.save().unwrap();
+    for bad in [set("no-such", 1), set("policy.lost_after_s", -1.0), set("search.reach", "far")] {
+        assert!(matches!(tracker.change(&bad), Err(TrackingError::Parameter { .. })), "{}: {bad}", entry.name);
+        assert_eq!(tracker.save().unwrap(), before, "{}: {bad}", entry.name);
+    }
+    tracker.change(&set("motion.model", "imm")).unwrap();
+    tracker.change(&set("policy.model", "always")).unwrap();
+    let estimates = run(entry, &mut *tracker, &world, 8..20);
+    assert!(estimates.last().unwrap().bbox.iou(&world.truth(19)) > 0.5, "{}", entry.name);
+    assert!(estimates.iter().all(|e| e.state == TrackState::Tracking), "{}", entry.name);
+}
+
+fn motion_models(entry: &TrackerEntry) {
+    use pursuit_tracking::motion::MotionModel;
+    let world = World::moving();
+    for model in MotionModel::ALL {
+        let recipe = entry.recipe(&set("motion.model", model.as_str())).unwrap();
+        let mut tracker = recipe.init(&world.frame(0), world.truth(0)).unwrap();
+        let last = run(entry, &mut *tracker, &world, 1..20).pop().unwrap();
+        let overlap = last.bbox.iou(&world.truth(19));
+        assert!(overlap > 0.5, "{}, {}: {overlap:.2}", entry.name, model.as_str());
+        let restored = recipe.restore(&tracker.save().unwrap()).unwrap().update(&world.frame(20)).unwrap();
+        assert_eq!(restored, tracker.update(&world.frame(20)).unwrap(), "{}, {}", entry.name, model.as_str());
+    }
+}
+
+fn policies_and_searches(entry: &TrackerEntry) {
+    use pursuit_tracking::policy::PolicyModel;
+    use pursuit_tracking::search::SearchModel;
+    let world = World::moving();
+    for policy in PolicyModel::ALL {
+        for search in SearchModel::ALL {
+            let table = toml::Table::from_iter([
+                ("policy.model".to_owned(), policy.as_str().into()),
+                ("search.model".to_owned(), search.as_str().into()),
+            ]);
+            let recipe = entry.recipe(&table).unwrap();
+            let mut tracker = recipe.init(&world.frame(0), world.truth(0)).unwrap();
+            let last = run(entry, &mut *tracker, &world, 1..16).pop().unwrap();
+            assert!(last.bbox.iou(&world.truth(15)) > 0.4, "{}, {policy:?}, {search:?}", entry.name);
+            (16..60).for_each(|k| drop(advance(entry, &mut *tracker, &world.empty_frame(k))));
+        }
+    }
 }
 
 fn saved(entry: &TrackerEntry) {

@@ -8,9 +8,7 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 use pursuit_estimation::motion::{
     ConstantAcceleration, ConstantVelocity, CoordinatedTurn, CurrentStatistical, KnownTurn, Singer,
 };
-use pursuit_estimation::{
-    Gaussian, Imm, LinearMeasurement, MotionModel as Model, Result, Switching, Transition,
-};
+use pursuit_estimation::{Gaussian, Imm, LinearMeasurement, MotionModel as Model, Result, Switching, Transition};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,5 @@
 //! The group `[motion]`.
 
-
 crate::choices! {
     /// How the target's motion is modelled.
     pub enum MotionModel {

@@ -152,6 +152,9 @@ mod tests {
         assert_eq!((whole.left(), whole.right()), (101.0, 141.0));
         // Half the size both ways: further off, nothing hidden.
         let smaller = BBox::from_center_size(Point::new(120.0, 70.0), 20.0, 21.0);
-        assert_eq!(complete(&smaller, &expected, Completion::default()), (smaller, CutSides { cut_x: false, cut_y: false }));
+        assert_eq!(
+            complete(&smaller, &expected, Completion::default()),
+            (smaller, CutSides { cut_x: false, cut_y: false })
+        );
     }
 }

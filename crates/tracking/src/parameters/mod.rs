@@ -111,7 +111,10 @@ mod tests {
     fn the_template_reads_back_as_the_defaults() {
         let text = template(&ToyParams::default().schema());
         assert!(text.contains("# A word.\n# With a second line.\nword = "), "{text}");
-        assert!(text.contains("# Surroundings.\n# target sizes, between 0 and 4, henriques2015, section 8\npadding = 2.0"), "{text}");
+        assert!(
+            text.contains("# Surroundings.\n# target sizes, between 0 and 4, henriques2015, section 8\npadding = 2.0"),
+            "{text}"
+        );
         assert!(text.contains("# one of: quick, slow-and-steady\nmanner = \"quick\""), "{text}");
         assert!(text.contains("# The window.\n[window]\n"), "{text}");
         assert_eq!(with(&text).unwrap(), ToyParams::default());
@@ -128,13 +131,21 @@ mod tests {
 
     #[test]
     fn errors_name_the_parameter_and_what_would_be_right() {
-        assert!(error("speed = 1").contains("`speed` of `toy`: there is no such parameter; there are: rate, word, manner"));
-        assert!(error("window.size = 1").contains("`window.size` of `toy`: there is no such parameter; there are: padding, cells"));
+        assert!(
+            error("speed = 1").contains("`speed` of `toy`: there is no such parameter; there are: rate, word, manner")
+        );
+        assert!(
+            error("window.size = 1")
+                .contains("`window.size` of `toy`: there is no such parameter; there are: padding, cells")
+        );
         assert!(error("rate = 2").contains("`rate` of `toy`: must be between 0 and 1, not 2"), "{}", error("rate = 2"));
         assert!(error("rate = nan").contains("`rate` of `toy`: must be between 0 and 1"));
         assert!(error("rate = 'x'").contains("`rate` of `toy`: invalid type"), "{}", error("rate = 'x'"));
         assert!(error("window.padding = 9").contains("`window.padding` of `toy`: must be between 0 and 4"));
-        assert!(error("window.cells = 4").contains("`window.cells` of `toy`: must be between 1 and 63, 1 plus a multiple of 2"));
+        assert!(
+            error("window.cells = 4")
+                .contains("`window.cells` of `toy`: must be between 1 and 63, 1 plus a multiple of 2")
+        );
         assert!(error("window = 4").contains("`window` of `toy`: is a group"), "{}", error("window = 4"));
         assert!(error("manner = 'x'").contains("`manner` of `toy`: unknown"), "{}", error("manner = 'x'"));
         assert!(error("least = 5").contains("`least` of `toy`: must not exceed `most`"), "{}", error("least = 5"));
@@ -143,8 +154,11 @@ mod tests {
     #[test]
     fn the_schema_is_complete() {
         let schema = serde_json::to_value(ToyParams::default().schema()).unwrap();
-        assert_eq!(schema[0], serde_json::json!({"name": "rate", "type": "number", "minimum": 0.0, "maximum": 1.0,
-            "doc": "A rate.", "default": 0.5}));
+        assert_eq!(
+            schema[0],
+            serde_json::json!({"name": "rate", "type": "number", "minimum": 0.0, "maximum": 1.0,
+            "doc": "A rate.", "default": 0.5})
+        );
         assert_eq!(schema[2]["choices"], serde_json::json!(["quick", "slow-and-steady"]));
         assert_eq!(schema[5]["type"], "group");
         assert_eq!(schema[5]["parameters"][0]["unit"], "target sizes");

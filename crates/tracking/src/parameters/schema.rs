@@ -277,7 +277,12 @@ mod tests {
             (above(0.0), &[1e-9], &[0.0, -1.0], "above 0"),
             (above(1.0).at_most(2.0), &[1.1, 2.0], &[1.0, 2.1], "above 1 and at most 2"),
             (above(0.0).below(1.0), &[0.5], &[0.0, 1.0], "above 0 and below 1"),
-            (Bounds::from(1..=63).in_steps_of(2.0), &[1.0, 63.0], &[2.0, 65.0], "between 1 and 63, 1 plus a multiple of 2"),
+            (
+                Bounds::from(1..=63).in_steps_of(2.0),
+                &[1.0, 63.0],
+                &[2.0, 65.0],
+                "between 1 and 63, 1 plus a multiple of 2",
+            ),
             (Bounds::default().at_most(4.0), &[-1e9, 4.0], &[4.5], "at most 4"),
         ];
         for (bounds, inside, outside, words) in cases {

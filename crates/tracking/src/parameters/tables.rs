@@ -1,7 +1,7 @@
 //! Parameters as TOML: commented templates, and changes merged into defaults.
 
-use super::schema::{Kind, Parameter};
 use super::Parameters;
+use super::schema::{Kind, Parameter};
 use crate::{Result, TrackingError};
 use std::fmt::Write;
 use toml::{Table, Value};

@@ -7,8 +7,8 @@ mod params;
 
 pub use params::{PolicyModel, PolicyParams};
 
-use crate::roles::{Measurement, Prior};
 use crate::TrackState;
+use crate::roles::{Measurement, Prior};
 use pursuit_geometry::Size;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +88,8 @@ impl Policy {
         }
         self.wait(evidence, confidence);
         let lost = evidence.state == TrackState::Lost || self.unseen_s > self.params.lost_after_s;
-        let state = if lost && self.params.model != PolicyModel::Always { TrackState::Lost } else { TrackState::Occluded };
+        let state =
+            if lost && self.params.model != PolicyModel::Always { TrackState::Lost } else { TrackState::Occluded };
         let score = match (state, self.params.model) {
             // A lost target's box is where it was long ago: a weak response elsewhere says nothing for it.
             (TrackState::Lost, _) => 0.0,

@@ -1,6 +1,5 @@
 //! The group `[policy]`.
 
-
 crate::choices! {
     /// How the loop judges whether the target is still seen.
     pub enum PolicyModel {

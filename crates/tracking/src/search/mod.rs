@@ -177,7 +177,8 @@ impl Proposer {
         let (expected, gain) = (situation.prior.bbox, self.params.prediction_gain);
         let (x, y) = (expected.center().x, expected.center().y);
         // A gain of one is the prediction itself, to the last bit.
-        let towards = |last: f64, predicted: f64| if gain == 1.0 { predicted } else { last + gain * (predicted - last) };
+        let towards =
+            |last: f64, predicted: f64| if gain == 1.0 { predicted } else { last + gain * (predicted - last) };
         let expected = expected.centered_at(Point::new(towards(self.last.0, x), towards(self.last.1, y)));
         Search {
             expected,
@@ -206,11 +207,7 @@ impl Proposer {
     fn gate_region(&self, expected: &BBox, gate: &Gate) -> BBox {
         let margin = self.params.gate_margin * expected.area().sqrt();
         let reach = |axis: usize| (gate.chi2 * gate.covariance[(axis, axis)].max(0.0)).sqrt() + margin;
-        BBox::from_center_size(
-            expected.center(),
-            expected.width() + 2.0 * reach(0),
-            expected.height() + 2.0 * reach(1),
-        )
+        BBox::from_center_size(expected.center(), expected.width() + 2.0 * reach(0), expected.height() + 2.0 * reach(1))
     }
 
     /// The next `windows` windows of the sweep over the frame.

@@ -1,6 +1,5 @@
 //! The group `[search]`.
 
-
 crate::choices! {
     /// Where the loop looks.
     pub enum SearchModel {

@@ -1,9 +1,12 @@
 use super::command::{Dialect, Target};
 use super::log::Log;
+use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
 use crate::input::source::StopHandle;
-use crate::input::y4m::{Planes, Y4mReader};
+use crate::input::y4m::pixels;
 use crate::{Result, Source, SourceInfo};
+use pursuit_containers::y4m::{Planes, Y4mReader};
+use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
 use std::io::BufReader;
 use std::path::Path;
@@ -41,9 +44,12 @@ impl FfmpegSource {
         let (process, stdout, log) = Process::start(program, target, d)?;
         let mut reader = match Y4mReader::new(BufReader::with_capacity(1 << 20, stdout)) {
             Ok(reader) => reader,
-            Err(fault) => return Err(process.failure(&log).unwrap_or(fault)),
+            Err(fault) => return Err(process.failure(&log).unwrap_or(fault.into())),
         };
-        let first = reader.next_planes().and_then(|p| p.ok_or_else(|| Fault::malformed("it has no frames")));
+        let first = reader
+            .next_planes()
+            .map_err(Fault::from)
+            .and_then(|p| p.ok_or_else(|| Fault::malformed("it has no frames")));
         let first = first.map_err(|fault| process.failure(&log).unwrap_or(fault))?;
         let said = log.said();
         let codec = said.codec.clone().unwrap_or_else(|| "unknown codec".to_owned());
@@ -51,7 +57,7 @@ impl FfmpegSource {
         drop(said);
         let info = SourceInfo {
             name: name.to_owned(),
-            size: reader.header.size,
+            size: Size::new(reader.header.size.width, reader.header.size.height),
             fps: reader.header.fps,
             frame_count: None,
             live,
@@ -81,8 +87,9 @@ impl FfmpegSource {
         match planes {
             Ok(Some(planes)) => {
                 let time_s = self.time_s();
-                let color = self.log.said().color.or(self.reader.header.color);
-                let pixels = planes.into_pixels(color).map_err(|fault| (self.next, fault))?;
+                let header = &self.reader.header;
+                let color = self.log.said().color.or(ColorInfo::of_range(header.full_range));
+                let pixels = pixels(planes, header.size, color).map_err(|fault| (self.next, fault))?;
                 let frame = Frame::new(self.next, time_s, pixels);
                 self.next += 1;
                 Ok(Some(frame))
@@ -91,7 +98,7 @@ impl FfmpegSource {
                 Some(fault) => Err((self.next, fault)),
                 None => self.damage().map_or(Ok(None), Err),
             },
-            Err(fault) => Err((self.next, self.process.failure(&self.log).unwrap_or(fault))),
+            Err(fault) => Err((self.next, self.process.failure(&self.log).unwrap_or(fault.into()))),
         }
     }
 

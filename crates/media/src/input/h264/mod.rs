@@ -1,9 +1,8 @@
-//! H.264 in MP4, decoded here: what a stream says about itself, pictures in display order.
+//! H.264, decoded here: what a stream says about itself, and pictures in decoding order.
 
 mod bits;
 mod pictures;
 mod sequence;
-mod source;
 mod units;
 
-pub(crate) use source::Mp4Source;
+pub(crate) use pictures::PictureDecoder;

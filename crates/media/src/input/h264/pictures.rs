@@ -1,14 +1,15 @@
 use super::sequence::{MAX_BUFFERED_MACROBLOCKS, Sequence};
 use super::units::{self, push_with_start_code};
+use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
-use crate::input::mp4::AvcConfig;
 use crate::input::orientation::Orientation;
+use pursuit_containers::mp4::AvcConfig;
 use pursuit_geometry::Size;
 use pursuit_imaging::{ColorMatrix, ColorRange, Image, Yuv420};
 use rusty_h264_decoder::{DecodeError, Decoder};
 
 /// Decodes samples of an MP4 track to pictures, turned and cropped, in decoding order.
-pub(super) struct PictureDecoder {
+pub(crate) struct PictureDecoder {
     decoder: Decoder,
     config: AvcConfig,
     orientation: Orientation,
@@ -28,7 +29,7 @@ impl PictureDecoder {
         let unit = unit.ok_or_else(|| Fault::malformed("the MP4 has no H.264 parameters (SPS)"))?;
         let sequence = Sequence::read(unit)?;
         // What the stream says goes before what the container says, as in other decoders.
-        let (matrix, range) = sequence.color.or(config.color).resolve(sequence.size);
+        let (matrix, range) = sequence.color.or(ColorInfo::of_tags(config.color)).resolve(sequence.size);
         let (decoder, stream) = (Decoder::new(), Vec::new());
         Ok(Self { decoder, config, orientation, sequence, matrix, range, started: false, stream })
     }

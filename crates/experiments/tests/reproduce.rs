@@ -1,0 +1,70 @@
+//! The papers' experiments with all their seeds: no figure may miss its bar.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use pursuit_experiments::{Options, Paper, run};
+
+fn check(paper: Paper) {
+    let reproduction = run(paper, &Options::default()).unwrap();
+    assert!(reproduction.rows.iter().any(|row| row.bar.is_some()), "nothing was judged");
+    assert!(reproduction.rows.iter().all(|row| row.ours.value.is_finite()), "{reproduction}");
+    assert_eq!(reproduction.missed().count(), 0, "{reproduction}");
+}
+
+#[test]
+#[ignore = "release: 200 seeds"]
+fn ball_reaches_its_bars() {
+    check(Paper::Ball);
+}
+
+#[test]
+#[ignore = "release: 1000 seeds"]
+fn qu2010_reaches_its_bars() {
+    check(Paper::Qu2010);
+}
+
+#[test]
+#[ignore = "release: 1000 seeds, and 100 of the particle filter"]
+fn zhai2024_reaches_its_bars() {
+    check(Paper::Zhai2024);
+}
+
+#[test]
+#[ignore = "release: 300 seeds"]
+fn zhu2014_reaches_its_bars() {
+    check(Paper::Zhu2014);
+}
+
+#[test]
+#[ignore = "release: 1000 seeds"]
+fn gao2007_reaches_its_bars() {
+    check(Paper::Gao2007);
+}
+
+#[test]
+fn no_seeds_are_wrong_usage() {
+    let error = run(Paper::Ball, &Options { seeds: Some(0) }).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+}
+
+#[test]
+fn results_pictures_and_the_table_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let reproduction = run(Paper::Qu2010, &Options { seeds: Some(3) }).unwrap();
+    reproduction.write(folder.path()).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("results.json")).unwrap()).unwrap();
+    assert_eq!(json["rows"].as_array().unwrap().len(), reproduction.rows.len());
+    assert_eq!((json["paper"].as_str(), json["seeds"].as_u64()), (Some("qu2010"), Some(3)));
+    for name in ["fig3a_x", "fig3b_y", "path", "error"] {
+        let svg = std::fs::read_to_string(folder.path().join(format!("{name}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("predicted"), "{name}");
+    }
+    assert!(reproduction.to_string().contains("DOES NOT HOLD: §4"), "{reproduction}");
+    // The same seeds give the same numbers, on any number of threads.
+    let again = rayon_pool(1).install(|| run(Paper::Qu2010, &Options { seeds: Some(3) })).unwrap();
+    assert_eq!(again.to_json().unwrap(), reproduction.to_json().unwrap());
+}
+
+fn rayon_pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}

@@ -1,0 +1,190 @@
+//! Kernelized correlation filters: `kcf`, `kcf-fixed` (henriques2015; sizes as in li2014) and `csk` (henriques2012).
+
+use crate::correlation::filters::{FilterKind, Kernel};
+use crate::correlation::{
+    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleLadderParams, ScoreParams, WindowParams, spec,
+};
+use crate::features::FeatureKind;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
+
+pursuit_tracking::choices! {
+    /// What the filter looks at.
+    pub enum KcfFeatures {
+        /// Histograms of oriented gradients.
+        Hog = "hog",
+        /// Grey values.
+        Gray = "gray",
+    }
+}
+
+pursuit_tracking::choices! {
+    /// Which kernel compares patches.
+    pub enum KernelKind {
+        /// A Gaussian of the distance.
+        Gaussian = "gaussian",
+        /// A power of the inner product.
+        Polynomial = "polynomial",
+        /// The inner product: the dual correlation filter of henriques2015.
+        Linear = "linear",
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// Parameters of the kernelized correlation filters.
+    pub struct KcfParams {
+        /// What the filter looks at.
+        pub features: KcfFeatures = KcfFeatures::Hog;
+        /// Which kernel compares patches.
+        pub kernel: KernelKind = KernelKind::Gaussian;
+        /// Bandwidth σ of the Gaussian kernel.
+        pub kernel_sigma: f64 = 0.5, in above(0.0), source "henriques2015, section 8: 0.5 for HOG, 0.2 for grey";
+        /// Additive term a of the polynomial kernel.
+        pub kernel_offset: f64 = 1.0, in Bounds::default(), source "henriques2015, eq. 29; released code: 1";
+        /// Exponent b of the polynomial kernel.
+        pub kernel_power: f64 = 9.0, in above(0.0), source "henriques2015, eq. 29; released code: 9 for HOG, 7 for grey";
+        /// Regularisation λ.
+        pub lambda: f64 = 1e-4, in above(0.0), source "henriques2015, eq. 17, section 8: 1e-4";
+        /// Standard deviation of the label as a share of √(width · height) of the target.
+        pub label_sigma: f64 = 0.1, in above(0.0), source "henriques2015, section 8: 0.1";
+        /// Share of the new appearance per frame.
+        pub learning_rate: f64 = 0.02, in 0.0..=1.0, source "henriques2015, section 8: 0.02 for HOG, 0.075 for grey";
+        /// The window.
+        pub window: WindowParams = WindowParams { padding: 2.0, ..WindowParams::default() };
+        /// Sizes tried.
+        pub scale: ScaleLadderParams = ScaleLadderParams { levels: 1, ..ScaleLadderParams::default() };
+        /// The score, fitted as `docs/papers/kcf.md` says.
+        pub score: ScoreParams =
+            ScoreParams { bias: -2.0, psr: 0.22, collapse: 1.3, likeness: 7.7, ..ScoreParams::default() };
+    }
+}
+
+impl KcfParams {
+    /// The published tracker on HOG: fixed size, patch at full resolution up to a target of 100 × 100 pixels.
+    pub fn henriques2015_hog() -> Self {
+        Self {
+            window: WindowParams {
+                padding: 1.5,
+                smallest_area_px: 256.0,
+                largest_area_px: 62_500.0,
+                ..WindowParams::default()
+            },
+            scale: ScaleLadderParams::default(),
+            ..Self::default()
+        }
+    }
+
+    /// The published tracker on grey values.
+    pub fn henriques2015_gray() -> Self {
+        Self {
+            features: KcfFeatures::Gray,
+            kernel_sigma: 0.2,
+            kernel_power: 7.0,
+            learning_rate: 0.075,
+            ..Self::henriques2015_hog()
+        }
+    }
+
+    fn fixed() -> Self {
+        Self {
+            scale: ScaleLadderParams::default(),
+            score: ScoreParams { bias: -1.8, psr: 0.17, collapse: 1.25, likeness: 7.1, ..ScoreParams::default() },
+            ..Self::default()
+        }
+    }
+
+    /// The circulant structure tracker (henriques2012): grey values, λ = 0.01, label of 1/16, on smaller patches.
+    fn csk() -> Self {
+        Self {
+            lambda: 0.01,
+            label_sigma: 0.0625,
+            window: WindowParams {
+                padding: 1.5,
+                smallest_area_px: 1024.0,
+                largest_area_px: 4096.0,
+                ..WindowParams::default()
+            },
+            score: ScoreParams { bias: -1.9, psr: 0.05, collapse: 1.5, likeness: 3.6, ..ScoreParams::default() },
+            ..Self::henriques2015_gray()
+        }
+    }
+
+    fn spec(&self) -> CorrelationSpec {
+        CorrelationSpec {
+            window: self.window.clone(),
+            features: match self.features {
+                KcfFeatures::Hog => FeatureKind::Hog,
+                KcfFeatures::Gray => FeatureKind::Gray,
+            },
+            filter: FilterKind::Kernel {
+                kernel: match self.kernel {
+                    KernelKind::Linear => Kernel::Linear,
+                    KernelKind::Polynomial => {
+                        Kernel::Polynomial { offset: self.kernel_offset, power: self.kernel_power }
+                    }
+                    KernelKind::Gaussian => Kernel::Gaussian { sigma: self.kernel_sigma },
+                },
+                lambda: self.lambda,
+            },
+            label: spec::Label::OfTarget(self.label_sigma),
+            learning_rate: self.learning_rate,
+            first_samples: spec::FirstSamples::default(),
+            ladder: self.scale.clone(),
+            scale: None,
+            peaks: PeakParams::default(),
+            color: None,
+            score: self.score.clone(),
+        }
+    }
+}
+
+impl LocalizerRecipe for KcfParams {
+    type Localizer = CorrelationLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
+        Ok(CorrelationLocalizer::new(self.spec(), frame, &bbox))
+    }
+}
+
+fn groups(policy: PolicyParams) -> GroupParams {
+    GroupParams {
+        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        policy,
+        search: SearchParams { wide_windows: 6, ..SearchParams::default() },
+    }
+}
+
+/// `kcf`: on HOG, with a search over sizes.
+pub fn kcf(name: &'static str) -> TrackerRecipe<KcfParams> {
+    let policy = PolicyParams { seen_from: 0.6, found_from: 0.6, ..PolicyParams::default() };
+    TrackerRecipe { name, localizer: KcfParams::default(), groups: groups(policy) }
+}
+
+/// `kcf-fixed`: on HOG, of fixed size.
+pub fn kcf_fixed(name: &'static str) -> TrackerRecipe<KcfParams> {
+    let policy = PolicyParams {
+        occluded_below: 0.3,
+        seen_from: 0.6,
+        found_from: 0.6,
+        learn_from: 0.3,
+        ..PolicyParams::default()
+    };
+    TrackerRecipe { name, localizer: KcfParams::fixed(), groups: groups(policy) }
+}
+
+/// `csk`: on grey values.
+pub fn csk(name: &'static str) -> TrackerRecipe<KcfParams> {
+    let policy = PolicyParams {
+        occluded_below: 0.3,
+        seen_from: 0.4,
+        found_from: 0.4,
+        learn_from: 0.3,
+        lost_after_s: 2.0,
+        ..PolicyParams::default()
+    };
+    TrackerRecipe { name, localizer: KcfParams::csk(), groups: groups(policy) }
+}

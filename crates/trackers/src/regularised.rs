@@ -1,0 +1,83 @@
+//! Filters confined to the target and trained on its whole surroundings: `bacf` (galoogahi2017) and `strcf` (li2018).
+
+use crate::correlation::filters::FilterKind;
+use crate::correlation::{
+    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, spec,
+};
+use crate::features::FeatureKind;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
+
+pursuit_tracking::parameters! {
+    /// Parameters of the regularised correlation filters.
+    pub struct RegularisedParams {
+        /// Standard deviation of the label as a share of √(width · height) of the target.
+        pub label_sigma: f64 = 0.0625, in above(0.0).below(1.0), source "galoogahi2017, section 4: 1/16; li2018, released code: 1/16";
+        /// Share of the new sample in the model, η.
+        pub learning_rate: f64 = 0.013, in 0.0..=1.0, source "galoogahi2017, eq. 11, section 4: 0.013; li2018: 1";
+        /// The window.
+        pub window: WindowParams = WindowParams {
+            padding: 4.0,
+            smallest_area_px: 40_000.0,
+            largest_area_px: 40_000.0,
+            ..WindowParams::default()
+        };
+        /// The solver.
+        pub solver: SolverParams = SolverParams::default();
+        /// Sizes tried.
+        pub scale: ScaleLadderParams = ScaleLadderParams { levels: 2, step: 1.01, penalty: 1.0 };
+        /// The score, fitted as `docs/papers/bacf.md` says.
+        pub score: ScoreParams =
+            ScoreParams { bias: -7.0, psr: 3.0, collapse: 1.1, likeness: 2.3, ..ScoreParams::default() };
+    }
+}
+
+impl LocalizerRecipe for RegularisedParams {
+    type Localizer = CorrelationLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
+        let spec = CorrelationSpec {
+            window: self.window.clone(),
+            features: FeatureKind::Appearance { names: frame.has_color() },
+            filter: FilterKind::Regularised(self.solver.clone()),
+            label: spec::Label::OfTarget(self.label_sigma),
+            learning_rate: self.learning_rate,
+            first_samples: spec::FirstSamples::default(),
+            ladder: self.scale.clone(),
+            scale: None,
+            peaks: PeakParams::default(),
+            color: None,
+            score: self.score.clone(),
+        };
+        Ok(CorrelationLocalizer::new(spec, frame, &bbox))
+    }
+}
+
+fn recipe(name: &'static str, localizer: RegularisedParams) -> TrackerRecipe<RegularisedParams> {
+    let groups = GroupParams {
+        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        policy: PolicyParams::default(),
+        search: SearchParams { wide_windows: 6, ..SearchParams::default() },
+    };
+    TrackerRecipe { name, localizer, groups }
+}
+
+/// `bacf`: the background-aware correlation filter.
+pub fn bacf(name: &'static str) -> TrackerRecipe<RegularisedParams> {
+    recipe(name, RegularisedParams::default())
+}
+
+/// `strcf`: the spatial-temporal regularised correlation filter, learned anew in each frame, near the last.
+pub fn strcf(name: &'static str) -> TrackerRecipe<RegularisedParams> {
+    let localizer = RegularisedParams {
+        learning_rate: 1.0,
+        solver: SolverParams { temporal_weight: 15.0, spatial_weight: 1e-6, ..SolverParams::default() },
+        score: ScoreParams { bias: -2.8, psr: 0.95, collapse: 1.5, likeness: 4.1, ..ScoreParams::default() },
+        ..RegularisedParams::default()
+    };
+    recipe(name, localizer)
+}

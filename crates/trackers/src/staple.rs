@@ -1,0 +1,72 @@
+//! The sum of template and pixel-wise learners, `staple` (bertinetto2016): a correlation filter on HOG, which knows the
+//! shape, beside colour histograms, which do not mind deformation.
+
+use crate::correlation::filters::FilterKind;
+use crate::correlation::{
+    ColorParams, CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams,
+    WindowParams, spec,
+};
+use crate::features::FeatureKind;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
+
+pursuit_tracking::parameters! {
+    /// Parameters of the sum of template and pixel-wise learners.
+    pub struct StapleParams {
+        /// Regularisation of the template as a share of the mean energy of a frequency, λ.
+        pub lambda: f64 = 1e-3, in above(0.0), source "bertinetto2016, section 4.2";
+        /// Standard deviation of the label as a share of √(width · height) of the target.
+        pub label_sigma: f64 = 0.0625, in above(0.0), source "bertinetto2016, released code: 1/16";
+        /// Share of the new template per frame, η_tmpl.
+        pub learning_rate: f64 = 0.015, in 0.0..=1.0, source "bertinetto2016, table 1: 0.01; ours: 0.015";
+        /// The window.
+        pub window: WindowParams = WindowParams {
+            padding: 2.0,
+            smallest_area_px: 6400.0,
+            largest_area_px: 16384.0,
+            ..WindowParams::default()
+        };
+        /// The colours beside the template.
+        pub color: ColorParams = ColorParams { share: 0.3, ..ColorParams::default() };
+        /// The filter along scale.
+        pub scale: ScaleFilterParams = ScaleFilterParams { label_sigma: 1.0, ..ScaleFilterParams::default() };
+        /// The score, fitted as `docs/papers/staple.md` says.
+        pub score: ScoreParams =
+            ScoreParams { bias: -2.0, psr: 1.05, collapse: 1.3, likeness: 6.3, ..ScoreParams::default() };
+    }
+}
+
+impl LocalizerRecipe for StapleParams {
+    type Localizer = CorrelationLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
+        let spec = CorrelationSpec {
+            window: self.window.clone(),
+            features: FeatureKind::ColorHog,
+            filter: FilterKind::Mosse { lambda: self.lambda },
+            label: spec::Label::OfTarget(self.label_sigma),
+            learning_rate: self.learning_rate,
+            first_samples: spec::FirstSamples::default(),
+            ladder: ScaleLadderParams::default(),
+            scale: Some(self.scale.clone()),
+            peaks: PeakParams::default(),
+            color: Some(self.color.clone()),
+            score: self.score.clone(),
+        };
+        Ok(CorrelationLocalizer::new(spec, frame, &bbox))
+    }
+}
+
+/// `staple`.
+pub fn staple(name: &'static str) -> TrackerRecipe<StapleParams> {
+    let groups = GroupParams {
+        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        policy: PolicyParams::default(),
+        search: SearchParams::default(),
+    };
+    TrackerRecipe { name, localizer: StapleParams::default(), groups }
+}
