@@ -28,6 +28,7 @@ pub use protocol::{Pass, Protocol, spatial_variants, temporal_starts};
 pub use pursuit_media::Truth;
 pub use results::Results;
 pub use run::{RunRecord, UpdateTime};
+pub use score::{believed, overlap};
 pub use sequence::{Footage, Sequence};
 pub use table::text_table;
 pub use trajectory::{Output, Trajectory};

@@ -72,13 +72,13 @@ impl Scored {
     }
 }
 
-/// The box that a frame is scored by.
-pub(crate) fn believed(output: Option<&Output>) -> Option<BBox> {
+/// The box that a frame is scored by: none where nothing is said, or `lost`.
+pub fn believed(output: Option<&Output>) -> Option<BBox> {
     output.filter(|o| o.state != TrackState::Lost).map(|o| o.bbox)
 }
 
 /// Overlap with the truth; 0 where either is missing.
-pub(crate) fn overlap(truth: &Truth, bbox: Option<BBox>) -> f64 {
+pub fn overlap(truth: &Truth, bbox: Option<BBox>) -> f64 {
     truth.bbox().zip(bbox).map_or(0.0, |(t, b)| t.iou(&b))
 }
 

@@ -18,6 +18,13 @@ pub fn template(schema: &[Parameter]) -> String {
     text
 }
 
+/// The same below the table `path`, which is opened first: for configuration files that hold more than parameters.
+pub fn template_within(path: &str, schema: &[Parameter]) -> String {
+    let mut text = format!("[{path}]\n\n");
+    write_group(&mut text, schema, path);
+    text
+}
+
 fn write_group(text: &mut String, schema: &[Parameter], path: &str) {
     // Writing to a string cannot fail.
     for parameter in schema {
