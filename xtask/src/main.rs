@@ -1,9 +1,14 @@
 //! Everything a contributor runs, as `cargo xtask …`.
 
+#![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
+
+mod features;
 mod fuzz;
 mod layers;
 mod licences;
 mod metadata;
+mod mutants;
+mod notices;
 mod peers;
 mod run;
 mod suite;
@@ -32,8 +37,20 @@ enum Task {
     },
     /// Check that every crate imports only from floors below its own
     Layers,
-    /// Check that every dependency has a licence we can live with
+    /// Check that every dependency has a licence we can live with, and that `pursuit licences` names them all
     Licences,
+    /// Write the notices that `pursuit licences` prints
+    Notices,
+    /// Check the combinations of features that users pick
+    Features,
+    /// Change modules in small ways and see whether their tests notice (installs cargo-mutants into target/; takes hours)
+    Mutants {
+        /// Mutants to test at once
+        #[arg(long, default_value_t = 1)]
+        jobs: usize,
+        /// Only these modules
+        modules: Vec<String>,
+    },
     /// Build the documentation, with broken links as errors
     Docs,
     /// Run the fuzz targets, each for a bounded time (needs a C++ compiler)
@@ -61,7 +78,13 @@ fn main() -> Result<()> {
     match Cli::parse().command {
         Task::Test { quick, fuzz_seconds } => suite::test(quick, fuzz_seconds),
         Task::Layers => layers::check(),
-        Task::Licences => licences::check(),
+        Task::Licences => {
+            licences::check()?;
+            notices::check()
+        }
+        Task::Notices => notices::write(),
+        Task::Features => features::check(),
+        Task::Mutants { jobs, modules } => mutants::run(&modules, jobs),
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
         Task::Peers { which } => peers::compare(which),

@@ -3,7 +3,7 @@
 //! official toolkits; and `speed.py` and `crowd.py` time other trackers and ours on the same frames, by turns.
 
 use crate::run;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Subcommand;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -80,8 +80,8 @@ fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
         std::fs::remove_dir_all(&folder)?;
     }
     if !python.exists() {
-        if !run::program("python3").args(["-c", "import venv, ensurepip"]).works() && is_debian_like() {
-            run::program("apt-get").args(["install", "-y", "-q", "python3-venv"]).run()?;
+        if !run::program("python3").args(["-c", "import venv, ensurepip"]).works() {
+            bail!("there is no python3 with venv; on Debian or Ubuntu: apt-get install python3 python3-venv");
         }
         run::program("python3").args(["-m", "venv"]).arg(&folder).run().context("no usable python3")?;
     }
@@ -90,12 +90,27 @@ fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
         .arg(&requirements)
         .run()
         .context("their packages cannot be installed")?;
+    headless_opencv(&python)?;
     std::fs::write(stamp, wanted)?;
     Ok(python)
 }
 
-fn is_debian_like() -> bool {
-    run::program("apt-get").arg("--version").works()
+/// Puts OpenCV without windows in the place of the one with windows, which a package may have brought and which needs
+/// libraries of the desktop (libxcb, libGL) that a minimal system does not have. Both install the same folder `cv2`.
+fn headless_opencv(python: &Path) -> Result<()> {
+    let pip = |arguments: &[&str]| run::program(python).args(["-m", "pip"]).args(arguments);
+    let named = pip(&["list", "--format", "freeze", "--disable-pip-version-check"]).output()?;
+    let named = String::from_utf8(named)?;
+    for with_windows in ["opencv-python", "opencv-contrib-python"] {
+        let Some(version) = named.lines().find_map(|l| l.strip_prefix(with_windows)?.strip_prefix("==")) else {
+            continue;
+        };
+        let without = format!("{with_windows}-headless=={version}");
+        pip(&["uninstall", "--quiet", "--yes", with_windows]).run()?;
+        pip(&["install", "--quiet", "--disable-pip-version-check", "--force-reinstall", "--no-deps", &without])
+            .run()?;
+    }
+    Ok(())
 }
 
 fn run_all(pythons: &Pythons) -> Result<()> {

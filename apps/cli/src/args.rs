@@ -4,6 +4,8 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit::sinks::Format;
+#[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
 use std::path::PathBuf;
 
@@ -19,10 +21,14 @@ Exit status: 0 done (losing the target is not an error), 2 wrong usage, 3 input 
 
 /// Follow one moving thing, or several, through a video.
 #[derive(Debug, Parser)]
-#[command(name = "pursuit", version, styles = STYLES, after_help = AFTER_HELP, arg_required_else_help = true)]
+#[command(name = "pursuit", version, disable_version_flag = true, styles = STYLES, after_help = AFTER_HELP)]
+#[command(arg_required_else_help = true, subcommand_negates_reqs = true)]
 pub struct Cli {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+    /// Print the version; with -v also the commit, the features and the ffmpeg found
+    #[arg(short = 'V', long)]
+    pub version: bool,
     #[command(flatten)]
     pub global: Global,
 }
@@ -59,9 +65,12 @@ pub enum Command {
     /// Measure trackers on annotated sequences
     Eval(Eval),
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
+    #[cfg(feature = "reproduce")]
     Reproduce(Reproduce),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
+    /// Print the licences of everything that this program contains
+    Licences,
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -127,7 +136,7 @@ pub struct Track {
     #[arg(long)]
     pub json: bool,
     /// Write the trajectory in a further format
-    #[arg(long = "format", value_enum, value_name = "FORMAT", value_delimiter = ',')]
+    #[arg(long = "format", value_parser = format_parser(), value_name = "FORMAT", value_delimiter = ',')]
     pub formats: Vec<Format>,
     /// First frame to look at, from 0
     #[arg(long, value_name = "N")]
@@ -140,25 +149,13 @@ pub struct Track {
     pub fps: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    Csv,
-    Jsonl,
-    Mot,
-    Parquet,
+/// Takes the names of the formats, and says what each is.
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    let formats = Format::ALL.map(|f| PossibleValue::new(f.name()).help(f.summary()));
+    PossibleValuesParser::new(formats).try_map(|name| name.parse::<Format>())
 }
 
-impl Format {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Jsonl => "jsonl",
-            Self::Mot => "mot",
-            Self::Parquet => "parquet",
-        }
-    }
-}
-
+#[cfg(feature = "reproduce")]
 #[derive(Debug, Args)]
 pub struct Reproduce {
     /// The paper
@@ -178,6 +175,7 @@ pub struct Reproduce {
     pub json: bool,
 }
 
+#[cfg(feature = "reproduce")]
 /// Takes the names of the papers, and says what each is about.
 fn paper_parser() -> impl TypedValueParser<Value = Paper> {
     let papers = Paper::ALL.map(|p| PossibleValue::new(p.name()).help(p.summary()));

@@ -7,7 +7,6 @@ mod console;
 use args::{Cli, Command};
 use clap::Parser;
 use pursuit::RunError;
-use pursuit_experiments::ExperimentError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -21,12 +20,20 @@ fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     rayon::ThreadPoolBuilder::new().num_threads(cli.global.threads).build_global()?;
-    match &cli.command {
+    if cli.version {
+        return commands::version::run(cli.global.verbose > 0);
+    }
+    let Some(command) = &cli.command else {
+        return Err(RunError::usage("say what to do: a command is missing; `pursuit --help` lists them").into());
+    };
+    match command {
         Command::Demo(args) => commands::demo::run(args, &cli.global),
         Command::Track(args) => commands::track::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
+        #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
         Command::Trackers(args) => commands::trackers::run(args),
+        Command::Licences => commands::licences::run(),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man => commands::man(),
     }
@@ -40,7 +47,12 @@ fn fail(error: &anyhow::Error) -> ExitCode {
     }
     anstream::eprintln!("{}: {error:#}", console::ERROR);
     let of_run = error.downcast_ref::<RunError>().map(RunError::exit_code);
-    let of_experiment = || error.downcast_ref::<ExperimentError>().map(ExperimentError::exit_code);
+    let of_experiment = || {
+        #[cfg(feature = "reproduce")]
+        return error.downcast_ref().map(pursuit_experiments::ExperimentError::exit_code);
+        #[cfg(not(feature = "reproduce"))]
+        None
+    };
     ExitCode::from(of_run.or_else(of_experiment).unwrap_or(1))
 }
 

@@ -168,8 +168,8 @@ fn an_interrupt_closes_every_file() {
     let seen = || std::fs::read_to_string(&trajectory).is_ok_and(|t| t.lines().count() > 5);
     (0..600).take_while(|_| !seen()).for_each(|_| std::thread::sleep(std::time::Duration::from_millis(50)));
     assert!(seen());
-    let id = child.id().to_string();
-    assert!(std::process::Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let process = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(process, rustix::process::Signal::INT).unwrap();
     let output = child.wait_with_output().unwrap();
     drop(input);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

@@ -7,21 +7,48 @@ use common::{fails, pursuit, rows, stderr, stdout};
 
 #[test]
 fn help_man_and_completions_name_every_command() {
-    let commands = ["demo", "track", "eval", "reproduce", "trackers", "completions", "man"];
+    let commands = ["demo", "track", "eval", "reproduce", "trackers", "licences", "completions", "man"];
+    let commands = commands.into_iter().filter(|c| *c != "reproduce" || cfg!(feature = "reproduce"));
     for args in [&["--help"][..], &["man"], &["completions", "bash"], &["completions", "zsh"], &["completions", "fish"]]
     {
         let output = pursuit(args);
         assert!(output.status.success(), "{}", stderr(&output));
         assert!(output.stderr.is_empty());
-        for command in commands {
+        for command in commands.clone() {
             assert!(stdout(&output).contains(command), "{args:?} lacks {command}");
         }
     }
 }
 
 #[test]
+fn the_version_is_one_line_and_more_when_asked() {
+    let short = format!("pursuit {}\n", env!("CARGO_PKG_VERSION"));
+    for args in [&["--version"][..], &["-V"]] {
+        assert_eq!(stdout(&pursuit(args)), short, "{args:?}");
+    }
+    for args in [&["--version", "-v"][..], &["-vV"], &["-v", "--version"]] {
+        let text = stdout(&pursuit(args));
+        assert!(text.starts_with(&short) && text.lines().count() == 4, "{text}");
+        for (line, word) in [("commit", ""), ("features", "parquet"), ("ffmpeg", "none found")] {
+            assert!(text.lines().any(|l| l.starts_with(line) && l.contains(word)), "{line} {word}: {text}");
+        }
+        assert_eq!(text.contains("encode, h264"), cfg!(all(feature = "encode", feature = "h264")), "{text}");
+    }
+}
+
+#[test]
+fn the_licences_of_what_is_inside_are_printed() {
+    let output = pursuit(&["licences"]);
+    let text = stdout(&output);
+    assert!(output.status.success() && text.len() > 10_000);
+    for inside in ["nalgebra", "rustfft", "openh264", "Permission is hereby granted", "Redistribution and use"] {
+        assert!(text.contains(inside), "{inside}");
+    }
+}
+
+#[test]
 fn wrong_usage_is_two() {
-    for args in [&["fly"][..], &[], &["track"], &["track", "scene:table-tennis", "--bix"]] {
+    for args in [&["fly"][..], &[], &["-v"], &["track"], &["track", "scene:table-tennis", "--bix"]] {
         assert_eq!(pursuit(args).status.code(), Some(2), "{args:?}");
     }
     fails(&pursuit(&["track", "scene:table-tennis", "--tracker", "bal"]), 2, &["bal", "there are:", "ball"]);

@@ -1,4 +1,5 @@
 //! `pursuit reproduce`: every paper's experiment writes its table, results and pictures; wrong usage is told.
+#![cfg(feature = "reproduce")]
 #![allow(clippy::unwrap_used)]
 
 mod common;

@@ -26,9 +26,23 @@ fn linear<const M: usize, const N: usize>(
     });
 }
 
+/// As a tracker uses it: the step is as long as the frames are apart.
+fn varying(c: &mut Criterion, name: &str, model: &ConstantVelocity<2>) {
+    let sensor = LinearMeasurement::<2, 4>::select([0, 1], [1.0, 1.0]).unwrap();
+    let mut belief = Gaussian::<4>::new(SVector::zeros(), SMatrix::identity()).unwrap();
+    let z = SVector::<f64, 2>::repeat(0.1);
+    c.bench_function(name, |b| {
+        b.iter(|| {
+            belief.predict(&black_box(model).over(black_box(1.0 / 30.0)).unwrap()).unwrap();
+            belief.update(black_box(&sensor), black_box(&z)).unwrap();
+        });
+    });
+}
+
 fn benches(c: &mut Criterion) {
     let cv = ConstantVelocity::<2>::white(50.0).over(1.0 / 30.0).unwrap();
     linear(c, "linear 4/2", cv, LinearMeasurement::<2, 4>::select([0, 1], [1.0, 1.0]).unwrap());
+    varying(c, "linear 4/2, dt new at each step", &ConstantVelocity::<2>::white(50.0));
     let model = PhysicalBox { acceleration_density: 50.0, size_density: 1.0 };
     let sensor = PhysicalBox::measurement(1.0, 1.0).unwrap();
     linear(c, "linear 6/4", model.over(1.0 / 30.0).unwrap(), sensor);

@@ -6,7 +6,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use nalgebra::{SMatrix, SVector};
-use pursuit_estimation::motion::{ConstantVelocity, PhysicalBox};
+use pursuit_estimation::motion::{ConstantAcceleration, ConstantVelocity, PhysicalBox};
 use pursuit_estimation::{Gaussian, LinearMeasurement, MotionModel, Transition};
 use std::hint::black_box;
 use std::io::{BufRead, Write};
@@ -79,6 +79,41 @@ fn for_kfilter<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> k
     kfilter_nalgebra::SMatrix::from_column_slice(matrix.as_slice())
 }
 
+/// Nanoseconds a step with the transition given, and with it computed from the time step.
+fn computed_each_time<const M: usize, const N: usize>(
+    model: &impl MotionModel<N>,
+    sensor: &LinearMeasurement<M, N>,
+) -> [f64; 2] {
+    let step = model.over(1.0 / 30.0).unwrap();
+    let (mut belief, value) =
+        (Gaussian::<N>::new(SVector::zeros(), SMatrix::identity()).unwrap(), SVector::repeat(0.1));
+    let fixed = timed(|| {
+        belief.predict(black_box(&step)).unwrap();
+        belief.update(black_box(sensor), black_box(&value)).unwrap();
+    });
+    let each = timed(|| {
+        belief.predict(&black_box(model).over(black_box(1.0 / 30.0)).unwrap()).unwrap();
+        belief.update(black_box(sensor), black_box(&value)).unwrap();
+    });
+    [fixed, each]
+}
+
+/// Prints what computing the transition at each step costs.
+fn report_computed<const M: usize, const N: usize>(
+    name: &str,
+    rounds: u32,
+    model: &impl MotionModel<N>,
+    sensor: &LinearMeasurement<M, N>,
+) {
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..rounds {
+        let round = computed_each_time(model, sensor);
+        least = [least[0].min(round[0]), least[1].min(round[1])];
+    }
+    let [fixed, each] = least;
+    println!("linear {name}: dt fixed {fixed:.1} ns, computed at each step {each:.1} ns, ratio {:.2}", each / fixed);
+}
+
 fn main() {
     let dt_s = 1.0 / 30.0;
     let four = ConstantVelocity::<2>::white(50.0).over(dt_s).unwrap();
@@ -101,6 +136,12 @@ fn main() {
     }
     // Cargo names what it does: without `--bench` this is a test run, which only asks whether it works.
     let rounds = if std::env::args().any(|argument| argument == "--bench") { ROUNDS } else { 1 };
+    let four = LinearMeasurement::<2, 4>::select([0, 1], [1.0, 1.0]).unwrap();
+    let six = LinearMeasurement::<2, 6>::select([0, 1], [1.0, 1.0]).unwrap();
+    let boxed = PhysicalBox::measurement(1.0, 1.0).unwrap();
+    report_computed("4/2", rounds, &ConstantVelocity::<2>::white(50.0), &four);
+    report_computed("6/2", rounds, &ConstantAcceleration::<2>::white(50.0), &six);
+    report_computed("6/4", rounds, &PhysicalBox { acceleration_density: 50.0, size_density: 1.0 }, &boxed);
     for (name, problem) in &mut problems {
         let mut least = [f64::INFINITY; 2];
         for _ in 0..rounds {

@@ -42,6 +42,9 @@ pub(crate) fn by_components<const M: usize, const N: usize>(
 ) -> Result<Innovation<M>> {
     require_finite("the measurement", value)?;
     let before = (*mean, *covariance);
+    // What each variance was last reduced from by a difference: its digits are lost below this size. A component that was
+    // read keeps them all, as a product does.
+    let mut reduced_from: [f64; N] = std::array::from_fn(|a| covariance.data.0[a][a]);
     let (x, p) = (&mut mean.data.0[0], &mut covariance.data.0);
     let (mut residual, mut factor) = (SVector::<f64, M>::zeros(), SMatrix::<f64, M, M>::zeros());
     for j in 0..M {
@@ -49,7 +52,7 @@ pub(crate) fn by_components<const M: usize, const N: usize>(
         let column = p[i];
         let pivot = column[i] + r;
         // Written so that a NaN pivot fails too.
-        let sound = pivot > PIVOT_ROUNDING * (before.1.data.0[i][i] + r) && pivot < f64::INFINITY;
+        let sound = pivot > PIVOT_ROUNDING * (reduced_from[i] + r) && pivot < f64::INFINITY;
         if !sound {
             (*mean, *covariance) = before;
             return Err(EstimationError::SingularInnovation { row: j, pivot });
@@ -75,11 +78,12 @@ pub(crate) fn by_components<const M: usize, const N: usize>(
             }
         }
         p[i] = column.map(|c| c * kept);
+        reduced_from[i] = p[i][i];
     }
     // An overflow off the diagonal is one on it too.
     if !(0..N).map(|a| x[a] + p[a][a]).sum::<f64>().is_finite() {
         (*mean, *covariance) = before;
-        return Err(EstimationError::NotFinite { what: "the new belief (an overflow)" });
+        return Err(EstimationError::Overflow { what: "the new belief" });
     }
     Ok(Innovation::from_factor(residual, factor))
 }
@@ -166,7 +170,7 @@ mod tests {
         let mut belief = Gaussian::trusted(Vector2::zeros(), Matrix2::new(1e200, 9e199, 9e199, 1e200));
         let before = belief;
         let failure = belief.update(&LinearMeasurement::<1, 2>::select([0], [1.0]).unwrap(), &vector![5.0]);
-        assert!(matches!(failure, Err(EstimationError::NotFinite { .. })), "{failure:?}");
+        assert!(matches!(failure, Err(EstimationError::Overflow { .. })), "{failure:?}");
         assert_eq!(belief, before);
     }
 }

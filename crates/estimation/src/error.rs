@@ -6,13 +6,43 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EstimationError {
-    /// A number that must be finite is not.
+    /// A number that came in must be finite and is not.
     #[error(
-        "{what} has a component that is not finite; leave out the step (a missing measurement is no update call) or mend the source"
+        "{what} is NaN or infinite; leave out the step (a missing measurement is no update call) or mend the source"
     )]
     NotFinite {
         /// The quantity at fault.
         what: &'static str,
+    },
+    /// A result is too large for a floating point number, although what came in was finite.
+    #[error("{what} overflowed; check the units, the time step and the process noise, or start again")]
+    Overflow {
+        /// The quantity at fault.
+        what: &'static str,
+    },
+    /// Nothing that is believed possible explains a measurement: the target is lost, not the arithmetic.
+    #[error(
+        "the measurement is impossible under every {hypothesis}; the target is not where it is believed to be: start again from a detection, or widen the motion noise"
+    )]
+    Impossible {
+        /// "particle" or "mode".
+        hypothesis: &'static str,
+    },
+    /// A matrix that must be inverted has no inverse.
+    #[error("{what} has no inverse; it sends different states to the same one, so that nothing can be said backwards")]
+    NotInvertible {
+        /// The matrix at fault.
+        what: &'static str,
+    },
+    /// An index that is not below the length it points into.
+    #[error("{what} {index} does not exist: indices are 0-based and below {length}")]
+    Index {
+        /// What is counted.
+        what: &'static str,
+        /// The index given.
+        index: usize,
+        /// How many there are.
+        length: usize,
     },
     /// A covariance or noise matrix is not symmetric.
     #[error(
@@ -48,12 +78,12 @@ pub enum EstimationError {
     },
     /// The innovation covariance `S = H P Hᵀ + R` cannot be inverted.
     #[error(
-        "the innovation covariance is singular (pivot {pivot:e} in row {row}); give that measurement component some noise"
+        "the innovation covariance is singular (pivot {pivot:e} in row {row}); give that component of the measurement some noise"
     )]
     SingularInnovation {
         /// Row of the pivot that fails, 0-based.
         row: usize,
-        /// Its value.
+        /// Its value, in the units of the covariance.
         pivot: f64,
     },
     /// A parameter outside its range.
@@ -75,6 +105,14 @@ pub enum EstimationError {
         got: usize,
         /// The length needed.
         expected: usize,
+    },
+    /// More cases than may be looked at.
+    #[error(
+        "there are too many {what} to look at; narrow the gate, raise the limit, or take a method that does not enumerate them"
+    )]
+    TooMany {
+        /// What is counted.
+        what: &'static str,
     },
     /// An iteration did not settle.
     #[error(

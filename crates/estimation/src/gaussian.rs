@@ -3,11 +3,12 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::correction::{by_components, joseph};
+use crate::correction::by_components;
 use crate::matrix::{
     cholesky, is_finite, log_determinant, mahalanobis_squared, require_finite, require_positive_definite,
     require_semi_definite, sandwich, times_transpose, times_vector,
 };
+use crate::sharp::corrected;
 use crate::{EstimationError, Innovation, LinearMeasurement, Result, Transition};
 
 /// A Gaussian belief about a state of `N` components: the linear Kalman filter's whole memory.
@@ -77,7 +78,7 @@ impl<const N: usize> Gaussian<N> {
         if is_finite(&mean) && is_finite(&covariance) {
             Ok(Self { mean, covariance })
         } else {
-            Err(EstimationError::NotFinite { what: "the new belief (an overflow)" })
+            Err(EstimationError::Overflow { what: "the new belief" })
         }
     }
 
@@ -131,22 +132,24 @@ impl<const N: usize> Gaussian<N> {
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<Innovation<M>> {
+        let residual = self.residual(measurement, value)?;
         let cross = times_transpose(&self.covariance, measurement.matrix());
-        self.innovation_from(measurement, value, &cross)
+        let covariance = times_transpose(&cross.transpose(), measurement.matrix()) + measurement.noise();
+        match Innovation::new(residual, covariance) {
+            Err(EstimationError::SingularInnovation { .. }) => Ok(corrected(self, measurement, &residual)?.innovation),
+            other => other,
+        }
     }
 
-    /// The innovation, given `P Hᵀ`.
+    /// `z − H x`.
     #[inline]
-    fn innovation_from<const M: usize>(
+    fn residual<const M: usize>(
         &self,
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
-        cross: &SMatrix<f64, N, M>,
-    ) -> Result<Innovation<M>> {
+    ) -> Result<SVector<f64, M>> {
         require_finite("the measurement", value)?;
-        let residual = value - times_vector(measurement.matrix(), &self.mean);
-        let covariance = times_transpose(&cross.transpose(), measurement.matrix()) + measurement.noise();
-        Innovation::new(residual, covariance)
+        Ok(value - times_vector(measurement.matrix(), &self.mean))
     }
 
     /// The Kalman gain `K = P Hᵀ S⁻¹` that [`update`](Self::update) would use.
@@ -154,10 +157,7 @@ impl<const N: usize> Gaussian<N> {
     /// # Errors
     /// Where the innovation covariance is singular.
     pub fn gain<const M: usize>(&self, measurement: &LinearMeasurement<M, N>) -> Result<SMatrix<f64, N, M>> {
-        let cross = times_transpose(&self.covariance, measurement.matrix());
-        let here = times_vector(measurement.matrix(), &self.mean);
-        let innovation = self.innovation_from(measurement, &here, &cross)?;
-        Ok(innovation.divide(&cross))
+        Ok(corrected(self, measurement, &SVector::zeros())?.gain)
     }
 
     /// Corrects the belief by a measured `value`, in Joseph form `P ← (I−KH) P (I−KH)ᵀ + K R Kᵀ`.
@@ -178,10 +178,9 @@ impl<const N: usize> Gaussian<N> {
         if let Some(components) = measurement.direct() {
             return by_components(&mut self.mean, &mut self.covariance, components, measurement.noise(), value);
         }
-        let cross = times_transpose(&self.covariance, measurement.matrix());
-        let innovation = self.innovation_from(measurement, value, &cross)?;
-        *self = joseph(self, measurement, innovation.residual(), &innovation.divide(&cross))?;
-        Ok(innovation)
+        let found = corrected(self, measurement, &self.residual(measurement, value)?)?;
+        *self = found.belief;
+        Ok(found.innovation)
     }
 
     /// The normalised estimation error squared, `(x − x̂)ᵀ P⁻¹ (x − x̂)`: χ² with `N` degrees of freedom for a

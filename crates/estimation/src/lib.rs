@@ -24,27 +24,36 @@
 //!
 //! An error, whatever its kind, leaves the belief as it was.
 
+pub mod association;
 pub mod consistency;
 mod correction;
 mod error;
 pub mod filters;
-pub mod gao2007;
+pub mod fitting;
 mod gaussian;
 mod imm;
 mod matrix;
 mod measurement;
 pub mod motion;
 pub mod nonlinear;
+pub mod papers;
 pub mod particle;
+pub mod point;
 mod prediction;
-pub mod qu2010;
 pub mod regression;
+mod sharp;
 mod transition;
-pub mod zhai2024;
-pub mod zhu2014;
 
 pub use error::{EstimationError, Result};
 pub use gaussian::Gaussian;
-pub use imm::{Imm, Sojourn, Switching};
+pub use imm::{Embedded, Extended, Imm, Mode, Sojourn, Switching, UnscentedMode};
 pub use measurement::{Innovation, LinearMeasurement};
+pub use nalgebra;
+pub use papers::{gao2007, qu2010, zhai2024, zhu2014};
+pub use rand_pcg;
 pub use transition::{MotionModel, Transition};
+
+/// The README's example is run with the documentation's own.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -59,11 +59,8 @@ impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
     pub fn select(indices: [usize; M], variances: [f64; M]) -> Result<Self> {
         let mut matrix = SMatrix::<f64, M, N>::zeros();
         for (row, index) in indices.into_iter().enumerate() {
-            let entry = matrix.get_mut((row, index)).ok_or(EstimationError::Length {
-                what: "an index of a measured component, plus one, exceeds the state",
-                got: index + 1,
-                expected: N,
-            })?;
+            let missing = EstimationError::Index { what: "the measured component", index, length: N };
+            let entry = matrix.get_mut((row, index)).ok_or(missing)?;
             *entry = 1.0;
         }
         Self::new(matrix, SMatrix::from_diagonal(&SVector::from(variances)))
@@ -113,12 +110,46 @@ fn direct<const M: usize, const N: usize>(
     Some(components)
 }
 
+/// A pivot of a factor below this fraction of its row is lost in rounding.
+const ROOT_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// What a measurement said that the belief did not expect: residual `ν = z − H x`, covariance `S = H P Hᵀ + R`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawInnovation<M>", into = "RawInnovation<M>")]
 pub struct Innovation<const M: usize> {
     residual: SVector<f64, M>,
     /// `S = L D Lᵀ`: `D` on the diagonal, `L` below it.
     factor: SMatrix<f64, M, M>,
+}
+
+/// What is stored: the factor, because a sharp `S` is regular only in this form.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "Innovation")]
+struct RawInnovation<const M: usize> {
+    residual: SVector<f64, M>,
+    factor: SMatrix<f64, M, M>,
+}
+
+impl<const M: usize> From<Innovation<M>> for RawInnovation<M> {
+    fn from(innovation: Innovation<M>) -> Self {
+        Self { residual: innovation.residual, factor: innovation.factor }
+    }
+}
+
+impl<const M: usize> TryFrom<RawInnovation<M>> for Innovation<M> {
+    type Error = EstimationError;
+
+    fn try_from(raw: RawInnovation<M>) -> Result<Self> {
+        require_finite("the innovation", &raw.residual)?;
+        require_finite("the factor of the innovation covariance", &raw.factor)?;
+        for row in 0..M {
+            let pivot = raw.factor[(row, row)];
+            if pivot <= 0.0 {
+                return Err(EstimationError::SingularInnovation { row, pivot });
+            }
+        }
+        Ok(Self { residual: raw.residual, factor: raw.factor.lower_triangle() })
+    }
 }
 
 impl<const M: usize> Innovation<M> {
@@ -150,10 +181,9 @@ impl<const M: usize> Innovation<M> {
         let mut factor = lower;
         for row in 0..M {
             let pivot = lower[(row, row)];
-            let scale = lower.row(row).norm();
-            // The pivot of the covariance is the square of the factor's.
-            if !(pivot * pivot > 4.0 * f64::EPSILON * scale * scale && pivot.is_finite()) {
-                return Err(EstimationError::SingularInnovation { row, pivot });
+            // A factor made by rotations is right to rounding of its own size, which is the root of the covariance's.
+            if !(pivot > ROOT_ROUNDING * lower.row(row).norm() && pivot.is_finite()) {
+                return Err(EstimationError::SingularInnovation { row, pivot: pivot * pivot });
             }
             factor.column_mut(row).unscale_mut(pivot);
             factor[(row, row)] = pivot * pivot;

@@ -54,6 +54,46 @@ impl<const N: usize> Shear<N> {
         Some(shear)
     }
 
+    /// The structure of a step that moves `axes` axes alike, each by the upper triangular `matrix` of `K` orders.
+    #[inline]
+    pub(crate) fn of_axes<const K: usize>(
+        matrix: &SMatrix<f64, K, K>,
+        noise: &SMatrix<f64, K, K>,
+        axes: usize,
+    ) -> Option<Self> {
+        if N > u64::BITS as usize {
+            return None;
+        }
+        let mut shear = Self { rows: 0, entries: [0; N], growth: 0.0, added: 0.0 };
+        for r in 0..K {
+            let mut sum = 0.0;
+            // Every order above, whether or not a tiny step has made its entry zero.
+            let mut entries = 0;
+            for k in r..K {
+                sum += matrix.data.0[k][r].abs();
+                entries |= 1 << (k * axes);
+            }
+            let differs = r + 1 < K || matrix.data.0[r][r] != 1.0;
+            for axis in 0..axes {
+                shear.entries[r * axes + axis] = entries << axis;
+                shear.rows |= u64::from(differs) << (r * axes + axis);
+            }
+            shear.growth = shear.growth.max(sum);
+            shear.added += noise.data.0[r][r] * axes as f64;
+        }
+        Some(shear)
+    }
+
+    /// The structure of a step of `[x, y, vx, vy, …]` by `dt_s` that leaves all other components where they are.
+    #[inline]
+    pub(crate) fn moving_centre(dt_s: f64, noise_trace: f64) -> Option<Self> {
+        if N > u64::BITS as usize {
+            return None;
+        }
+        let entries = std::array::from_fn(|r| if r < 2 { 1 << r | 1 << (r + 2) } else { 1 << r });
+        Some(Self { rows: 0b11, entries, growth: 1.0 + dt_s, added: noise_trace })
+    }
+
     /// Whether a belief of this size can be moved without looking for overflow: no entry of a covariance is larger than
     /// its trace.
     #[inline]

@@ -3,18 +3,26 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::matrix::{require_finite, require_semi_definite};
+use crate::matrix::{is_finite, require_finite, require_semi_definite};
+use crate::motion::spread;
 use crate::prediction::Shear;
 use crate::{EstimationError, Result};
 
 /// One step of linear motion: `x ← F x + B u + w`, `w ~ N(0, Q)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(try_from = "Raw<N>", into = "Raw<N>")]
 pub struct Transition<const N: usize> {
     matrix: SMatrix<f64, N, N>,
     noise: SMatrix<f64, N, N>,
     offset: SVector<f64, N>,
+    /// What the others say, for speed.
     shear: Option<Shear<N>>,
+}
+
+impl<const N: usize> PartialEq for Transition<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.matrix == other.matrix && self.noise == other.noise && self.offset == other.offset
+    }
 }
 
 /// What is stored: read back through the same checks as any outside input.
@@ -59,9 +67,41 @@ impl<const N: usize> Transition<N> {
 
     /// A step built from a model whose matrices are sound by construction; only overflow is looked for.
     pub(crate) fn computed(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>) -> Result<Self> {
-        require_finite("the transition matrix", &matrix)?;
-        require_finite("the process noise", &noise)?;
+        if !(is_finite(&matrix) && is_finite(&noise)) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
         Ok(Self::sound(matrix, noise, SVector::zeros()))
+    }
+
+    /// A step that moves `axes` axes alike and apart, each by the upper triangular `matrix` of `K` orders: component `k` of
+    /// axis `d` is at `k · axes + d`. The blocks are sound by construction; only overflow is looked for.
+    #[inline]
+    pub(crate) fn of_axes<const K: usize>(
+        matrix: &SMatrix<f64, K, K>,
+        noise: &SMatrix<f64, K, K>,
+        axes: usize,
+    ) -> Result<Self> {
+        if !(is_finite(matrix) && is_finite(noise)) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
+        Ok(Self {
+            matrix: spread(matrix, axes),
+            noise: spread(noise, axes),
+            offset: SVector::zeros(),
+            shear: Shear::of_axes(matrix, noise, axes),
+        })
+    }
+
+    /// A step of `[x, y, vx, vy, …]` by `dt_s` that leaves all other components where they are.
+    #[inline]
+    pub(crate) fn moving_centre(dt_s: f64, noise: SMatrix<f64, N, N>) -> Result<Self> {
+        if !is_finite(&noise) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
+        let mut matrix = SMatrix::<f64, N, N>::identity();
+        matrix[(0, 2)] = dt_s;
+        matrix[(1, 3)] = dt_s;
+        Ok(Self { matrix, noise, offset: SVector::zeros(), shear: Shear::moving_centre(dt_s, noise.trace()) })
     }
 
     /// The same step with the known displacement `B u` (a control input) added to the mean.

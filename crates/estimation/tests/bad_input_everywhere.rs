@@ -54,6 +54,21 @@ fn not_finite<T: std::fmt::Debug>(result: Result<T>) {
 }
 
 #[track_caller]
+fn overflow<T: std::fmt::Debug>(result: Result<T>) {
+    assert!(matches!(result, Err(EstimationError::Overflow { .. })), "{result:?}");
+}
+
+#[track_caller]
+fn not_invertible<T: std::fmt::Debug>(result: Result<T>) {
+    assert!(matches!(result, Err(EstimationError::NotInvertible { .. })), "{result:?}");
+}
+
+#[track_caller]
+fn impossible<T: std::fmt::Debug>(result: Result<T>) {
+    assert!(matches!(result, Err(EstimationError::Impossible { .. })), "{result:?}");
+}
+
+#[track_caller]
 fn time_step<T: std::fmt::Debug>(result: Result<T>) {
     assert!(matches!(result, Err(EstimationError::TimeStep { .. })), "{result:?}");
 }
@@ -97,8 +112,8 @@ fn every_motion_model_refuses_a_step_that_is_none() {
 #[test]
 fn kalman_fading_sequential_and_delayed() {
     let mut it = start();
-    not_finite(unchanged(&mut it, |b| *b, |b| b.predict(&blow())));
-    not_finite(unchanged(&mut it, |b| *b, |b| b.predict_fading(&blow(), 1.1)));
+    overflow(unchanged(&mut it, |b| *b, |b| b.predict(&blow())));
+    overflow(unchanged(&mut it, |b| *b, |b| b.predict_fading(&blow(), 1.1)));
     assert!(unchanged(&mut it, |b| *b, |b| b.predict_fading(&step(), f64::NAN)).is_err());
     let correlated = sensor().with_noise(SMatrix::<f64, 2, 2>::new(1.0, 0.5, 0.5, 1.0)).unwrap();
     let last = {
@@ -118,7 +133,7 @@ fn kalman_fading_sequential_and_delayed() {
     singular_innovation(unchanged(&mut it, |b| *b, |b| b.update_sequentially(&singular(), &Two::zeros())));
     singular_innovation(unchanged(&mut it, |b| *b, |b| b.update_delayed(&last, &step(), &singular(), &Two::zeros())));
     let stuck = Transition::new(SMatrix::<f64, 4, 4>::zeros(), SMatrix::identity()).unwrap();
-    not_finite(unchanged(&mut it, |b| *b, |b| b.update_delayed(&last, &stuck, &sensor(), &Two::zeros())));
+    not_invertible(unchanged(&mut it, |b| *b, |b| b.update_delayed(&last, &stuck, &sensor(), &Two::zeros())));
 
     let mut replay = Replay::new(ConstantVelocity::<2>::white(1.0), start(), 0.0, 4).unwrap();
     replay.update(1.0, &sensor(), &Two::zeros()).unwrap();
@@ -136,7 +151,7 @@ fn kalman_fading_sequential_and_delayed() {
 fn square_root_and_steady_state() {
     let mut root = SquareRoot::new(&start()).unwrap();
     let mut far = SquareRoot::new(&Gaussian::from_variances(Four::repeat(1e200), Four::repeat(1.0)).unwrap()).unwrap();
-    not_finite(unchanged(&mut far, |b| *b, |b| b.predict(&blow())));
+    overflow(unchanged(&mut far, |b| *b, |b| b.predict(&blow())));
     not_finite(unchanged(&mut root, |b| *b, |b| b.update(&sensor(), &Two::from([f64::NAN, 0.0]))));
     singular_innovation(unchanged(&mut root, |b| *b, |b| b.update(&singular(), &Two::zeros())));
 
@@ -144,7 +159,7 @@ fn square_root_and_steady_state() {
     let mut state = Four::repeat(1.0);
     not_finite(unchanged(&mut state, |s| *s, |s| steady.step(s, &Two::from([0.0, f64::NAN]))));
     let mut huge = Four::repeat(f64::MAX);
-    not_finite(unchanged(&mut huge, |s| *s, |s| steady.step(s, &Two::repeat(-f64::MAX))));
+    overflow(unchanged(&mut huge, |s| *s, |s| steady.step(s, &Two::repeat(-f64::MAX))));
 }
 
 #[test]
@@ -161,18 +176,25 @@ fn adaptation_and_input_estimation() {
         not_finite(unchanged(&mut watching, look, |w| w.step(&step(), &input, &sensor(), &z)));
     }
     singular_innovation(unchanged(&mut watching, look, |w| w.step(&step(), &input, &singular(), &Two::zeros())));
-    not_finite(unchanged(&mut watching, look, |w| w.step(&blow(), &input, &sensor(), &Two::zeros())));
-    not_finite(unchanged(&mut watching, look, |w| w.coast(&blow())));
+    overflow(unchanged(&mut watching, look, |w| w.step(&blow(), &input, &sensor(), &Two::zeros())));
+    overflow(unchanged(&mut watching, look, |w| w.coast(&blow())));
 }
 
 #[test]
 fn interacting_models() {
     let switching = Switching::per_step(SMatrix::<f64, 2, 2>::new(0.9, 0.1, 0.1, 0.9)).unwrap();
     let mut imm = Imm::new(start(), [0.5, 0.5]).unwrap();
-    not_finite(unchanged(&mut imm, |i| *i, |i| i.predict(&[step(), blow()], &switching)));
+    overflow(unchanged(&mut imm, |i| *i, |i| i.predict(&[step(), blow()], &switching)));
     not_finite(unchanged(&mut imm, |i| *i, |i| i.update(&sensor(), &Two::from([f64::NAN, 0.0]))));
     singular_innovation(unchanged(&mut imm, |i| *i, |i| i.update(&singular(), &Two::zeros())));
     singular_innovation(unchanged(&mut imm, |i| *i, |i| i.update_each(&[sensor(), singular()], &Two::zeros())));
+    // So far away that the distance overflows: no mode can be told from another. And the same with one mode left.
+    for chances in [[0.5, 0.5], [1.0, 0.0]] {
+        for far in [1e155, 1e200, -1e300] {
+            let mut imm = Imm::new(start(), chances).unwrap();
+            impossible(unchanged(&mut imm, |i| *i, |i| i.update(&sensor(), &Two::from([far, 0.0]))));
+        }
+    }
     assert!(Imm::new(start(), [0.5, 0.6]).is_err());
     assert!(Imm::new(start(), [f64::NAN, 0.5]).is_err());
 }
@@ -260,7 +282,7 @@ fn particles() {
     let mut it = ParticleFilter::from_gaussian(50, &start(), ParticleOptions::default(), 1).unwrap();
     let look = |p: &ParticleFilter<4>| (p.states().to_vec(), p.weights().to_vec(), p.log_weights().to_vec());
     let far = Transition::new(SMatrix::identity() * f64::MAX, SMatrix::zeros()).unwrap();
-    not_finite(unchanged(&mut it, look, |p| p.predict(&far)));
+    overflow(unchanged(&mut it, look, |p| p.predict(&far)));
     not_finite(unchanged(&mut it, look, |p| p.predict_with(|state, _| state * f64::NAN)));
     assert!(unchanged(&mut it, look, |p| p.weigh(&[0.0; 49])).is_err());
     assert!(unchanged(&mut it, look, |p| p.weigh_plain(&[-1.0; 50])).is_err());
@@ -268,8 +290,9 @@ fn particles() {
         not_finite(unchanged(&mut it, look, |p| p.weigh(&[bad; 50])));
         not_finite(unchanged(&mut it, look, |p| p.weigh_by(|_| bad)));
     }
-    not_finite(unchanged(&mut it, look, |p| p.weigh(&[f64::NEG_INFINITY; 50])));
-    not_finite(unchanged(&mut it, look, |p| p.weigh_plain(&[0.0; 50])));
+    impossible(unchanged(&mut it, look, |p| p.weigh(&[f64::NEG_INFINITY; 50])));
+    impossible(unchanged(&mut it, look, |p| p.weigh_plain(&[0.0; 50])));
+    impossible(unchanged(&mut it, look, |p| p.weigh_by(|_| f64::NEG_INFINITY)));
     let turn = CoordinatedTurn { acceleration_density: 1.0, turn_density: 1.0 };
     let start = Gaussian::new(SVector::<f64, 5>::repeat(1.0), SMatrix::identity()).unwrap();
     let mut five = ParticleFilter::from_gaussian(5, &start, ParticleOptions::default(), 1).unwrap();

@@ -112,10 +112,8 @@ fn assert_sound<const N: usize>(covariance: &SMatrix<f64, N, N>, when: u64) {
     assert_eq!(*covariance, covariance.transpose(), "step {when}");
     let scale = covariance.diagonal().map(f64::sqrt);
     assert!(scale.iter().all(|value| *value > 0.0 && value.is_finite()), "step {when}: {covariance}");
-    // A scaled pivot of -1e-9 is what rounding leaves of a correlation of one.
     let mut rest = SMatrix::<f64, N, N>::from_fn(|r, c| covariance[(r, c)] / (scale[r] * scale[c]));
     for k in 0..N {
-        rest[(k, k)] += 1e-9;
         let pivot = rest[(k, k)];
         assert!(pivot > 0.0, "step {when}: pivot {k} {pivot:e} of {covariance}");
         for j in k + 1..N {

@@ -253,6 +253,50 @@ fn the_jump_gains_after_turns_and_costs_little_elsewhere() {
     }
 }
 
+/// A turn or a stop of an axis pair at frame 50, and then nothing measured for a while from the third frame after.
+fn error_in_gap(seed: u64, degrees: Option<f64>, gap: usize, gated: bool) -> f64 {
+    const TURN: usize = 50;
+    let mut random = Random::new(seed);
+    let (speed, angle) = (8.0, degrees.unwrap_or(0.0).to_radians());
+    let after = if degrees.is_some() { [speed * angle.cos(), speed * angle.sin()] } else { [0.0, 0.0] };
+    let hidden = TURN + 3..TURN + 3 + gap;
+    let mut sum = 0.0;
+    for axis in 0..2 {
+        let before = if axis == 0 { speed } else { 0.0 };
+        let truth = |k: usize| before * k.min(TURN) as f64 + after[axis] * k.saturating_sub(TURN) as f64;
+        let mut filter = GatedFilter::new(GatedParams::recommended(0.01, 1.0), random.normal(1.0), before).unwrap();
+        let step = ConstantVelocity::<1>::piecewise(0.01).over(1.0).unwrap();
+        let sensor = LinearMeasurement::<1, 2>::select([0], [1.0]).unwrap();
+        let mut plain = *filter.belief();
+        for k in 1..hidden.end {
+            filter.predict(1.0).unwrap();
+            plain.predict(&step).unwrap();
+            if hidden.contains(&k) {
+                let estimate = if gated { filter.belief().mean()[0] } else { plain.mean()[0] };
+                sum += (estimate - truth(k)).powi(2) / gap as f64;
+            } else {
+                let z = truth(k) + random.normal(1.0);
+                filter.update(z).unwrap();
+                plain.update(&sensor, &SVector::<f64, 1>::new(z)).unwrap();
+            }
+        }
+    }
+    sum
+}
+
+/// In a gap after a turn the gated filter must not run away: nothing new is measured, so nothing new opens the gate.
+#[test]
+fn the_gate_does_not_stay_open_through_gaps() {
+    for (degrees, bound) in [(Some(37.0), 0.6), (Some(75.0), 0.45), (Some(160.0), 0.45), (None, 0.45)] {
+        for gap in [10, 20, 60] {
+            let error = |gated| (0..60).map(|seed| error_in_gap(seed, degrees, gap, gated)).sum::<f64>().sqrt();
+            let found = error(true) / error(false);
+            println!("{degrees:?} degrees, {gap} frames hidden: gated / plain {found:.3}");
+            assert!(found < bound, "{degrees:?}, {gap}: {found}");
+        }
+    }
+}
+
 /// The same scene on another clock is the same problem: what the filters do must not depend on the unit of time.
 #[test]
 fn the_unit_of_time_does_not_matter() {

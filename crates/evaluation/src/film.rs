@@ -1,7 +1,7 @@
 //! A sequence's frames, decoded beforehand where they fit into memory, else decoded again for every pass.
 
 use crate::{EvaluationError, Footage, Result, Sequence};
-use pursuit_imaging::{Frame, Pixels};
+use pursuit_imaging::Frame;
 use pursuit_media::{OpenOptions, Source};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,7 +38,7 @@ impl<'a> Film<'a> {
         let (mut frames, mut size) = (Vec::new(), 0);
         let mut too_large = false;
         let ending = film.decode(|_, frame| {
-            size += bytes_of(&frame);
+            size += frame.source_bytes() as u64;
             frames.push(frame);
             too_large = size > budget;
             if too_large || stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -50,8 +50,8 @@ impl<'a> Film<'a> {
         Ok(film)
     }
 
-    /// Shows the frames from `start` on, each a copy whose derived planes nobody has computed yet, so that every tracker
-    /// pays for the planes it needs.
+    /// Shows the frames from `start` on, each without any derived plane, so that every tracker pays for the planes it needs;
+    /// pixels are shared, not copied.
     pub fn show(&self, start: usize, mut viewer: impl FnMut(usize, Frame) -> ControlFlow<()>) -> Result<Ending> {
         let frames = match (&self.decoded, self.sequence.footage()) {
             (Some(frames), _) => frames,
@@ -62,7 +62,7 @@ impl<'a> Film<'a> {
         };
         let length = frames.len().min(self.sequence.truth().len());
         for (i, frame) in frames.iter().enumerate().take(length).skip(start) {
-            if viewer(i, frame.clone()).is_break() {
+            if viewer(i, frame.undecorated()).is_break() {
                 return Ok(Ending { frames: i + 1, broken: None });
             }
         }
@@ -95,16 +95,5 @@ impl<'a> Film<'a> {
             }
         }
         Ok(ending)
-    }
-}
-
-fn bytes_of(frame: &Frame) -> u64 {
-    let pixels = frame.size().area() as u64;
-    let depth = if frame.depth_mm().is_some() { 2 } else { 0 };
-    match frame.pixels() {
-        Pixels::Gray8(_) => pixels * (1 + depth),
-        Pixels::Gray16(_) => pixels * (2 + depth),
-        Pixels::Rgb8(_) => pixels * (3 + depth),
-        Pixels::Yuv420(_) => pixels * 3 / 2 + pixels * depth,
     }
 }

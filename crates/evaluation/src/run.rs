@@ -2,10 +2,11 @@
 
 use crate::clock::ThreadClock;
 use crate::film::Film;
+use crate::metrics::accuracy::overlap;
 use crate::metrics::supervised::SKIP_AFTER_FAILURE;
 use crate::metrics::{mean, quantile};
 use crate::protocol::Pass;
-use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory};
+use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory, Truth};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::many::Elapsed;
@@ -175,8 +176,8 @@ impl Running<'_> {
         self.wall_ms.push(elapsed.wall_ms);
         self.thread_ms += elapsed.thread_ms;
         self.trajectory.set(i, output);
-        let overlap = truth.map(|t| if output.state == TrackState::Lost { 0.0 } else { t.iou(&output.bbox) });
-        if self.protocol == Protocol::Reset && overlap.is_some_and(|o| o <= 0.0) {
+        let missed = truth.is_some_and(|t| overlap(&Truth::Visible(t), Some(&output)) <= 0.0);
+        if self.protocol == Protocol::Reset && missed {
             self.failures.push(i);
             self.target.take().map(|id| self.targets.remove(id)).transpose().map_err(|e| e.to_string())?;
             self.next_start = Some((i + SKIP_AFTER_FAILURE, None));

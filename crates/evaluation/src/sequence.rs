@@ -1,6 +1,5 @@
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Truth};
 use pursuit_imaging::Frame;
-use pursuit_media::Truth;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

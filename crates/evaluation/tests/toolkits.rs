@@ -2,6 +2,7 @@
 //!
 //! `tests/toolkits.py` made the fixture; it makes fresh cases too, named by the variable `PURSUIT_TOOLKIT_CASES`.
 #![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::disallowed_methods, reason = "a variable names fresh cases")]
 
 use pursuit_evaluation::metrics::long_term::{Judged, best_f, precision_recall_curve, thresholds};
 use pursuit_evaluation::metrics::one_pass::{self, precision_curve, success_curve};

@@ -181,7 +181,7 @@ mod tests {
         (-1e4..1e4, -1e4..1e4, 0.0..1e4, 0.0..1e4).prop_map(|(l, t, w, h)| BBox::from_ltwh(l, t, w, h))
     }
 
-    /// Counts unit cells: the slow, obvious twin of `iou` for boxes with whole-pixel edges.
+    /// Counts unit cells: the slow, obvious reference of `iou` for boxes with whole-pixel edges.
     fn iou_by_counting(a: &BBox, b: &BBox) -> f64 {
         let inside = |b: &BBox, x: i32, y: i32| b.contains(Point::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         let (mut both, mut any) = (0, 0);

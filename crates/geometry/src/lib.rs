@@ -3,14 +3,30 @@
 //! This crate is the only place that knows pixel conventions: coordinates are **continuous pixels**, x to the right and
 //! y down, and the pixel in row `i`, column `j` covers `[j, j + 1) × [i, i + 1)`; its centre is `(j + 0.5, i + 0.5)`.
 //! One-based or inclusive conventions of data sets are converted in their readers and nowhere else.
+//!
+//! ```
+//! use pursuit_geometry::{BBox, Point, Similarity};
+//!
+//! let truth = BBox::from_ltwh(100.0, 50.0, 40.0, 20.0);
+//! let estimate = BBox::from_center_size(Point::new(125.0, 60.0), 40.0, 20.0);
+//! assert_eq!(truth.center(), Point::new(120.0, 60.0));
+//! assert_eq!(truth.iou(&estimate), 35.0 * 20.0 / (45.0 * 20.0));
+//!
+//! // The camera moved: what was 10 px further left is now here.
+//! let now_from_before = Similarity::new(1.0, Point::new(10.0, 0.0)).ok_or("a scale above zero")?;
+//! assert_eq!(now_from_before.apply_box(&truth).left(), 110.0);
+//! # Ok::<(), &str>(())
+//! ```
 
 mod bbox;
 mod polygon;
 mod transform;
+mod truth;
 
 pub use bbox::BBox;
 pub use polygon::Polygon;
 pub use transform::Similarity;
+pub use truth::Truth;
 
 use serde::{Deserialize, Serialize};
 

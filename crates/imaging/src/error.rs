@@ -1,3 +1,5 @@
+use pursuit_geometry::Size;
+
 /// What can be wrong with pixel data handed to this crate.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -25,5 +27,25 @@ pub enum ImagingError {
         width: usize,
         /// Rows asked for.
         height: usize,
+    },
+    /// A second image of a frame whose size is not the frame's.
+    #[error(
+        "an image of {found} pixels does not belong to a frame of {wanted}; both must be registered, pixel by pixel"
+    )]
+    Registration {
+        /// The size it has.
+        found: Size,
+        /// The frame's size.
+        wanted: Size,
+    },
+    /// A camera pose that no camera has.
+    #[error("a camera pose with {quantity} {value} cannot be used; {wanted}")]
+    Camera {
+        /// What is wrong.
+        quantity: &'static str,
+        /// Its value, written out.
+        value: String,
+        /// What it must be.
+        wanted: &'static str,
     },
 }

@@ -1,71 +1,92 @@
-use crate::{Image, ImageView, ImagingError, Result, Rgb8, Yuv420};
-use multiversion::multiversion;
+use crate::convert::{gray_to_rgb, rgb_to_gray, stretch};
+use crate::shared::check_size;
+use crate::{CameraPose, Image, ImageView, Pixels, Result, Rgb8, SharedImage};
 use pursuit_geometry::Size;
-use std::any::{Any, TypeId};
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
-/// Pixels as a source delivered them.
-#[derive(Debug, Clone)]
-pub enum Pixels {
-    /// 8-bit grey.
-    Gray8(Image<u8>),
-    /// 16-bit grey: thermal cameras, scientific images.
-    Gray16(Image<u16>),
-    /// 8-bit colour.
-    Rgb8(Image<Rgb8>),
-    /// Planar colour straight from a video decoder; converted only if somebody asks for colour.
-    Yuv420(Yuv420),
-}
-
-/// A derived value: the map's lock is held only to find the slot, the slot's own lock while the value is made.
-type DerivedSlot = Arc<OnceLock<Arc<dyn Any + Send + Sync>>>;
-
-/// One moment of a video: pixels, number and time, and whatever is derived from the pixels, computed once and shared.
+/// One moment of a video: pixels, number and time, what belongs to them (depth, the camera's pose), and the planes that are
+/// derived from the pixels, made once and shared.
 ///
-/// A tracker that needs only grey pays for no colour conversion, and several targets in one frame share every derived
-/// plane, [`gray`](Self::gray), [`color`](Self::color) and anything computed through [`derived`](Self::derived).
+/// A tracker that needs only grey pays for no colour conversion, and several targets in one frame share its
+/// [`gray`](Self::gray) and [`color`](Self::color). Clones share everything, also planes that are derived later: a clone
+/// costs a few counters and no pixel, so a tracker may keep the frame before, and a sink may send frames to another thread.
+///
+/// ```
+/// use pursuit_imaging::{Frame, Image};
+///
+/// let red = Image::filled(640, 480, [255, 0, 0])?;
+/// let frame = Frame::new(0, 0.0, red);
+/// let clone = frame.clone();
+/// assert_eq!(clone.gray().row(0)[0], 76, "BT.601 luma of red");
+/// assert!(std::ptr::eq(clone.gray().row(0), frame.gray().row(0)), "made once, by whoever asked first");
+/// # Ok::<(), pursuit_imaging::ImagingError>(())
+/// ```
+#[derive(Clone)]
 pub struct Frame {
     index: u64,
     time_s: f64,
+    camera: Option<CameraPose>,
     pixels: Pixels,
-    depth: Option<Image<u16>>,
+    depth_mm: Option<SharedImage<u16>>,
+    derived: Arc<Derived>,
+}
+
+/// What is made of the pixels on demand; `None` inside where the pixels themselves serve.
+#[derive(Default)]
+struct Derived {
     gray: OnceLock<Option<Image<u8>>>,
     color: OnceLock<Option<Image<Rgb8>>>,
-    derived: Mutex<HashMap<TypeId, DerivedSlot>>,
 }
 
 impl Frame {
-    /// A frame with its number in the video (from 0) and its time in seconds.
-    pub fn new(index: u64, time_s: f64, pixels: Pixels) -> Self {
-        Self {
-            index,
-            time_s,
-            pixels,
-            depth: None,
-            gray: OnceLock::new(),
-            color: OnceLock::new(),
-            derived: Mutex::default(),
-        }
+    /// A frame with its number in the video (from 0) and its time in seconds. `pixels` may be an
+    /// [`Image`], a [`SharedImage`] or a [`Yuv420`](crate::Yuv420).
+    pub fn new(index: u64, time_s: f64, pixels: impl Into<Pixels>) -> Self {
+        let (pixels, derived) = (pixels.into(), Arc::default());
+        Self { index, time_s, camera: None, pixels, depth_mm: None, derived }
     }
 
     /// The same frame with a depth image in millimetres (0 = no data), registered to the colour image.
     ///
     /// # Errors
-    /// [`ImagingError::Size`] unless the depth image has the frame's size.
-    pub fn with_depth(mut self, depth_mm: Image<u16>) -> Result<Self> {
-        if depth_mm.size() != self.size() {
-            return Err(ImagingError::Size { width: depth_mm.width(), height: depth_mm.height() });
-        }
-        self.depth = Some(depth_mm);
+    /// [`ImagingError::Registration`](crate::ImagingError::Registration) unless the depth image has the frame's size.
+    pub fn with_depth(mut self, depth_mm: impl Into<SharedImage<u16>>) -> Result<Self> {
+        let depth_mm = depth_mm.into();
+        check_size(&depth_mm, self.size())?;
+        self.depth_mm = Some(depth_mm);
         Ok(self)
+    }
+
+    /// The same frame with the pose in which its camera took it.
+    #[must_use]
+    pub const fn with_camera(mut self, camera: CameraPose) -> Self {
+        self.camera = Some(camera);
+        self
     }
 
     /// The same pixels under another number and time, for wrappers that drop, repeat or retime frames.
     #[must_use]
-    pub fn retimed(mut self, index: u64, time_s: f64) -> Self {
+    pub const fn retimed(mut self, index: u64, time_s: f64) -> Self {
         (self.index, self.time_s) = (index, time_s);
         self
+    }
+
+    /// The same frame with other pixels of the same size and kind of content (spoiled, stabilised): number, time, depth and
+    /// camera stay, derived planes are made anew.
+    ///
+    /// # Errors
+    /// [`ImagingError::Registration`](crate::ImagingError::Registration) when the size differs and there is depth.
+    pub fn with_pixels(&self, pixels: impl Into<Pixels>) -> Result<Self> {
+        let pixels = pixels.into();
+        self.depth_mm.as_ref().map_or(Ok(()), |depth| check_size(depth, pixels.size()))?;
+        Ok(Self { pixels, derived: Arc::default(), ..self.clone() })
+    }
+
+    /// The same frame as its source delivered it: pixels shared, no plane derived yet. Whoever is shown such a frame pays
+    /// for the planes that it needs, which is what a comparison of speeds wants.
+    #[must_use]
+    pub fn undecorated(&self) -> Self {
+        Self { derived: Arc::default(), ..self.clone() }
     }
 
     /// Number of the frame in its video, from 0.
@@ -78,14 +99,14 @@ impl Frame {
         self.time_s
     }
 
+    /// Where the camera looked when it took the frame, where that is known.
+    pub const fn camera(&self) -> Option<&CameraPose> {
+        self.camera.as_ref()
+    }
+
     /// Width and height.
     pub const fn size(&self) -> Size {
-        match &self.pixels {
-            Pixels::Gray8(i) => i.size(),
-            Pixels::Gray16(i) => i.size(),
-            Pixels::Rgb8(i) => i.size(),
-            Pixels::Yuv420(i) => i.size(),
-        }
+        self.pixels.size()
     }
 
     /// The pixels as delivered.
@@ -100,7 +121,7 @@ impl Frame {
 
     /// Depth in millimetres (0 = no data), where there is any.
     pub fn depth_mm(&self) -> Option<ImageView<'_, u16>> {
-        self.depth.as_ref().map(Image::view)
+        self.depth_mm.as_ref().map(SharedImage::view)
     }
 
     /// 16-bit grey as delivered, where the source is 16-bit.
@@ -113,14 +134,15 @@ impl Frame {
 
     /// 8-bit grey (BT.601 luma of colour). 16-bit input is stretched between its 0.1 % and 99.9 % quantiles.
     pub fn gray(&self) -> ImageView<'_, u8> {
-        let made = self.gray.get_or_init(|| match &self.pixels {
+        let made = self.derived.gray.get_or_init(|| match &self.pixels {
             Pixels::Gray8(_) => None,
-            Pixels::Gray16(image) => Some(stretch(image)),
-            Pixels::Rgb8(image) => Some(rgb_to_gray(image)),
+            Pixels::Gray16(image) => Some(stretch(image.view())),
+            Pixels::Rgb8(image) => Some(rgb_to_gray(image.view())),
             Pixels::Yuv420(image) => image.expanded_luma(),
         });
         match (made, &self.pixels) {
-            (Some(image), _) | (None, Pixels::Gray8(image)) => image.view(),
+            (Some(image), _) => image.view(),
+            (None, Pixels::Gray8(image)) => image.view(),
             (None, Pixels::Yuv420(image)) => image.luma(),
             (None, _) => unreachable!("grey is made for 16-bit and RGB pixels"),
         }
@@ -128,27 +150,21 @@ impl Frame {
 
     /// 8-bit colour; grey input gives equal channels, so that colour code runs on it (see [`has_color`](Self::has_color)).
     pub fn color(&self) -> ImageView<'_, Rgb8> {
-        let made = self.color.get_or_init(|| match &self.pixels {
+        let made = self.derived.color.get_or_init(|| match &self.pixels {
             Pixels::Rgb8(_) => None,
             Pixels::Yuv420(image) => Some(image.to_rgb()),
             Pixels::Gray8(_) | Pixels::Gray16(_) => Some(gray_to_rgb(self.gray())),
         });
         match (made, &self.pixels) {
-            (Some(image), _) | (None, Pixels::Rgb8(image)) => image.view(),
+            (Some(image), _) => image.view(),
+            (None, Pixels::Rgb8(image)) => image.view(),
             (None, _) => unreachable!("colour is made for all pixels but RGB"),
         }
     }
 
-    /// A value derived from this frame, made by the first caller and shared by all later ones.
-    ///
-    /// The type is the key: wrap what you share in a type of its own (`struct HsvPlanes(…)`). `make` must depend on the
-    /// frame alone. Callers on other threads wait for the one that computes; different types do not wait for each other.
-    pub fn derived<T: Any + Send + Sync>(&self, make: impl FnOnce(&Self) -> T) -> Arc<T> {
-        // A panicking `make` of another thread leaves the map itself intact, so a poisoned lock is still good.
-        let slot =
-            self.derived.lock().unwrap_or_else(PoisonError::into_inner).entry(TypeId::of::<T>()).or_default().clone();
-        let value = slot.get_or_init(|| Arc::new(make(self))).clone();
-        value.downcast().unwrap_or_else(|_| unreachable!("the slot is keyed by its type"))
+    /// Bytes that the frame keeps alive: pixels and depth as delivered, without what is derived from them.
+    pub fn source_bytes(&self) -> usize {
+        self.pixels.bytes() + self.depth_mm.as_ref().map_or(0, |depth| 2 * depth.size().area())
     }
 }
 
@@ -158,106 +174,112 @@ impl std::fmt::Debug for Frame {
     }
 }
 
-impl Clone for Frame {
-    /// Copies the pixels; derived planes are made anew on demand.
-    fn clone(&self) -> Self {
-        Self { depth: self.depth.clone(), ..Self::new(self.index, self.time_s, self.pixels.clone()) }
-    }
-}
-
-fn mapped<P, Q>(image: &Image<P>, data: Vec<Q>) -> Image<Q> {
-    Image::from_vec(data, image.width(), image.height()).unwrap_or_else(|_| unreachable!("one pixel for each pixel"))
-}
-
-fn rgb_to_gray(image: &Image<Rgb8>) -> Image<u8> {
-    let mut data = vec![0; image.size().area()];
-    rgb_to_luma(image.as_slice(), &mut data);
-    mapped(image, data)
-}
-
-/// BT.601 luma in 14-bit fixed point.
-#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
-fn rgb_to_luma(rgb: &[Rgb8], out: &mut [u8]) {
-    for (out, &[r, g, b]) in out.iter_mut().zip(rgb) {
-        *out = ((u32::from(r) * 4899 + u32::from(g) * 9617 + u32::from(b) * 1868 + 8192) >> 14) as u8;
-    }
-}
-
-fn gray_to_rgb(gray: ImageView<'_, u8>) -> Image<Rgb8> {
-    let data = gray.rows().flatten().map(|&g| [g; 3]).collect();
-    Image::from_vec(data, gray.width(), gray.height()).unwrap_or_else(|_| unreachable!("one pixel for each pixel"))
-}
-
-/// Stretches 16-bit grey to 8 bits between the 0.1 % and 99.9 % quantiles, so that neither a hot pixel nor a sensor's
-/// unused range eats the contrast.
-fn stretch(image: &Image<u16>) -> Image<u8> {
-    const SHIFT: u32 = 4;
-    let mut histogram = vec![0usize; 1 << (16 - SHIFT)];
-    image.as_slice().iter().for_each(|&v| histogram[usize::from(v >> SHIFT)] += 1);
-    let outliers = image.size().area() / 1000;
-    let mut seen = 0;
-    let first_past = |&count: &usize| {
-        seen += count;
-        seen > outliers
-    };
-    let low = histogram.iter().position(first_past).unwrap_or(0) << SHIFT;
-    seen = 0;
-    let first_past = |&count: &usize| {
-        seen += count;
-        seen > outliers
-    };
-    let high = ((histogram.iter().rposition(first_past).unwrap_or(0) + 1) << SHIFT) - 1;
-    let (low, span) = (low as i64, (high as i64 - low as i64).max(1));
-    let data = image.as_slice().iter().map(|&v| ((i64::from(v) - low) * 255 / span).clamp(0, 255) as u8).collect();
-    mapped(image, data)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ColorMatrix, ColorRange};
+    use crate::{ColorMatrix, ColorRange, ImagingError, Lens, Yuv420};
+
+    fn gray(width: usize, height: usize) -> Image<u8> {
+        Image::from_fn(width, height, |x, y| (x + 10 * y) as u8).unwrap()
+    }
 
     #[test]
     fn gray_borrows_where_it_can_and_converts_where_it_must() {
-        let gray = Image::from_fn(3, 2, |x, y| (x + 10 * y) as u8).unwrap();
-        let frame = Frame::new(0, 0.0, Pixels::Gray8(gray.clone()));
-        assert_eq!(frame.gray().to_image(), gray);
+        let image = gray(3, 2);
+        let frame = Frame::new(0, 0.0, image.clone());
+        assert_eq!(frame.gray().to_image(), image);
         assert_eq!(frame.color().row(1)[2], [12; 3]);
         assert!(!frame.has_color());
 
-        let rgb = Image::filled(2, 2, [255, 0, 0]).unwrap();
-        assert_eq!(Frame::new(0, 0.0, Pixels::Rgb8(rgb)).gray().row(0), [76, 76]);
+        let frame = Frame::new(0, 0.0, Image::filled(2, 2, [255, 0, 0]).unwrap());
+        assert_eq!(frame.gray().row(0), [76, 76]);
+        assert!(frame.has_color() && frame.gray16().is_none());
 
         let chroma = Image::filled(2, 1, 128u8).unwrap();
-        let yuv = |range| Yuv420::new(gray.clone(), chroma.clone(), chroma.clone(), ColorMatrix::Bt601, range).unwrap();
-        let full = Frame::new(0, 0.0, Pixels::Yuv420(yuv(ColorRange::Full)));
-        assert_eq!(full.gray().to_image(), gray);
+        let yuv =
+            |range| Yuv420::new(image.clone(), chroma.clone(), chroma.clone(), ColorMatrix::Bt601, range).unwrap();
+        let full = Frame::new(0, 0.0, yuv(ColorRange::Full));
+        assert_eq!(full.gray().to_image(), image);
+        assert!(full.has_color());
+        let limited = Frame::new(0, 0.0, yuv(ColorRange::Limited));
+        assert_eq!((limited.gray().row(0)[0], limited.gray().row(1)[2]), (0, 0), "codes up to 16 are black");
+    }
+
+    #[test]
+    fn pixels_in_a_strided_buffer_are_as_good_as_any() {
+        // A buffer of twelve columns of which four, from the third on, are the picture.
+        let crop = |image: Image<[u8; 3]>| SharedImage::from(image).crop(2, 1, 4, 3).unwrap();
+        let image = Image::from_fn(12, 5, |x, y| [20 * x as u8, 50 * y as u8, 7]).unwrap();
+        let tight = crop(image.clone()).to_image();
+        let (wide, tight) = (Frame::new(0, 0.0, crop(image)), Frame::new(0, 0.0, tight));
+        assert_eq!(wide.gray().to_image(), tight.gray().to_image());
+        assert_eq!(wide.color().to_image(), tight.color().to_image());
+
+        let image = Image::from_fn(12, 5, |x, y| 999 * x as u16 + y as u16).unwrap();
+        let crop = SharedImage::from(image).crop(2, 1, 4, 3).unwrap();
+        let tight = Frame::new(0, 0.0, crop.to_image());
+        assert_eq!(Frame::new(0, 0.0, crop).gray().to_image(), tight.gray().to_image());
     }
 
     #[test]
     fn sixteen_bit_grey_is_stretched_over_its_own_range() {
         let mut image = Image::from_fn(100, 100, |x, _| 7000 + 10 * x as u16).unwrap();
         image.as_mut_slice()[5] = 65_535; // one hot pixel must not eat the contrast
-        let frame = Frame::new(0, 0.0, Pixels::Gray16(image));
+        let frame = Frame::new(0, 0.0, image);
         let gray = frame.gray();
         assert!(gray.row(50)[0] < 5 && gray.row(50)[99] > 250, "{:?}", gray.row(50));
         assert_eq!(gray.row(0)[5], 255);
+        assert_eq!(frame.gray16().unwrap().row(1)[3], 7030);
     }
 
     #[test]
-    fn derived_values_are_made_once() {
-        struct Mean(f64);
-        let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 4, 7).unwrap()));
-        let first = frame.derived(|f| Mean(f64::from(f.gray().row(0)[0])));
-        let second = frame.derived(|_| -> Mean { panic!("made twice") });
-        assert!(Arc::ptr_eq(&first, &second));
-        assert_eq!(second.0, 7.0);
+    fn clones_share_pixels_and_derived_planes_and_undecorated_ones_pixels_alone() {
+        let frame = Frame::new(0, 0.0, Image::from_fn(40, 30, |x, y| [x as u8, y as u8, 9]).unwrap());
+        let clone = frame.clone();
+        let derived = clone.gray().row(0).as_ptr();
+        assert_eq!(frame.gray().row(0).as_ptr(), derived, "a plane derived through a clone is there for all");
+        assert_eq!(frame.clone().retimed(7, 0.5).gray().row(0).as_ptr(), derived);
+        let bare = frame.undecorated();
+        assert_eq!(bare.color().row(0).as_ptr(), frame.color().row(0).as_ptr(), "the pixels are the same");
+        assert_ne!(bare.gray().row(0).as_ptr(), derived, "what was derived is not");
+        assert_eq!((bare.index(), bare.time_s(), bare.gray().to_image()), (0, 0.0, frame.gray().to_image()));
     }
 
     #[test]
-    fn depth_must_fit() {
-        let frame = || Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 4, 7).unwrap()));
-        assert!(frame().with_depth(Image::filled(4, 3, 0).unwrap()).is_err());
-        assert!(frame().with_depth(Image::filled(4, 4, 900).unwrap()).unwrap().depth_mm().is_some());
+    fn depth_must_fit_and_is_shared() {
+        let frame = Frame::new(3, 0.1, gray(4, 4));
+        let wrong = frame.clone().with_depth(Image::filled(4, 3, 0).unwrap());
+        assert_eq!(wrong.unwrap_err(), ImagingError::Registration { found: Size::new(4, 3), wanted: Size::new(4, 4) });
+        let depth = SharedImage::from(Image::filled(4, 4, 900).unwrap());
+        let frame = frame.with_depth(depth.clone()).unwrap();
+        let seen = frame.depth_mm().unwrap();
+        assert_eq!((seen.row(3)[3], seen.row(0).as_ptr()), (900, depth.view().row(0).as_ptr()));
+        assert_eq!(frame.undecorated().depth_mm().unwrap().row(0).as_ptr(), depth.view().row(0).as_ptr());
+        assert_eq!(frame.source_bytes(), 16 + 32);
+    }
+
+    #[test]
+    fn other_pixels_keep_what_belongs_to_the_moment() {
+        let pose = CameraPose::new(0.1, 0.2, -0.1, Lens::field_of_view(1.0).unwrap()).unwrap();
+        let depth = Image::filled(4, 4, 900).unwrap();
+        let frame = Frame::new(3, 0.1, gray(4, 4)).with_depth(depth).unwrap().with_camera(pose);
+        let derived = frame.color().row(0).as_ptr();
+        let other = frame.with_pixels(Image::filled(4, 4, 5u8).unwrap()).unwrap();
+        assert_eq!((other.index(), other.time_s(), other.camera()), (3, 0.1, Some(&pose)));
+        assert!(other.depth_mm().is_some() && other.color().row(0).as_ptr() != derived);
+        assert_eq!(other.color().row(0)[0], [5; 3]);
+        assert!(frame.with_pixels(gray(5, 4)).is_err());
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_source() {
+        let image = || Image::filled(6, 5, 0u8).unwrap();
+        let chroma = || Image::filled(3, 3, 0u8).unwrap();
+        let yuv = Yuv420::new(image(), chroma(), chroma(), ColorMatrix::Bt601, ColorRange::Full).unwrap();
+        let bytes = |pixels: Pixels| Frame::new(0, 0.0, pixels).source_bytes();
+        assert_eq!(bytes(image().into()), 30);
+        assert_eq!(bytes(Image::filled(6, 5, 0u16).unwrap().into()), 60);
+        assert_eq!(bytes(Image::filled(6, 5, [0u8; 3]).unwrap().into()), 90);
+        assert_eq!(bytes(yuv.into()), 48);
     }
 }

@@ -28,6 +28,11 @@ impl<'a, P> ImageView<'a, P> {
         Ok(Self { data, width, height, stride })
     }
 
+    /// Without checking: for images whose sizes were checked when they were made.
+    pub(crate) const fn over(data: &'a [P], size: Size, stride: usize) -> Self {
+        Self { data, width: size.width, height: size.height, stride }
+    }
+
     /// Columns.
     pub const fn width(&self) -> usize {
         self.width
@@ -52,6 +57,11 @@ impl<'a, P> ImageView<'a, P> {
     #[inline]
     pub fn row(&self, y: usize) -> &'a [P] {
         &self.data[y * self.stride..y * self.stride + self.width]
+    }
+
+    /// All pixels in one slice, where rows follow each other without gaps.
+    pub fn as_contiguous(&self) -> Option<&'a [P]> {
+        (self.stride == self.width || self.height == 1).then(|| &self.data[..self.width * self.height])
     }
 
     /// All rows from top to bottom.
@@ -93,7 +103,8 @@ impl<P: Copy> ImageView<'_, P> {
     }
 }
 
-/// An image that owns its pixels: row-major, without gaps between rows.
+/// An image that owns its pixels, to change them: row-major, without gaps between rows. Once finished it is handed on as a
+/// [`SharedImage`](crate::SharedImage).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image<P> {
     data: Vec<P>,

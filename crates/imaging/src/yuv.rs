@@ -1,4 +1,4 @@
-use crate::{Image, ImageView, ImagingError, Result, Rgb8};
+use crate::{Image, ImageView, ImagingError, Result, Rgb8, SharedImage};
 use multiversion::multiversion;
 use pursuit_geometry::Size;
 
@@ -22,12 +22,13 @@ pub enum ColorRange {
     Full,
 }
 
-/// A planar 4:2:0 colour image as decoders deliver it: full-size luma, chroma halved (rounding up) both ways.
+/// A planar 4:2:0 colour image as decoders deliver it: full-size luma, chroma halved (rounding up) both ways. Clones
+/// share the planes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Yuv420 {
-    y: Image<u8>,
-    u: Image<u8>,
-    v: Image<u8>,
+    y: SharedImage<u8>,
+    u: SharedImage<u8>,
+    v: SharedImage<u8>,
     matrix: ColorMatrix,
     range: ColorRange,
 }
@@ -37,7 +38,8 @@ impl Yuv420 {
     ///
     /// # Errors
     /// [`ImagingError::BufferLength`] when a chroma plane has the wrong size.
-    pub fn new(y: Image<u8>, u: Image<u8>, v: Image<u8>, matrix: ColorMatrix, range: ColorRange) -> Result<Self> {
+    pub fn new<I: Into<SharedImage<u8>>>(y: I, u: I, v: I, matrix: ColorMatrix, range: ColorRange) -> Result<Self> {
+        let (y, u, v) = (y.into(), u.into(), v.into());
         let half = Size::new(y.width().div_ceil(2), y.height().div_ceil(2));
         for plane in [&u, &v] {
             if plane.size() != half {
@@ -81,7 +83,7 @@ impl Yuv420 {
     /// Luma stretched to 0–255, or `None` when the stored plane already is (then borrow [`luma`](Self::luma)).
     pub(crate) fn expanded_luma(&self) -> Option<Image<u8>> {
         (self.range == ColorRange::Limited).then(|| {
-            let mut gray = self.y.clone();
+            let mut gray = self.y.to_image();
             expand_limited(gray.as_mut_slice());
             gray
         })
@@ -91,11 +93,12 @@ impl Yuv420 {
     pub fn to_rgb(&self) -> Image<Rgb8> {
         let coefficients = Coefficients::new(self.matrix, self.range);
         let (width, height) = (self.y.width(), self.y.height());
+        let (y, u, v) = (self.y.view(), self.u.view(), self.v.view());
         let mut data = vec![[0u8; 3]; width * height];
         for (row, out) in data.chunks_exact_mut(width).enumerate() {
-            row_to_rgb(self.y.row(row), self.u.row(row / 2), self.v.row(row / 2), &coefficients, out);
+            row_to_rgb(y.row(row), u.row(row / 2), v.row(row / 2), &coefficients, out);
         }
-        // The length is width · height of an image that exists, so this cannot fail; the plane itself is the fallback.
+        // The length is width · height of an image that exists, so this cannot fail.
         Image::from_vec(data, width, height).unwrap_or_else(|_| unreachable!("size of an existing image"))
     }
 }
@@ -183,7 +186,7 @@ fn expand_limited(codes: &mut [u8]) {
 mod tests {
     use super::*;
 
-    /// The matrix in floating point: the slow, obvious twin.
+    /// The matrix in floating point: the slow, obvious reference.
     fn exact(y: u8, u: u8, v: u8, matrix: ColorMatrix, range: ColorRange) -> [f64; 3] {
         let (kr, kb) = if matrix == ColorMatrix::Bt601 { (0.299, 0.114) } else { (0.2126, 0.0722) };
         let (y, u, v) = match range {

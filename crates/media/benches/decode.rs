@@ -22,7 +22,7 @@ fn decode_all(mut source: impl Source) {
 }
 
 fn decode(c: &mut Criterion) {
-    let options = OpenOptions { search_path: std::env::var_os("PATH"), ..OpenOptions::default() };
+    let options = OpenOptions::from_env();
     let (Some(ffmpeg), Ok(folder)) = (options.find_ffmpeg(), tempfile::tempdir()) else {
         return println!("skipped: no ffmpeg on the PATH to make the clip with");
     };

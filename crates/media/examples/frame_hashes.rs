@@ -7,7 +7,7 @@ use pursuit_media::{OpenOptions, Source, open};
 
 fn main() {
     let input = std::env::args().nth(1).unwrap_or_else(|| "-".to_owned());
-    let options = OpenOptions { search_path: std::env::var_os("PATH"), ..OpenOptions::default() };
+    let options = OpenOptions::from_env();
     let mut source = open(&input, &options).unwrap_or_else(|e| {
         eprintln!("{e}");
         std::process::exit(3)
@@ -33,9 +33,9 @@ fn main() {
 fn hash(frame: &Frame) -> (usize, u32) {
     let mut bytes = Vec::new();
     match frame.pixels() {
-        Pixels::Gray8(image) => bytes.extend_from_slice(image.as_slice()),
-        Pixels::Gray16(image) => image.as_slice().iter().for_each(|v| bytes.extend(v.to_le_bytes())),
-        Pixels::Rgb8(image) => bytes.extend_from_slice(image.as_slice().as_flattened()),
+        Pixels::Gray8(image) => image.view().rows().for_each(|row| bytes.extend_from_slice(row)),
+        Pixels::Gray16(image) => image.view().rows().flatten().for_each(|v| bytes.extend(v.to_le_bytes())),
+        Pixels::Rgb8(image) => image.view().rows().for_each(|row| bytes.extend_from_slice(row.as_flattened())),
         Pixels::Yuv420(image) => {
             let (u, v) = image.chroma();
             for plane in [image.luma(), u, v] {

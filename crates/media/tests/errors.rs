@@ -124,7 +124,7 @@ fn a_damaged_frame_is_named_and_those_before_it_are_kept() {
 }
 
 fn png(folder: &Path, name: &str, width: usize, height: usize) {
-    let pixels = Pixels::Gray8(Image::filled(width, height, 9).unwrap());
+    let pixels = Pixels::from(Image::filled(width, height, 9u8).unwrap());
     write_png(&Frame::new(0, 0.0, pixels), &folder.join(name)).unwrap();
 }
 

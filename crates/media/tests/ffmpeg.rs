@@ -1,5 +1,6 @@
 //! The path through an `ffmpeg` process. Skipped, saying so, where none is found: set `PURSUIT_TEST_FFMPEG` or `PATH`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::disallowed_methods, reason = "variables say where ffmpeg is")]
 
 mod common;
 

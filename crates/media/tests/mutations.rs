@@ -100,10 +100,10 @@ fn spoiled_images_never_panic() {
 }
 
 fn pngs() -> [(&'static str, pursuit_imaging::Pixels); 3] {
-    use pursuit_imaging::{Image, Pixels};
+    use pursuit_imaging::Image;
     [
-        ("gray.png", Pixels::Gray8(Image::from_fn(31, 17, |x, y| (x * y) as u8).unwrap())),
-        ("gray16.png", Pixels::Gray16(Image::from_fn(31, 17, |x, y| (x * y * 99) as u16).unwrap())),
-        ("rgb.png", Pixels::Rgb8(Image::from_fn(31, 17, |x, y| [x as u8, y as u8, 7]).unwrap())),
+        ("gray.png", Image::from_fn(31, 17, |x, y| (x * y) as u8).unwrap().into()),
+        ("gray16.png", Image::from_fn(31, 17, |x, y| (x * y * 99) as u16).unwrap().into()),
+        ("rgb.png", Image::from_fn(31, 17, |x, y| [x as u8, y as u8, 7]).unwrap().into()),
     ]
 }

@@ -43,7 +43,7 @@ impl Source for Book {
             return Ok(None);
         }
         self.next += 1;
-        Ok(Some(Frame::new(index, index as f64 * 0.02, Pixels::Gray16(Image::filled(4, 3, index as u16).unwrap()))))
+        Ok(Some(Frame::new(index, index as f64 * 0.02, Pixels::Gray16(Image::filled(4, 3, index as u16).unwrap().into()))))
     }
 
     fn is_seekable(&self) -> bool {
@@ -172,7 +172,7 @@ fn folders_of_images_can_be_entered_anywhere_and_video_files_cannot() {
     let folder = std::env::temp_dir().join(format!("pursuit-seek-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     for i in 0..20u8 {
-        let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 3, 10 * i).unwrap()));
+        let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 3, 10 * i).unwrap().into()));
         write_png(&frame, &folder.join(format!("{i}.png"))).unwrap();
     }
     goes_anywhere(open(&folder.to_string_lossy(), &OpenOptions::default()).unwrap());

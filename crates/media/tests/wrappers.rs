@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use pursuit_geometry::Size;
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::{Frame, Image};
 use pursuit_media::input::StopHandle;
 use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Throttled, Trimmed, WithDepth};
 use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, open};
@@ -30,7 +30,7 @@ fn counting(count: u64) -> Counting {
 }
 
 fn frame(index: u64) -> Frame {
-    Frame::new(index, index as f64 * 0.02, Pixels::Gray8(Image::filled(4, 3, index as u8).unwrap()))
+    Frame::new(index, index as f64 * 0.02, Image::filled(4, 3, index as u8).unwrap())
 }
 
 impl Source for Counting {
@@ -243,7 +243,7 @@ fn depth_is_paired_frame_by_frame() {
         }
         fn next_frame(&mut self) -> Result<Option<Frame>> {
             self.1 += 1;
-            let pixels = || Pixels::Gray16(Image::filled(4, 3, self.1).unwrap());
+            let pixels = || Image::filled(4, 3, self.1).unwrap();
             Ok((self.1 <= 2).then(|| Frame::new(0, 0.0, pixels())))
         }
     }

@@ -22,10 +22,10 @@
 //! [`RunConfig`] and leaves its files in a folder. The floors below are re-exported: [`tracking`] has the words,
 //! [`trackers`] the trackers and detectors by name.
 
-mod accuracy;
 pub mod config;
 mod demo;
 mod error;
+mod features;
 mod follow;
 mod input;
 mod record;
@@ -39,6 +39,7 @@ mod trajectory_plots;
 pub use config::RunConfig;
 pub use demo::Demo;
 pub use error::RunError;
+pub use features::{FEATURES, NO_OVERLAY};
 pub use follow::{Follow, open, open_with, recipe, track};
 pub use pursuit_geometry::BBox;
 pub use pursuit_imaging::Frame;
@@ -57,3 +58,6 @@ pub use pursuit_scenes as scenes;
 pub use pursuit_trackers as trackers;
 pub use pursuit_tracking as tracking;
 pub use pursuit_vision as vision;
+
+// Types of these crates stand in public signatures.
+pub use {nalgebra, toml};

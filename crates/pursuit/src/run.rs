@@ -1,8 +1,8 @@
 //! What `run.json` holds: what was run, with what, on what, and how it went.
 
 use crate::RunError;
-pub use crate::accuracy::{Accuracy, AccuracyMeter};
 pub use crate::timing::{Timing, TimingSummary};
+pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_tracking::TrackState;
 use serde::Serialize;
 use std::path::Path;

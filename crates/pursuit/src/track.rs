@@ -4,11 +4,11 @@ use crate::config::{Methods, RunConfig};
 use crate::input::{self, OpenedInput};
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
 use crate::session::{Outcome, Progress, Remote, Session};
-use crate::sinks::{CsvSink, JsonlSink, MotSink, OverlaySink, Sink};
+use crate::sinks::{self, Format, Sink};
 use crate::{RunError, trajectory_plots};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Truth};
 use pursuit_media::wrappers::PrefetchStats;
-use pursuit_media::{OpenOptions, SourceInfo, Truth};
+use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
 use std::path::{Path, PathBuf};
 
@@ -64,7 +64,7 @@ impl Run {
             return Err(RunError::usage("no input; name a video, a folder of images, a camera or `scene:NAME`"));
         };
         let methods = config.methods()?;
-        check_formats(&config.formats)?;
+        formats(&config)?;
         let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
@@ -105,7 +105,8 @@ impl Run {
         let mut outcome = self.session.with_sinks(sinks).run(|progress| {
             if info.truth.is_some() {
                 // The truth is of one target: the first.
-                meter.add(progress.records.first(), info.truth_at(progress.frame.index()));
+                let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
+                meter.add(info.truth_at(progress.frame.index()), estimate);
             }
             observe(progress);
         });
@@ -133,24 +134,13 @@ impl Run {
     }
 
     fn sinks(&self) -> Result<Vec<Box<dyn Sink>>, RunError> {
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(CsvSink::create(&self.out.join("trajectory.csv"))?)];
-        for format in &self.config.formats {
-            match format.as_str() {
-                "jsonl" => sinks.push(Box::new(JsonlSink::create(&self.out.join("trajectory.jsonl"))?)),
-                "mot" => sinks.push(Box::new(MotSink::create(&self.out.join("trajectory.txt"))?)),
-                #[cfg(feature = "parquet")]
-                "parquet" => {
-                    sinks.push(Box::new(crate::sinks::ParquetSink::create(&self.out.join("trajectory.parquet"))?));
-                }
-                // `csv` is always written; anything else was refused by `check_formats`.
-                _ => {}
-            }
+        let mut all = vec![Format::Csv.create(&self.out)?];
+        for format in formats(&self.config)?.into_iter().filter(|f| *f != Format::Csv) {
+            all.push(format.create(&self.out)?);
         }
-        if self.config.video != Some(false) {
-            let fps = self.config.fps.or(self.info.fps);
-            sinks.push(Box::new(OverlaySink::create(&self.out.join("overlay.mp4"), fps)?));
-        }
-        Ok(sinks)
+        let fps = self.config.fps.or(self.info.fps);
+        all.extend(sinks::overlay(&self.out.join("overlay.mp4"), fps, self.config.video)?);
+        Ok(all)
     }
 
     fn facts(&self) -> RunFile {
@@ -231,22 +221,8 @@ fn choose_start(
     }
 }
 
-fn check_formats(formats: &[String]) -> Result<(), RunError> {
-    for format in formats {
-        match format.as_str() {
-            "csv" | "jsonl" | "mot" => {}
-            "parquet" if cfg!(feature = "parquet") => {}
-            "parquet" => {
-                return Err(RunError::usage("this build cannot write Parquet; build with `--features parquet`"));
-            }
-            other => {
-                return Err(RunError::usage(format!(
-                    "there is no format `{other}`; there are: csv, jsonl, mot, parquet"
-                )));
-            }
-        }
-    }
-    Ok(())
+fn formats(config: &RunConfig) -> Result<Vec<Format>, RunError> {
+    config.formats.iter().map(|name| name.parse()).collect()
 }
 
 /// `pursuit-out/NAME`, with NAME made from the input's.

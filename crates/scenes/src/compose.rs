@@ -1,7 +1,7 @@
 //! The camera: layers over a backdrop, light, sensor noise and 8 bits, one row at a time.
 
-use crate::hash;
 use crate::texture::{Color, Texture};
+use crate::{View, hash};
 use multiversion::multiversion;
 use pursuit_geometry::{Point, Size};
 use pursuit_imaging::{Image, Rgb8};
@@ -47,7 +47,7 @@ impl Layer {
     }
 
     /// Lays this layer's part of row `y` over `row`.
-    fn blend_row(&self, y: usize, row: &mut [Color]) {
+    pub(crate) fn blend_row(&self, y: usize, row: &mut [Color]) {
         let Ok(index) = usize::try_from(y as i64 - self.top) else { return };
         let Some(pixels) = self.pixels.get(index * self.width..(index + 1) * self.width) else { return };
         // `paint` clipped to the picture, so `left` is not negative.
@@ -94,16 +94,38 @@ impl Noise {
 
 /// Takes the picture.
 pub(crate) fn compose(shot: &Shot<'_>) -> Image<Rgb8> {
-    let (width, height) = (shot.size.width, shot.size.height);
-    let mut data = vec![[0u8; 3]; width * height];
-    let mut row = vec![[0f32; 3]; width];
-    for (y, out) in data.chunks_exact_mut(width).enumerate() {
-        backdrop_row(shot.backdrop, shot.origin, y, &mut row);
-        shot.layers.iter().for_each(|layer| layer.blend_row(y, &mut row));
-        let key = hash::mix(shot.noise.key, y as u64) as u32;
-        expose(row.as_flattened_mut(), shot.light, shot.noise.sigma, key, out.as_flattened_mut());
+    let row = |y: usize, row: &mut [Color]| {
+        backdrop_row(shot.backdrop, shot.origin, y, row);
+        shot.layers.iter().for_each(|layer| layer.blend_row(y, row));
+    };
+    develop(shot.size, shot.light, shot.noise, row)
+}
+
+/// Takes the picture of a flat scene with a camera that has been turned or zoomed away from `home`.
+pub(crate) fn compose_view(shot: &Shot<'_>, home: &View, view: &View) -> Image<Rgb8> {
+    let flat = Texture::of_rows(shot.size.width, shot.size.height, |y, row| {
+        backdrop_row(shot.backdrop, shot.origin, y, row);
+        shot.layers.iter().for_each(|layer| layer.blend_row(y, row));
+    });
+    develop(view.size, shot.light, shot.noise, |y, row| {
+        for (x, to) in row.iter_mut().enumerate() {
+            let direction = view.direction_of(Point::new(x as f64 + 0.5, y as f64 + 0.5));
+            *to = home.point_of(direction).map_or([0.0; 3], |p| flat.sample(p.x, p.y));
+        }
+    })
+}
+
+/// Exposes the rows that `mix` writes.
+pub(crate) fn develop(size: Size, light: Color, noise: Noise, mut mix: impl FnMut(usize, &mut [Color])) -> Image<Rgb8> {
+    let mut data = vec![[0u8; 3]; size.area()];
+    let mut row = vec![[0f32; 3]; size.width];
+    for (y, out) in data.chunks_exact_mut(size.width.max(1)).enumerate() {
+        mix(y, &mut row);
+        let key = hash::mix(noise.key, y as u64) as u32;
+        expose(row.as_flattened_mut(), light, noise.sigma, key, out.as_flattened_mut());
     }
-    Image::from_vec(data, width, height).unwrap_or_else(|_| unreachable!("scene sizes are checked when built"))
+    Image::from_vec(data, size.width, size.height)
+        .unwrap_or_else(|_| unreachable!("scene sizes are checked when built"))
 }
 
 fn backdrop_row(backdrop: &Texture, origin: Point, y: usize, row: &mut [Color]) {

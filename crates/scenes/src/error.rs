@@ -20,8 +20,8 @@ pub enum SceneError {
         /// All keys with their ranges, separated by commas.
         known: String,
     },
-    /// A value that is no number, or outside of what the key allows.
-    #[error("scene `{scene}`: {key}={value} cannot be used; {key} is {help}, a number from {min} to {max}")]
+    /// A value that the key does not allow.
+    #[error("scene `{scene}`: {key}={value} cannot be used; {key} is {help}, {allowed}")]
     BadValue {
         /// The scene.
         scene: String,
@@ -31,10 +31,8 @@ pub enum SceneError {
         value: String,
         /// What the key means.
         help: &'static str,
-        /// Smallest value.
-        min: f64,
-        /// Largest value.
-        max: f64,
+        /// What it takes: a range, or a list of words.
+        allowed: String,
     },
     /// A query that does not follow `scene:NAME[?seed=1&key=value]`.
     #[error("`{query}` is no scene query: {reason}; write scene:NAME or scene:NAME?seed=1&key=value")]

@@ -1,18 +1,13 @@
-use crate::registry::{self, Scenery};
-use crate::{Scene, SceneError};
-use std::collections::BTreeMap;
+use crate::keys::SceneParams;
+use crate::{Scene, SceneError, registry};
 use std::str::FromStr;
-
-/// Values for a scene's keys, by name; keys left out keep their defaults.
-pub type SceneParams = BTreeMap<String, f64>;
 
 /// Makes the scene `name`. The same name, seed and parameters always make the same world.
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`], [`SceneError::UnknownKey`] (both list what there is) or [`SceneError::BadValue`].
 pub fn scene(name: &str, seed: u64, params: &SceneParams) -> Result<Box<dyn Scene>, SceneError> {
-    let entry = registry::find(name)?;
-    Ok((entry.build)(&Scenery::new(entry, seed, params)?))
+    registry::find(name)?.scene(seed, params)
 }
 
 /// Makes the scene that a query `scene:NAME[?seed=1&key=value]` describes.
@@ -44,7 +39,7 @@ impl FromStr for SceneQuery {
     type Err = SceneError;
 
     /// # Errors
-    /// [`SceneError::Malformed`]; an unknown name, key or a value that is no number is reported with what there is.
+    /// [`SceneError::Malformed`]; an unknown name, key or a value that cannot be read is reported with what there is.
     fn from_str(text: &str) -> Result<Self, SceneError> {
         let malformed = |reason: String| SceneError::Malformed { query: text.to_owned(), reason };
         let Some(rest) = text.strip_prefix(Self::PREFIX) else {
@@ -62,9 +57,8 @@ impl FromStr for SceneQuery {
                 seed = whole.map_err(|_| malformed(format!("seed `{value}` is not a whole number from 0 on")))?;
                 continue;
             }
-            let known = entry.key(key)?;
-            let number = value.parse().map_err(|_| known.bad_value(name, value))?;
-            if params.insert(key.to_owned(), number).is_some() {
+            let value = entry.key(key)?.parse(name, value)?;
+            if params.insert(key.to_owned(), value).is_some() {
                 return Err(malformed(format!("`{key}` is given twice")));
             }
         }

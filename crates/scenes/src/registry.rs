@@ -1,5 +1,5 @@
-use crate::query::SceneParams;
-use crate::{Scene, SceneError, patches, table_tennis};
+use crate::keys::{Key, SceneParams, Scenery};
+use crate::{Scene, SceneError, patches, surround, table_tennis};
 
 /// A scene that can be asked for by name.
 pub struct SceneEntry {
@@ -10,21 +10,6 @@ pub struct SceneEntry {
     /// What can be set.
     pub keys: &'static [Key],
     pub(crate) build: fn(&Scenery) -> Box<dyn Scene>,
-}
-
-/// A number that can be set in a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Key {
-    /// The name.
-    pub name: &'static str,
-    /// What it means, with its unit.
-    pub help: &'static str,
-    /// Value when not given.
-    pub default: f64,
-    /// Smallest value.
-    pub min: f64,
-    /// Largest value.
-    pub max: f64,
 }
 
 /// All scenes, in the order in which they are listed.
@@ -84,6 +69,36 @@ pub static SCENES: &[SceneEntry] = &[
         build: patches::leave_and_return,
     },
     SceneEntry {
+        name: "motion",
+        summary: "the patch moves on a line, turns, stops and goes, or the camera jumps: for comparing motion models",
+        keys: patches::MOTION_KEYS,
+        build: patches::motion,
+    },
+    SceneEntry {
+        name: "depth-occluder",
+        summary: "with depth in millimetres: something nearer passes before the patch; the depth has holes and shadows",
+        keys: patches::DEPTH_OCCLUDER_KEYS,
+        build: patches::depth_occluder,
+    },
+    SceneEntry {
+        name: "person",
+        summary: "a fixed camera: somebody comes in, stands, and leaves; light, door and shadow to mislead",
+        keys: surround::PERSON_KEYS,
+        build: surround::person,
+    },
+    SceneEntry {
+        name: "people",
+        summary: "several people walk to and fro at different distances and cover each other",
+        keys: surround::PEOPLE_KEYS,
+        build: surround::people,
+    },
+    SceneEntry {
+        name: "wide-world",
+        summary: "somebody, or a ball, goes to and fro far beyond the picture: to be followed by turning the camera",
+        keys: surround::WIDE_WORLD_KEYS,
+        build: surround::wide_world,
+    },
+    SceneEntry {
         name: "crowd",
         summary: "many patches, each wandering about its own part of a large picture",
         keys: patches::CROWD_KEYS,
@@ -108,57 +123,31 @@ pub fn find(name: &str) -> Result<&'static SceneEntry, SceneError> {
     })
 }
 
+/// A key's range in few words.
+fn range(key: &Key) -> String {
+    match key.choices {
+        [] => format!("{} to {}", key.min, key.max),
+        words => words.join("|"),
+    }
+}
+
 impl SceneEntry {
+    /// Makes the scene.
+    pub(crate) fn scene(&self, seed: u64, params: &SceneParams) -> Result<Box<dyn Scene>, SceneError> {
+        params.keys().try_for_each(|name| self.key(name).map(drop))?;
+        Ok((self.build)(&Scenery::new(self.name, self.keys, seed, params)?))
+    }
+
     /// The key `name` of this scene.
     ///
     /// # Errors
     /// [`SceneError::UnknownKey`], which lists all keys.
     pub fn key(&self, name: &str) -> Result<&'static Key, SceneError> {
         self.keys.iter().find(|k| k.name == name).ok_or_else(|| {
-            let list = |k: &Key| format!("{} ({} to {}, default {})", k.name, k.min, k.max, k.default);
+            let list = |k: &Key| format!("{} ({}, default {})", k.name, range(k), k.default_text());
             let known =
                 std::iter::once("seed".to_owned()).chain(self.keys.iter().map(list)).collect::<Vec<_>>().join(", ");
             SceneError::UnknownKey { scene: self.name.to_owned(), key: name.to_owned(), known }
         })
-    }
-}
-
-impl Key {
-    pub(crate) fn bad_value(&self, scene: &str, value: &str) -> SceneError {
-        SceneError::BadValue {
-            scene: scene.to_owned(),
-            key: self.name.to_owned(),
-            value: value.to_owned(),
-            help: self.help,
-            min: self.min,
-            max: self.max,
-        }
-    }
-}
-
-/// What a scene is built from: its seed and checked values.
-pub(crate) struct Scenery {
-    /// The seed.
-    pub(crate) seed: u64,
-    values: Vec<(&'static str, f64)>,
-}
-
-impl Scenery {
-    /// Checks `params` against the entry's keys.
-    pub(crate) fn new(entry: &'static SceneEntry, seed: u64, params: &SceneParams) -> Result<Self, SceneError> {
-        let mut values: Vec<_> = entry.keys.iter().map(|k| (k.name, k.default)).collect();
-        for (name, &value) in params {
-            let key = entry.key(name)?;
-            if !(key.min..=key.max).contains(&value) {
-                return Err(key.bad_value(entry.name, &value.to_string()));
-            }
-            values.iter_mut().filter(|(n, _)| n == name).for_each(|(_, v)| *v = value);
-        }
-        Ok(Self { seed, values })
-    }
-
-    /// The value of the key `name`; zero for a key that the scene does not have (a scene without bars has bar 0).
-    pub(crate) fn get(&self, name: &str) -> f64 {
-        self.values.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, v)| *v)
     }
 }

@@ -1,6 +1,7 @@
 use crate::{Scene, SceneError, SceneQuery, scene};
-use pursuit_imaging::{Frame, Pixels};
-use pursuit_media::{MediaError, Source, SourceInfo, Truth};
+use pursuit_geometry::Truth;
+use pursuit_imaging::Frame;
+use pursuit_media::{MediaError, Source, SourceInfo};
 
 /// A scene as an input like any other, with the truth of its first target.
 pub struct SceneSource {
@@ -63,7 +64,7 @@ impl Source for SceneSource {
         let index = self.next;
         self.next += 1;
         let time_s = self.scene.frame_time_s(index);
-        Ok(Some(Frame::new(index, time_s, Pixels::Rgb8(self.scene.render(time_s).image))))
+        Ok(Some(self.scene.render(time_s).into_frame(index, time_s, &self.scene.home())))
     }
 
     fn is_seekable(&self) -> bool {

@@ -82,6 +82,13 @@ impl Texture {
         Self { width, height, pixels: pixels.map(|(column, row)| pixel(column, row)).collect() }
     }
 
+    /// A texture of the rows that `row` writes.
+    pub(crate) fn of_rows(width: usize, height: usize, mut row: impl FnMut(usize, &mut [Color])) -> Self {
+        let mut pixels = vec![[0.0; 3]; width * height];
+        pixels.chunks_exact_mut(width.max(1)).enumerate().for_each(|(y, out)| row(y, out));
+        Self { width, height, pixels }
+    }
+
     pub(crate) fn width(&self) -> usize {
         self.width
     }

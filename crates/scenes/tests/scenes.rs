@@ -2,9 +2,9 @@
 
 #![allow(clippy::panic)] // a test names the scene it fails on
 
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Truth};
 use pursuit_imaging::{Image, Rgb8};
-use pursuit_media::{Source, Truth};
+use pursuit_media::Source;
 use pursuit_scenes::{SCENES, Scene, SceneError, SceneQuery, SceneSource, open};
 
 fn made(query: &str) -> Box<dyn Scene> {
@@ -13,7 +13,11 @@ fn made(query: &str) -> Box<dyn Scene> {
 
 /// The scene with this seed; large ones smaller, so that the tests are quick.
 fn query(name: &str, seed: u64) -> String {
-    let smaller = if name == "crowd" { "&width=480&height=270&targets=6" } else { "" };
+    let smaller = match name {
+        "crowd" => "&width=480&height=270&targets=6",
+        "person" | "people" | "wide-world" => "&width=160&height=120",
+        _ => "",
+    };
     format!("scene:{name}?seed={seed}{smaller}")
 }
 
@@ -62,7 +66,8 @@ fn every_scene_begins_with_a_visible_target_and_stays_sane() {
             assert_eq!(moment.targets, scene.targets(scene.frame_time_s(k)));
             let truth = moment.targets[0];
             assert!((0.0..=1.0).contains(&truth.visible_fraction));
-            if k == 0 {
+            // Into the room of `person` somebody comes later.
+            if k == 0 && entry.name != "person" {
                 assert!(truth.visible_fraction > 0.97, "{} seed {seed}: {truth:?}", entry.name);
             }
             if let Some(seen) = truth.visible() {

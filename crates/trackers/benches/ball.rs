@@ -3,7 +3,7 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::{Frame, Image};
 use pursuit_trackers::registry;
 use std::hint::black_box;
 
@@ -15,7 +15,7 @@ fn frame(k: u64) -> Frame {
         let away = center.distance(Point::new(x as f64 + 0.5, y as f64 + 0.5));
         if away < 22.0 { [235 - shade, 205 - shade, 30 + shade] } else { [80 + shade, 90 + shade, 100 + shade / 2] }
     });
-    Frame::new(k, k as f64 / 30.0, Pixels::Rgb8(image.unwrap()))
+    Frame::new(k, k as f64 / 30.0, image.unwrap())
 }
 
 fn center(k: u64) -> Point {

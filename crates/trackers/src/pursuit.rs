@@ -5,7 +5,7 @@
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
     ColorParams, CorrelationLocalizer, CorrelationSpec, Likeness, PeakParams, ScaleFilterParams, ScaleLadderParams,
-    ScoreParams, SolverParams, Subpixel, WindowParams, WindowShape, spec,
+    ScoreParams, SolverParams, Subpixel, SweepBy, WindowParams, WindowShape, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -50,6 +50,7 @@ pursuit_tracking::parameters! {
             likeness: 17.2,
             likeness_by: Likeness::Cosine,
             color: 1.72,
+            sweep_by: SweepBy::Score,
             ..ScoreParams::default()
         };
     }
@@ -94,6 +95,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             reach: 5.0,
             wide_windows: 5,
             side_windows: 1,
+            keep_inside: true,
             ..SearchParams::default()
         },
     };

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::{Frame, Image};
 use pursuit_trackers::registry;
 
 fn center(k: u64) -> Point {
@@ -15,7 +15,7 @@ fn frame(k: u64) -> Frame {
         let away = center(k).distance(Point::new(x as f64 + 0.5, y as f64 + 0.5));
         if away < 18.0 { [235 - shade, 205 - shade, 30] } else { [80 + shade, 90 + shade, 100 + shade / 2] }
     });
-    Frame::new(k, k as f64 / 30.0, Pixels::Rgb8(image.unwrap()))
+    Frame::new(k, k as f64 / 30.0, image.unwrap())
 }
 
 #[test]

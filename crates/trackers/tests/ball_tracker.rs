@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
+use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_scenes::Scene;
 use pursuit_trackers::registry;
 use pursuit_tracking::{Detection, Detector, Estimate, Recipe, TrackState, Tracker};
@@ -20,7 +20,7 @@ fn recipe(color: &str) -> Box<dyn Recipe> {
 }
 
 fn frame(k: u64, pixel: impl FnMut(usize, usize) -> Rgb8) -> Frame {
-    Frame::new(k, k as f64 / 30.0, Pixels::Rgb8(Image::from_fn(320, 240, pixel).unwrap()))
+    Frame::new(k, k as f64 / 30.0, Image::from_fn(320, 240, pixel).unwrap())
 }
 
 fn hash(x: usize, y: usize, seed: u64) -> u8 {
@@ -183,7 +183,7 @@ fn play(query: &str, color: &str, mut with: impl FnMut(u64, &Estimate, &pursuit_
     for k in 0..scene.frame_count() {
         let time_s = scene.frame_time_s(k);
         let moment = scene.render(time_s);
-        let frame = Frame::new(k, time_s, Pixels::Rgb8(moment.image));
+        let frame = Frame::new(k, time_s, moment.image);
         match &mut tracker {
             Some(tracker) => with(k, &tracker.update(&frame).unwrap(), &moment.targets[0]),
             None => {

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Size};
-use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_imaging::{Frame, Image};
 use pursuit_trackers::registry;
 use pursuit_tracking::{MultiTracker, TargetSet, TrackState, Tracker};
 
@@ -45,7 +45,7 @@ fn color(index: u64, bbox: Option<BBox>) -> Frame {
         let v = pixel(bbox, x, y);
         [v as u8, (255.0 - v) as u8, (v / 2.0) as u8]
     });
-    Frame::new(index, index as f64 / 30.0, Pixels::Rgb8(image.unwrap()))
+    Frame::new(index, index as f64 / 30.0, image.unwrap())
 }
 
 fn path(k: u64, width: f64, height: f64) -> BBox {
@@ -79,7 +79,7 @@ fn sixteen_bit_grey_is_followed() {
     let frame = |k: u64| {
         let bbox = Some(path(k, 36.0, 30.0));
         let image = Image::from_fn(SIZE.width, SIZE.height, |x, y| 7000 + (pixel(bbox, x, y) * 6.0) as u16);
-        Frame::new(k, k as f64 / 30.0, Pixels::Gray16(image.unwrap()))
+        Frame::new(k, k as f64 / 30.0, image.unwrap())
     };
     for name in names() {
         let mut tracker = start(name, &frame(0), path(0, 36.0, 30.0));

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::BBox;
-use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
+use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_media::{OpenOptions, open};
 use pursuit_trackers::registry;
 use pursuit_tracking::{Estimate, TrackState, Tracker};
@@ -104,7 +104,7 @@ fn a_yellow_ball_behind_paper_before_yellow_leaves() {
 fn repainted(frame: &Frame, paint: impl Fn(Rgb8) -> Rgb8) -> Frame {
     let (view, size) = (frame.color(), frame.size());
     let image = Image::from_fn(size.width, size.height, |x, y| paint(view.row(y)[x])).unwrap();
-    Frame::new(frame.index(), frame.time_s(), Pixels::Rgb8(image))
+    Frame::new(frame.index(), frame.time_s(), image)
 }
 
 /// Turns the hue by `degrees`, keeping saturation and value.
@@ -138,7 +138,7 @@ fn halved(frame: &Frame) -> Frame {
         (sum / 4) as u8
     };
     let image = Image::from_fn(size.width / 2, size.height / 2, |x, y| [mean(x, y, 0), mean(x, y, 1), mean(x, y, 2)]);
-    Frame::new(frame.index(), frame.time_s(), Pixels::Rgb8(image.unwrap()))
+    Frame::new(frame.index(), frame.time_s(), image.unwrap())
 }
 
 /// A change of every frame.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::BBox;
-use pursuit_imaging::{Frame, Pixels};
+use pursuit_imaging::Frame;
 use pursuit_scenes::{Scene, open};
 use pursuit_trackers::registry;
 use pursuit_tracking::{Estimate, MultiTracker, Recipe, TargetId, TargetSet, TrackingError};
@@ -15,7 +15,7 @@ fn film() -> (Vec<Frame>, Vec<Vec<BBox>>) {
     let shot = |k: u64| {
         let moment = scene.render(scene.frame_time_s(k));
         let boxes = moment.targets.iter().map(|t| t.extent.unwrap()).collect();
-        (Frame::new(k, scene.frame_time_s(k), Pixels::Rgb8(moment.image)), boxes)
+        (Frame::new(k, scene.frame_time_s(k), moment.image), boxes)
     };
     (0..FRAMES).map(shot).unzip()
 }

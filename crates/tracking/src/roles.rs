@@ -64,6 +64,8 @@ pub struct Measurement {
     pub confidence: f64,
     /// What measurements of several searches of one frame are compared by: the higher, the likelier to be the target.
     pub strength: f64,
+    /// How many times larger than at the start the target is, of localizers that go by that.
+    pub scale: Option<f64>,
     /// Standard deviation of the box's centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
     /// Squared distance from the expectation as a share of the gate's limit, `[0, 1]`, where there was a gate.
@@ -83,6 +85,7 @@ impl Measurement {
             bbox,
             confidence,
             strength: confidence,
+            scale: None,
             sigma_px: None,
             gate_share: None,
             peak: None,

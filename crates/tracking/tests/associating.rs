@@ -499,7 +499,7 @@ fn frames_of_another_size_are_refused_and_time_may_stand_still() {
     many.step(&frame_at(6, f64::NAN, &[]), &mut tracks).unwrap();
     assert_eq!(states(&tracks), [(1, TrackState::Tracking)]);
     let small = pursuit_imaging::Image::filled(10, 10, 0u8).unwrap();
-    let other = pursuit_imaging::Frame::new(7, 0.3, pursuit_imaging::Pixels::Gray8(small));
+    let other = pursuit_imaging::Frame::new(7, 0.3, pursuit_imaging::Pixels::Gray8(small.into()));
     assert!(matches!(many.step(&other, &mut tracks), Err(TrackingError::FrameSize { index: 7, .. })));
 }
 

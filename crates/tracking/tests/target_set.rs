@@ -139,7 +139,7 @@ fn an_error_of_one_tracker_is_reported() {
     let mut set = TargetSet::new();
     set.add(&*recipe(), &frames[0], truth(0)[0].0).unwrap();
     let small = pursuit_imaging::Image::filled(10, 10, 0u8).unwrap();
-    let other = Frame::new(1, 0.1, pursuit_imaging::Pixels::Gray8(small));
+    let other = Frame::new(1, 0.1, pursuit_imaging::Pixels::Gray8(small.into()));
     assert!(matches!(set.step(&other, &mut Vec::new()), Err(TrackingError::FrameSize { index: 1, .. })));
 }
 

@@ -10,7 +10,7 @@ use pursuit_vision::contour::{perimeter, trace};
 use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
 use pursuit_vision::regions::RegionFinder;
 use pursuit_vision::segmentation::{in_range, threshold};
-use pursuit_vision::smoothing::{SmoothedColor, gaussian_5x5};
+use pursuit_vision::smoothing::SmoothedColor;
 use std::hint::black_box;
 
 fn kernels(c: &mut Criterion) {
@@ -30,8 +30,6 @@ fn kernels(c: &mut Criterion) {
     let mut out = mask.clone();
 
     let mut group = c.benchmark_group("720p");
-    let mut scratch = Vec::new();
-    group.bench_function("gaussian 5x5, one plane", |b| b.iter(|| gaussian_5x5(gray.view(), &mut out, &mut scratch)));
     let mut smoothed = SmoothedColor::new();
     group.bench_function("gaussian 5x5, colour", |b| {
         b.iter(|| smoothed.smooth(color.view(), PixelWindow::full(size)));

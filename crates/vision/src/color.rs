@@ -43,13 +43,6 @@ fn hexagon(r: i32, g: i32, b: i32) -> (i32, i32, i32) {
     (value, chroma, numerator)
 }
 
-/// Converts a row of pixels; `out` must be as long as `rgb` (the shorter length counts).
-pub fn rgb_row_to_hsv(rgb: &[Rgb8], out: &mut [Hsv8]) {
-    for (out, &rgb) in out.iter_mut().zip(rgb) {
-        *out = rgb_to_hsv(rgb);
-    }
-}
-
 /// A box in HSV: the paper's "spatial filtering" by colour. All bounds are inclusive; hue may wrap (`low > high`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HsvRange {

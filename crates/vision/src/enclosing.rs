@@ -1,4 +1,4 @@
-//! Smallest enclosing shapes of a convex hull.
+//! The smallest rectangle around a convex hull.
 
 use pursuit_geometry::{Point, Polygon};
 
@@ -79,72 +79,6 @@ fn rectangle_along(hull: &[Point], cos: f64, sin: f64) -> RotatedRectangle {
     }
 }
 
-/// A circle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Circle {
-    /// Its centre.
-    pub center: Point,
-    /// Its radius in pixels.
-    pub radius_px: f64,
-}
-
-impl Circle {
-    /// Area in square pixels.
-    pub fn area(&self) -> f64 {
-        std::f64::consts::PI * self.radius_px * self.radius_px
-    }
-
-    fn holds(&self, p: Point) -> bool {
-        self.center.distance(p) <= self.radius_px * (1.0 + 1e-12) + 1e-12
-    }
-
-    fn of_two(a: Point, b: Point) -> Self {
-        let center = Point::new(f64::midpoint(a.x, b.x), f64::midpoint(a.y, b.y));
-        Self { center, radius_px: a.distance(b) / 2.0 }
-    }
-
-    /// Through three points; the widest pair's circle when they lie on a line.
-    fn of_three(a: Point, b: Point, c: Point) -> Self {
-        let (bx, by, cx, cy) = (b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y);
-        let twice_area = 2.0 * (bx * cy - by * cx);
-        if twice_area.abs() < 1e-12 {
-            let pairs = [Self::of_two(a, b), Self::of_two(b, c), Self::of_two(a, c)];
-            return pairs.into_iter().fold(pairs[0], |m, c| if c.radius_px > m.radius_px { c } else { m });
-        }
-        let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
-        let center = Point::new(a.x + (cy * b2 - by * c2) / twice_area, a.y + (bx * c2 - cx * b2) / twice_area);
-        Self { center, radius_px: center.distance(a) }
-    }
-}
-
-/// The smallest circle that holds all points; `None` without points.
-///
-/// Welzl's algorithm (1991) in its iterative form; the order is the one given, so the result is reproducible.
-pub fn smallest_circle(points: &[Point]) -> Option<Circle> {
-    let first = *points.first()?;
-    let mut circle = Circle { center: first, radius_px: 0.0 };
-    for (i, &p) in points.iter().enumerate() {
-        if circle.holds(p) {
-            continue;
-        }
-        // p lies on the border of the circle of the first i + 1 points …
-        circle = Circle { center: p, radius_px: 0.0 };
-        for (j, &q) in points[..i].iter().enumerate() {
-            if circle.holds(q) {
-                continue;
-            }
-            // … and so does q.
-            circle = Circle::of_two(p, q);
-            for &r in &points[..j] {
-                if !circle.holds(r) {
-                    circle = Circle::of_three(p, q, r);
-                }
-            }
-        }
-    }
-    Some(circle)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,19 +98,17 @@ mod tests {
     }
 
     #[test]
-    fn rectangles_and_circles_are_those_of_opencv() {
-        for (raw, area, radius) in CLOUDS {
+    fn rectangles_are_those_of_opencv() {
+        for (raw, area, _) in CLOUDS {
             let hull = hull_of(raw);
             let rectangle = smallest_rectangle(&hull).unwrap();
             assert!((rectangle.area() - area).abs() < 1e-3 * (1.0 + area), "{rectangle:?} {area}");
-            let circle = smallest_circle(&hull).unwrap();
-            assert!((circle.radius_px - radius).abs() < 2e-3 * (1.0 + radius), "{circle:?} {radius}");
         }
     }
 
     proptest! {
         #[test]
-        fn both_hold_every_point_and_no_smaller_one_does(
+        fn it_holds_every_point_and_no_smaller_one_does(
             raw in proptest::collection::vec((0i32..40, 0i32..40), 1..30), angle in 0.0..3.2f64,
         ) {
             let hull = hull_of(&raw);
@@ -189,27 +121,6 @@ mod tests {
             }
             prop_assert!(rectangle_along(&hull, angle.cos(), angle.sin()).area() >= rectangle.area() - 1e-9);
             prop_assert!((rectangle.polygon().area() - rectangle.area()).abs() < 1e-6);
-
-            // The slow twin of the circle: the smallest of all circles through two or three points that holds all.
-            let circle = smallest_circle(&points(&raw)).unwrap();
-            let some: Vec<Point> = points(&raw[..raw.len().min(8)]);
-            let circle_of_some = smallest_circle(&some).unwrap();
-            let mut best = f64::INFINITY;
-            for a in &some {
-                for b in &some {
-                    for c in &some {
-                        for candidate in [Circle::of_two(*a, *b), Circle::of_three(*a, *b, *c)] {
-                            let slack = Circle { radius_px: candidate.radius_px + 1e-7, ..candidate };
-                            if some.iter().all(|p| slack.holds(*p)) {
-                                best = best.min(candidate.radius_px);
-                            }
-                        }
-                    }
-                }
-            }
-            prop_assert!((circle_of_some.radius_px - best).abs() < 1e-6, "{} {best}", circle_of_some.radius_px);
-            let slack = Circle { radius_px: circle.radius_px + 1e-7, ..circle };
-            prop_assert!(points(&raw).iter().all(|p| slack.holds(*p)));
         }
     }
 }

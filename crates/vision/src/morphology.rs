@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The slow, obvious twin: 3×3, one iteration at a time.
+    /// The slow, obvious reference: 3×3, one iteration at a time.
     fn slow(image: &Image<u8>, iterations: usize, least: bool) -> Image<u8> {
         let mut image = image.clone();
         for _ in 0..iterations {
@@ -108,7 +108,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn iterations_equal_the_twin((w, h) in (1usize..30, 1usize..20), n in 0usize..8, seed in any::<u32>(), rare in 1u32..9) {
+        fn iterations_equal_the_reference((w, h) in (1usize..30, 1usize..20), n in 0usize..8, seed in any::<u32>(), rare in 1u32..9) {
             let mut state = seed | 1;
             let image = Image::from_fn(w, h, |_, _| {
                 state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);

@@ -218,7 +218,7 @@ mod tests {
     use proptest::prelude::*;
     use pursuit_imaging::Image;
 
-    /// The slow, obvious twin: flood fill from every pixel not yet seen.
+    /// The slow, obvious reference: flood fill from every pixel not yet seen.
     fn slow(mask: &Image<u8>) -> Vec<Vec<(usize, usize)>> {
         let (w, h) = (mask.width(), mask.height());
         let mut seen = vec![false; w * h];
@@ -255,9 +255,9 @@ mod tests {
             }).unwrap();
             let mut finder = RegionFinder::default();
             let regions = finder.find(mask.view(), 1).to_vec();
-            let twins = slow(&mask);
-            prop_assert_eq!(regions.len(), twins.len());
-            for (region, pixels) in regions.iter().zip(&twins) {
+            let expected = slow(&mask);
+            prop_assert_eq!(regions.len(), expected.len());
+            for (region, pixels) in regions.iter().zip(&expected) {
                 prop_assert_eq!(region.first, pixels[0]);
                 prop_assert_eq!(region.area, pixels.len());
                 let n = pixels.len() as f64;
@@ -273,7 +273,7 @@ mod tests {
                 prop_assert_eq!(region.bounds, PixelWindow { x: l, y: t, width: r - l + 1, height: b - t + 1 });
             }
             let large = finder.find(mask.view(), 5).len();
-            prop_assert_eq!(large, twins.iter().filter(|p| p.len() >= 5).count());
+            prop_assert_eq!(large, expected.iter().filter(|p| p.len() >= 5).count());
         }
     }
 

@@ -102,32 +102,8 @@ impl SmoothedColor {
     }
 }
 
-/// Smooths one plane with the 5×5 Gaussian of σ = 3 (reflection at the border); `out` gets the size of `plane`.
-///
-/// # Errors
-/// Never for an image that exists.
-pub fn gaussian_5x5(plane: ImageView<'_, u8>, out: &mut Image<u8>, scratch: &mut Vec<u16>) -> Result<()> {
-    let (width, height) = (plane.width(), plane.height());
-    out.resize_for_overwrite(plane.size(), 0)?;
-    scratch.resize(height * width, 0);
-    let mut padded = vec![0; width + 2 * REACH];
-    for (row, smoothed) in plane.rows().zip(scratch.chunks_exact_mut(width)) {
-        padded[REACH..REACH + width].copy_from_slice(row);
-        for k in 1..=REACH {
-            padded[REACH - k] = row[reflected(-(k as isize), width)];
-            padded[REACH + width - 1 + k] = row[reflected((width - 1 + k) as isize, width)];
-        }
-        smooth_horizontally(&padded, smoothed);
-    }
-    for y in 0..height {
-        let row = |k: usize| &scratch[reflected(y as isize + k as isize - REACH as isize, height) * width..][..width];
-        combine_rows([row(0), row(1), row(2), row(3), row(4)], out.row_mut(y));
-    }
-    Ok(())
-}
-
 /// Index `i` folded back into `0..len` about the border pixels: −1 → 1, len → len − 2.
-fn reflected(i: isize, len: usize) -> usize {
+pub(crate) fn reflected(i: isize, len: usize) -> usize {
     let period = 2 * (len as isize - 1);
     if period == 0 {
         return 0;
@@ -182,9 +158,13 @@ mod tests {
 
     #[test]
     fn smoothing_is_that_of_opencv() {
-        let mut out = Image::filled(1, 1, 0).unwrap();
-        gaussian_5x5(fixture(&IMAGE).view(), &mut out, &mut Vec::new()).unwrap();
-        assert_eq!(out, fixture(&SMOOTHED));
+        let (image, expected) = (fixture(&IMAGE), fixture(&SMOOTHED));
+        let color = Image::from_fn(13, 9, |x, y| [image.row(y)[x], 0, 255]).unwrap();
+        let mut smoothed = SmoothedColor::new();
+        smoothed.smooth(color.view(), PixelWindow::full(color.size())).unwrap();
+        for (x, y) in (0..9).flat_map(|y| (0..13).map(move |x| (x, y))) {
+            assert_eq!(smoothed.pixel(x, y), [expected.row(y)[x], 0, 255], "{x} {y}");
+        }
     }
 
     #[test]
@@ -197,7 +177,7 @@ mod tests {
         }
     }
 
-    /// The slow, obvious twin: 25 weighted pixels.
+    /// The slow, obvious reference: 25 weighted pixels.
     fn slow(image: &Image<Rgb8>, x: usize, y: usize) -> Rgb8 {
         let mut sum = [0u32; 3];
         for (j, &wy) in GAUSSIAN_5_SIGMA_3.iter().enumerate() {
@@ -214,7 +194,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn windows_of_the_colour_image_equal_the_twin(
+        fn windows_of_the_colour_image_equal_the_reference(
             (w, h) in (1usize..40, 1usize..20), seed in any::<u32>(), (x, y) in (0usize..40, 0usize..20),
             (cw, ch) in (1usize..40, 1usize..20),
         ) {

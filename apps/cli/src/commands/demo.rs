@@ -22,12 +22,14 @@ pub fn run(args: &Demo, global: &Global) -> anyhow::Result<ExitCode> {
 }
 
 fn summary(finished: &Finished) -> anyhow::Result<String> {
-    let mut text = track::summary(finished)?;
-    writeln!(
-        text,
-        "\nOpen {} to see it: green is measured, red predicted before the frame was seen, white the estimate.",
-        finished.out.join("overlay.mp4").display()
-    )?;
+    let mut text = track::summary(finished, true)?;
+    if pursuit::NO_OVERLAY.is_none() {
+        writeln!(
+            text,
+            "\nOpen {} to see it: green is measured, red predicted before the frame was seen, white the estimate.",
+            finished.out.join("overlay.mp4").display()
+        )?;
+    }
     writeln!(
         text,
         "Next: pursuit track YOUR_VIDEO --detect ball --set color=orange   or   --box LEFT,TOP,WIDTH,HEIGHT"

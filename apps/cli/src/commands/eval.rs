@@ -1,9 +1,10 @@
-use super::{print, settings, track::open_options};
+use super::{print, settings};
 use crate::args::{Eval, Global};
 use crate::console;
 use pursuit::RunError;
 use pursuit::config::recipes;
 use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
+use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
 use std::process::ExitCode;
@@ -16,7 +17,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     options.jobs = args.jobs;
     options.report = !args.no_report;
     options.build = build_id();
-    options.open = open_options();
+    options.open = OpenOptions::from_env();
     let bar = console::progress_bar(None, global);
     let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag()).map_err(RunError::from)?;
     bar.finish_and_clear();

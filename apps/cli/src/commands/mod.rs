@@ -2,9 +2,12 @@
 
 pub mod demo;
 pub mod eval;
+pub mod licences;
+#[cfg(feature = "reproduce")]
 pub mod reproduce;
 pub mod track;
 pub mod trackers;
+pub mod version;
 
 use crate::args::Cli;
 use clap::CommandFactory;

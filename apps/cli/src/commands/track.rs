@@ -1,5 +1,5 @@
 use super::{print, settings};
-use crate::args::{Format, Global, Track};
+use crate::args::{Global, Track};
 use crate::console;
 use pursuit::config::parse_box;
 use pursuit::media::OpenOptions;
@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 /// `pursuit track INPUT …`.
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
-    let run = Run::prepare(config(args)?, &open_options())?;
+    let run = Run::prepare(config(args)?, &OpenOptions::from_env())?;
     let bar = console::progress_bar(run.frame_count(), global);
     let remote = run.remote();
     console::on_interrupt(move || remote.stop());
@@ -20,20 +20,11 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
         }
     })?;
     bar.finish_and_clear();
-    let text = if args.json { json(&finished)? } else { summary(&finished)? };
+    let text = if args.json { json(&finished)? } else { summary(&finished, !args.no_video)? };
     let code = print(text.as_bytes())?;
     match finished.outcome.failure {
         Some(error) => Err(error.into()),
         None => Ok(code),
-    }
-}
-
-/// What the library may use of this process's surroundings.
-pub fn open_options() -> OpenOptions {
-    OpenOptions {
-        ffmpeg: std::env::var_os("PURSUIT_FFMPEG").map(Into::into),
-        search_path: std::env::var_os("PATH"),
-        ..OpenOptions::default()
     }
 }
 
@@ -54,7 +45,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         out: args.out.clone(),
         video: flag(args.no_video, false),
         plots: flag(args.plots, true),
-        formats: args.formats.iter().copied().map(Format::name).map(str::to_owned).collect(),
+        formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
         from: args.from,
         to: args.to,
         fps: args.fps,
@@ -70,7 +61,7 @@ pub fn json(finished: &Finished) -> anyhow::Result<String> {
     Ok(serde_json::to_string_pretty(&value)? + "\n")
 }
 
-pub fn summary(finished: &Finished) -> anyhow::Result<String> {
+pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String> {
     let (facts, states) = (&finished.facts, finished.facts.states);
     let update = &facts.timing.update_ms;
     let mut text = String::new();
@@ -111,6 +102,9 @@ pub fn summary(finished: &Finished) -> anyhow::Result<String> {
     }
     if facts.dropped_frames > 0 {
         writeln!(text, "dropped   {} frames that came faster than they could be followed", facts.dropped_frames)?;
+    }
+    if let Some(why) = pursuit::NO_OVERLAY.filter(|_| wants_video) {
+        writeln!(text, "no video  {why}")?;
     }
     writeln!(text, "files")?;
     for file in &finished.files {

@@ -3,7 +3,7 @@ use crate::args::Trackers;
 use pursuit::RunError;
 use pursuit::config::DETECTOR_PREFIX;
 use pursuit::trackers::registry;
-use pursuit::tracking::parameters::{Parameter, template_within};
+use pursuit::tracking::parameters::{Parameter, template_at};
 use pursuit::tracking::{DetectorEntry, TrackerEntry};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -53,7 +53,8 @@ fn template(name: &str) -> anyhow::Result<String> {
     if let Some(detector) = detector {
         writeln!(text, "# Finds the target where no box is given: {}\ndetect = \"{name}\"", detector.summary)?;
     }
-    let mut section = |path: &str, schema: &[Parameter]| writeln!(text, "\n{}", template_within(path, schema).trim_end());
+    let mut section =
+        |path: &str, schema: &[Parameter]| writeln!(text, "\n[{path}]\n\n{}", template_at(schema, path).trim_end());
     if let Some(tracker) = tracker {
         section("parameters", &tracker.default_recipe().schema())?;
     }

@@ -3,13 +3,14 @@
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
-use crate::error::require_time_step;
-use crate::matrix::{cholesky, sandwich, times_transpose};
+use crate::error::{require, require_time_step};
+use crate::matrix::{cholesky, require_finite, sandwich, times_transpose};
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, MotionModel, Result, Transition};
 
 /// What a filter must remember of its last update to take in a measurement from before it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LastUpdate<const M: usize, const N: usize> {
     /// The belief before the last update.
     pub prior: Gaussian<N>,
@@ -26,7 +27,7 @@ impl<const N: usize> Gaussian<N> {
     /// `since` is the transition from the time of the late measurement to now, with its process noise.
     ///
     /// # Errors
-    /// Where a number is not finite, `since` is not invertible or an innovation is singular; the belief is then as it was.
+    /// Where a number is not finite, `since` has no inverse or an innovation is singular; the belief is then as it was.
     pub fn update_delayed<const M: usize, const L: usize>(
         &mut self,
         last: &LastUpdate<L, N>,
@@ -37,7 +38,7 @@ impl<const N: usize> Gaussian<N> {
         let back = since
             .matrix()
             .try_inverse()
-            .ok_or(EstimationError::NotFinite { what: "the inverse of the transition since the late measurement" })?;
+            .ok_or(EstimationError::NotInvertible { what: "the transition since the late measurement" })?;
         let noise = since.noise();
         let old = last.measurement.matrix();
         // Hᵀ S⁻¹ of the last update, and what it said of the process noise since the late measurement.
@@ -67,7 +68,7 @@ impl<const N: usize> Gaussian<N> {
 }
 
 /// One measurement in time order, with the belief after it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Entry<const M: usize, const N: usize> {
     time_s: f64,
     reading: Option<(LinearMeasurement<M, N>, SVector<f64, M>)>,
@@ -77,22 +78,70 @@ struct Entry<const M: usize, const N: usize> {
 /// A filter that takes measurements in any order: it keeps the last few and goes over them again when one comes late.
 ///
 /// Exact for any lag inside the history. The history is allocated once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(
+    try_from = "Raw<Model, M, N>",
+    into = "Raw<Model, M, N>",
+    bound(serialize = "Model: Clone + Serialize", deserialize = "Model: Deserialize<'de>")
+)]
 pub struct Replay<Model, const M: usize, const N: usize> {
     model: Model,
     depth: usize,
     entries: VecDeque<Entry<M, N>>,
 }
 
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "Replay")]
+struct Raw<Model, const M: usize, const N: usize> {
+    model: Model,
+    depth: usize,
+    entries: Vec<Entry<M, N>>,
+}
+
+impl<Model, const M: usize, const N: usize> From<Replay<Model, M, N>> for Raw<Model, M, N> {
+    fn from(replay: Replay<Model, M, N>) -> Self {
+        Self { model: replay.model, depth: replay.depth, entries: replay.entries.into() }
+    }
+}
+
+impl<Model, const M: usize, const N: usize> TryFrom<Raw<Model, M, N>> for Replay<Model, M, N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<Model, M, N>) -> Result<Self> {
+        require_depth(raw.depth)?;
+        let got = raw.entries.len();
+        if !(1..=raw.depth + 1).contains(&got) {
+            let expected = got.clamp(1, raw.depth + 1);
+            return Err(EstimationError::Length { what: "entries of a history", got, expected });
+        }
+        for entry in &raw.entries {
+            require("the time of an entry", entry.time_s, true, "finite")?;
+            if let Some((_, value)) = &entry.reading {
+                require_finite("a measurement of a history", value)?;
+            }
+        }
+        if let Some(pair) = raw.entries.windows(2).find(|pair| pair[1].time_s < pair[0].time_s) {
+            return Err(EstimationError::TimeStep { dt_s: pair[1].time_s - pair[0].time_s });
+        }
+        Ok(Self { model: raw.model, depth: raw.depth, entries: raw.entries.into() })
+    }
+}
+
+/// The deepest history.
+const DEEPEST: usize = 1 << 16;
+
+fn require_depth(depth: usize) -> Result<()> {
+    require("the depth of the history", depth as f64, (1..=DEEPEST).contains(&depth), "from 1 to 65536 measurements")
+}
+
 impl<Model: MotionModel<N>, const M: usize, const N: usize> Replay<Model, M, N> {
     /// A filter that starts from `belief` at `time_s` and remembers `depth` measurements.
     ///
     /// # Errors
-    /// Where `depth` is zero or `time_s` is not finite.
+    /// Where `depth` is not from 1 to 65536, or `time_s` is not finite.
     pub fn new(model: Model, belief: Gaussian<N>, time_s: f64, depth: usize) -> Result<Self> {
-        if depth == 0 {
-            return Err(EstimationError::Length { what: "the depth of the history", got: 0, expected: 1 });
-        }
+        require_depth(depth)?;
         if !time_s.is_finite() {
             return Err(EstimationError::NotFinite { what: "the start time" });
         }

@@ -3,13 +3,14 @@
 //! too (Bogler, IEEE Trans. AES 1987): with the window's start for an onset a sudden turn is seen ten steps late.
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 use crate::error::require;
-use crate::matrix::{cholesky, divide_by_factored, sandwich, symmetrise};
-use crate::{Gaussian, Innovation, LinearMeasurement, Result, Transition};
+use crate::matrix::{cholesky, divide_by_factored, require_finite, sandwich, symmetrise};
+use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Transition};
 
 /// One remembered step: how the input's effect carries over, and what was not expected.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Step<const M: usize, const N: usize, const U: usize> {
     transition: SMatrix<f64, N, N>,
     input: SMatrix<f64, N, U>,
@@ -22,12 +23,59 @@ struct Step<const M: usize, const N: usize, const U: usize> {
 /// the last `W` steps, and at least three steps ago.
 ///
 /// After a correction the window starts over: what it explained must not be explained again.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<M, N, U>", into = "Raw<M, N, U>")]
 pub struct InputEstimator<const M: usize, const N: usize, const U: usize, const W: usize> {
     belief: Gaussian<N>,
     threshold: f64,
     steps: [Option<Step<M, N, U>>; W],
     filled: usize,
+    /// `F` and `G` of the prediction since the last measurement.
+    pending: Option<(SMatrix<f64, N, N>, SMatrix<f64, N, U>)>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "InputEstimator")]
+struct Raw<const M: usize, const N: usize, const U: usize> {
+    belief: Gaussian<N>,
+    threshold: f64,
+    steps: Vec<Step<M, N, U>>,
+    pending: Option<(SMatrix<f64, N, N>, SMatrix<f64, N, U>)>,
+}
+
+impl<const M: usize, const N: usize, const U: usize, const W: usize> From<InputEstimator<M, N, U, W>> for Raw<M, N, U> {
+    fn from(it: InputEstimator<M, N, U, W>) -> Self {
+        let steps = it.steps.into_iter().take(it.filled).flatten().collect();
+        Self { belief: it.belief, threshold: it.threshold, steps, pending: it.pending }
+    }
+}
+
+impl<const M: usize, const N: usize, const U: usize, const W: usize> TryFrom<Raw<M, N, U>>
+    for InputEstimator<M, N, U, W>
+{
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<M, N, U>) -> Result<Self> {
+        let mut it = Self::new(raw.belief, raw.threshold)?;
+        if raw.steps.len() > W {
+            return Err(EstimationError::Length { what: "steps of the window", got: raw.steps.len(), expected: W });
+        }
+        for (slot, step) in it.steps.iter_mut().zip(&raw.steps) {
+            require_finite("the transition of a step", &step.transition)?;
+            require_finite("the input of a step", &step.input)?;
+            require_finite("the gain of a step", &step.keep)?;
+            require_finite("the sensor of a step", &step.matrix)?;
+            *slot = Some(*step);
+        }
+        if let Some((transition, input)) = &raw.pending {
+            require_finite("the pending transition", transition)?;
+            require_finite("the pending input", input)?;
+        }
+        it.filled = raw.steps.len();
+        it.pending = raw.pending;
+        Ok(it)
+    }
 }
 
 impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstimator<M, N, U, W> {
@@ -39,7 +87,7 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
     pub fn new(belief: Gaussian<N>, threshold: f64) -> Result<Self> {
         require("threshold", threshold, threshold > 0.0, "positive")?;
         require("the window", W as f64, W >= LEAST, "three steps or more")?;
-        Ok(Self { belief, threshold, steps: [None; W], filled: 0 })
+        Ok(Self { belief, threshold, steps: [None; W], filled: 0, pending: None })
     }
 
     /// The belief now.
@@ -47,9 +95,7 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         &self.belief
     }
 
-    /// One step: predict by `transition`, correct by `value`, then look for an input that has been acting through `input`
-    /// `G` since some step of the window (`[dt²/2, dt]` for the acceleration of a constant-velocity model). Returns the innovation, and the input put right
-    /// in this step, if any.
+    /// One step: [`predict`](Self::predict) by `transition` and `input`, then [`update`](Self::update) by `value`.
     ///
     /// A missing measurement is [`coast`](Self::coast).
     ///
@@ -62,12 +108,48 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
-        let mut belief = self.belief.predicted(transition)?;
+        let mut after = self.clone();
+        after.predict(transition, input)?;
+        let answer = after.update(measurement, value)?;
+        *self = after;
+        Ok(answer)
+    }
+
+    /// Moves the belief through time. An input acts on the step through `input` `G` (`[dt²/2, dt]` for the acceleration of a
+    /// constant-velocity model).
+    ///
+    /// A second prediction without an update between is a gap, and the window starts over as in [`coast`](Self::coast).
+    ///
+    /// # Errors
+    /// Where `input` is not finite, and as [`Gaussian::predict`]; the filter is then as it was.
+    pub fn predict(&mut self, transition: &Transition<N>, input: &SMatrix<f64, N, U>) -> Result<()> {
+        require_finite("the input's effect", input)?;
+        self.belief.predict(transition)?;
+        if self.pending.is_some() {
+            self.forget();
+        }
+        self.pending = Some((*transition.matrix(), *input));
+        Ok(())
+    }
+
+    /// Corrects the belief by `value`, then looks for an input that has been acting since some step of the window. Returns
+    /// the innovation, and the input put right in this step, if any.
+    ///
+    /// # Errors
+    /// As [`Gaussian::update`]; the filter is then as it was.
+    pub fn update(
+        &mut self,
+        measurement: &LinearMeasurement<M, N>,
+        value: &SVector<f64, M>,
+    ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
+        let mut belief = self.belief;
         let gain = belief.gain(measurement)?;
         let innovation = belief.update(measurement, value)?;
+        // A second reading at the same time sees no more of the input than the first.
+        let (transition, input) = self.pending.unwrap_or((SMatrix::identity(), SMatrix::zeros()));
         let record = Step {
-            transition: *transition.matrix(),
-            input: *input,
+            transition,
+            input,
             keep: SMatrix::identity() - gain * measurement.matrix(),
             matrix: *measurement.matrix(),
             innovation,
@@ -84,9 +166,9 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         if let Some(Found { size, spread, effect }) = &found {
             // The state gains the input's effect, and the doubt about its size: without that the correction would be final.
             belief = Gaussian::computed(belief.mean() + effect * size, belief.covariance() + sandwich(effect, spread))?;
-            filled = 0;
+            (steps, filled) = ([None; W], 0);
         }
-        *self = Self { belief, threshold: self.threshold, steps, filled };
+        *self = Self { belief, threshold: self.threshold, steps, filled, pending: None };
         Ok((innovation, found.map(|found| found.size)))
     }
 
@@ -96,8 +178,14 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
     /// As [`Gaussian::predict`]; the filter is then as it was.
     pub fn coast(&mut self, transition: &Transition<N>) -> Result<()> {
         self.belief.predict(transition)?;
-        self.filled = 0;
+        self.pending = None;
+        self.forget();
         Ok(())
+    }
+
+    /// Empties the window.
+    fn forget(&mut self) {
+        (self.steps, self.filled) = ([None; W], 0);
     }
 }
 

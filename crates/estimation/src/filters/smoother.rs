@@ -1,6 +1,9 @@
-//! The Rauch-Tung-Striebel smoother: what was believed then, knowing what came after.
+//! The Rauch-Tung-Striebel smoother, linear, extended and unscented: what was believed then, knowing what came after.
+
+use nalgebra::SMatrix;
 
 use crate::matrix::{cholesky, divide_by_factored, sandwich, times_transpose};
+use crate::nonlinear::{LinearizedMotion, NonlinearMotion, Unscented};
 use crate::{EstimationError, Gaussian, Result, Transition};
 
 /// Smooths a filtered run in place (Rauch, Tung, Striebel 1965).
@@ -11,13 +14,7 @@ use crate::{EstimationError, Gaussian, Result, Transition};
 /// # Errors
 /// Where the lengths do not agree or a predicted covariance is singular; the beliefs are then as they were.
 pub fn smooth<const N: usize>(filtered: &mut [Gaussian<N>], transitions: &[Transition<N>]) -> Result<()> {
-    if transitions.len() + 1 != filtered.len() {
-        return Err(EstimationError::Length {
-            what: "transitions between the beliefs to smooth",
-            got: transitions.len(),
-            expected: filtered.len().saturating_sub(1),
-        });
-    }
+    require_steps(filtered.len(), transitions.len())?;
     let mut smoothed = filtered.to_vec();
     for (k, transition) in transitions.iter().enumerate().rev() {
         if let [now, next, ..] = &mut smoothed[k..] {
@@ -28,9 +25,49 @@ pub fn smooth<const N: usize>(filtered: &mut [Gaussian<N>], transitions: &[Trans
     Ok(())
 }
 
+/// Smooths a run of the extended filter in place: [`smooth`] with the slopes of `motion` at the filtered means (Särkkä 2013,
+/// algorithm 9.1). `dts_s[k]` is the time from belief `k` to `k + 1`, in seconds.
+///
+/// # Errors
+/// As [`smooth`] and [`Gaussian::predict_extended`]; the beliefs are then as they were.
+pub fn smooth_extended<const N: usize>(
+    filtered: &mut [Gaussian<N>],
+    motion: &impl LinearizedMotion<N>,
+    dts_s: &[f64],
+) -> Result<()> {
+    let steps = filtered.iter().zip(dts_s).map(|(belief, dt_s)| belief.linearized_extended(motion, *dt_s));
+    let steps: Vec<_> = require_steps(filtered.len(), dts_s.len()).and_then(|()| steps.collect())?;
+    smooth(filtered, &steps)
+}
+
+/// Smooths a run of the unscented filter in place (Särkkä, IEEE Trans. AC 53, 2008). `dts_s[k]` is the time from belief `k`
+/// to `k + 1`, in seconds.
+///
+/// # Errors
+/// As [`smooth`] and [`Gaussian::linearized_unscented`]; the beliefs are then as they were.
+pub fn smooth_unscented<const N: usize>(
+    filtered: &mut [Gaussian<N>],
+    motion: &impl NonlinearMotion<N>,
+    dts_s: &[f64],
+    unscented: &Unscented,
+) -> Result<()> {
+    let steps = filtered.iter().zip(dts_s).map(|(belief, dt_s)| belief.linearized_unscented(motion, *dt_s, unscented));
+    let steps: Vec<_> = require_steps(filtered.len(), dts_s.len()).and_then(|()| steps.collect())?;
+    smooth(filtered, &steps)
+}
+
+/// Refuses another number of steps than there are gaps between the beliefs.
+fn require_steps(beliefs: usize, steps: usize) -> Result<()> {
+    if steps + 1 == beliefs {
+        return Ok(());
+    }
+    let expected = beliefs.saturating_sub(1);
+    Err(EstimationError::Length { what: "steps between the beliefs to smooth", got: steps, expected })
+}
+
 /// The belief `now`, given the smoothed belief one step on: `C = P Fᵀ (P⁻)⁻¹`, `x + C (xˢ − x⁻)`,
 /// `P + C (Pˢ − P⁻) Cᵀ`.
-fn smoothed_by<const N: usize>(
+pub(super) fn smoothed_by<const N: usize>(
     now: &Gaussian<N>,
     transition: &Transition<N>,
     next: &Gaussian<N>,
@@ -44,7 +81,7 @@ fn smoothed_by<const N: usize>(
     })?;
     let gain = divide_by_factored(&times_transpose(now.covariance(), transition.matrix()), &lower);
     // Joseph-like: (I − C F) P (I − C F)ᵀ + C (Pˢ + Q) Cᵀ is a sum of positive terms and equals P + C (Pˢ − P⁻) Cᵀ.
-    let keep = nalgebra::SMatrix::<f64, N, N>::identity() - gain * transition.matrix();
+    let keep = SMatrix::<f64, N, N>::identity() - gain * transition.matrix();
     let covariance = sandwich(&keep, now.covariance()) + sandwich(&gain, &(next.covariance() + transition.noise()));
     Gaussian::computed(now.mean() + gain * (next.mean() - predicted.mean()), covariance)
 }

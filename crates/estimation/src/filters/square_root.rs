@@ -2,15 +2,54 @@
 //! cannot turn indefinite (Kaminski, Bryson, Schmidt 1971; array form of Kailath, Sayed, Hassibi 2000, 12.3).
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
+use crate::error::require;
 use crate::matrix::{is_finite, require_finite, semi_definite_factor, times_vector};
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Transition};
 
 /// A Gaussian belief held as a mean and the lower triangular factor `L` of its covariance `L Lᵀ`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<N>", into = "Raw<N>")]
 pub struct SquareRoot<const N: usize> {
     mean: SVector<f64, N>,
     factor: SMatrix<f64, N, N>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "SquareRoot")]
+struct Raw<const N: usize> {
+    mean: SVector<f64, N>,
+    factor: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> From<SquareRoot<N>> for Raw<N> {
+    fn from(belief: SquareRoot<N>) -> Self {
+        Self { mean: belief.mean, factor: belief.factor }
+    }
+}
+
+impl<const N: usize> TryFrom<Raw<N>> for SquareRoot<N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<N>) -> Result<Self> {
+        require_finite("the mean", &raw.mean)?;
+        require_finite("the factor of the covariance", &raw.factor)?;
+        for row in 0..N {
+            require(
+                "a diagonal entry of the factor",
+                raw.factor[(row, row)],
+                raw.factor[(row, row)] >= 0.0,
+                "zero or more",
+            )?;
+            for column in row + 1..N {
+                let entry = raw.factor[(row, column)];
+                require("an entry above the factor's diagonal", entry, entry == 0.0, "zero")?;
+            }
+        }
+        Ok(Self { mean: raw.mean, factor: raw.factor })
+    }
 }
 
 impl<const N: usize> SquareRoot<N> {
@@ -97,7 +136,7 @@ impl<const N: usize> SquareRoot<N> {
 
     fn commit(&mut self, mean: SVector<f64, N>, factor: SMatrix<f64, N, N>) -> Result<()> {
         if !(is_finite(&mean) && is_finite(&factor)) {
-            return Err(EstimationError::NotFinite { what: "the new belief (an overflow)" });
+            return Err(EstimationError::Overflow { what: "the new belief" });
         }
         *self = Self { mean, factor };
         Ok(())

@@ -1,6 +1,7 @@
 //! The gain a filter settles on, from the discrete algebraic Riccati equation.
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 use crate::correction::joseph;
 use crate::matrix::{cholesky, divide_by_factored, is_finite, require_finite, sandwich, times_transpose};
@@ -10,7 +11,8 @@ use crate::{EstimationError, Gaussian, LinearMeasurement, Result, Transition};
 ///
 /// As a filter of its own ([`step`](Self::step)) it costs two matrix-vector products: the α-β and α-β-γ filters are
 /// this, in one dimension.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw<M, N>", into = "Raw<M, N>")]
 pub struct SteadyState<const M: usize, const N: usize> {
     transition: Transition<N>,
     measurement: LinearMeasurement<M, N>,
@@ -20,6 +22,28 @@ pub struct SteadyState<const M: usize, const N: usize> {
     pub posterior_covariance: SMatrix<f64, N, N>,
     /// `K`, the gain.
     pub gain: SMatrix<f64, N, M>,
+}
+
+/// What is stored: the model. Its steady state is solved for again, which gives the same numbers.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "SteadyState")]
+struct Raw<const M: usize, const N: usize> {
+    transition: Transition<N>,
+    measurement: LinearMeasurement<M, N>,
+}
+
+impl<const M: usize, const N: usize> From<SteadyState<M, N>> for Raw<M, N> {
+    fn from(steady: SteadyState<M, N>) -> Self {
+        Self { transition: steady.transition, measurement: steady.measurement }
+    }
+}
+
+impl<const M: usize, const N: usize> TryFrom<Raw<M, N>> for SteadyState<M, N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<M, N>) -> Result<Self> {
+        Self::solve(&raw.transition, &raw.measurement)
+    }
 }
 
 /// Doublings cover 2⁶⁰ steps: what has not settled then never will.
@@ -80,7 +104,9 @@ impl<const M: usize, const N: usize> SteadyState<M, N> {
         require_finite("the measurement", value)?;
         let prior = self.transition.matrix() * *state + self.transition.offset();
         let next = prior + self.gain * (value - self.measurement.matrix() * prior);
-        require_finite("the new state (an overflow)", &next)?;
+        if !is_finite(&next) {
+            return Err(EstimationError::Overflow { what: "the new state" });
+        }
         *state = next;
         Ok(prior)
     }

@@ -1,15 +1,21 @@
 //! The interacting multiple model estimator (Blom and Bar-Shalom 1988): several motion models over one state, each
 //! with its own belief, mixed at every step by the probability that the target switched from one to another.
 
+mod embedding;
+mod mixing;
+mod mode;
 mod switching;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+pub use embedding::Embedded;
+pub use mode::{Extended, Mode, UnscentedMode};
 pub use switching::{Sojourn, Switching};
 
-use crate::matrix::symmetrise;
+use crate::nonlinear::{LinearizedSensor, NonlinearSensor, Unscented};
 use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Transition};
+use mixing::{filled, mixture};
 
 /// `K` beliefs over the same `N`-component state, one per motion model, and the probability of each.
 ///
@@ -59,10 +65,12 @@ impl<const N: usize, const K: usize> Imm<N, K> {
     /// An estimator with a belief of its own for each mode.
     ///
     /// # Errors
-    /// Where the probabilities are negative or do not sum to one (to 1e-9).
+    /// Where the probabilities are negative or do not sum to one (to 1e-9), or the beliefs are so far apart that the
+    /// covariance of their mixture overflows.
     pub fn from_beliefs(beliefs: [Gaussian<N>; K], probabilities: [f64; K]) -> Result<Self> {
         let probabilities = SVector::from(probabilities);
         switching::require_distribution("a mode probability", probabilities.as_slice())?;
+        mixing::require_finite_mixture(&beliefs, &probabilities)?;
         Ok(Self { beliefs, probabilities })
     }
 
@@ -86,6 +94,52 @@ impl<const N: usize, const K: usize> Imm<N, K> {
     /// # Errors
     /// Where a result overflows; the estimator is then as it was.
     pub fn predict(&mut self, transitions: &[Transition<N>; K], switching: &Switching<K>) -> Result<()> {
+        self.mixed(
+            switching,
+            |_, beliefs, weights| mixture(beliefs, weights),
+            |j, belief| belief.predict(&transitions[j]),
+        )
+    }
+
+    /// Mixes the modes by `switching`, then moves each over `dt_s` seconds in its own way, by whatever filter that needs:
+    /// linear, extended, unscented, or of a smaller state ([`Embedded`]).
+    ///
+    /// What a smaller mode does not know, a larger one does not ask it: in the mixture for a mode, components that another
+    /// one lacks are filled in with the mode's own (unbiased mixing: Yuan, Bar-Shalom, Willett et al., IEEE Trans. AES 48,
+    /// 2012). With the zeros of the smaller state in their place an acceleration would be pulled to zero at every step.
+    ///
+    /// # Errors
+    /// As [`Mode::predict`]; the estimator is then as it was.
+    pub fn predict_modes(&mut self, modes: &[&dyn Mode<N>; K], switching: &Switching<K>, dt_s: f64) -> Result<()> {
+        let holds = modes.map(|mode| mode.holds());
+        if holds.iter().flatten().all(|held| *held) {
+            return self.mixed(
+                switching,
+                |_, beliefs, weights| mixture(beliefs, weights),
+                |j, belief| {
+                    *belief = modes[j].predict(belief, dt_s)?;
+                    Ok(())
+                },
+            );
+        }
+        let mix = |j: usize, beliefs: &[Gaussian<N>; K], weights: &SVector<f64, K>| {
+            let own = &beliefs[j];
+            let sources = std::array::from_fn(|i| filled(&beliefs[i], &holds[i], own, &holds[j]));
+            mixture(&sources, weights)
+        };
+        self.mixed(switching, mix, |j, belief| {
+            *belief = modes[j].predict(belief, dt_s)?;
+            Ok(())
+        })
+    }
+
+    /// Mixes the modes by `switching`, each by `mix` (mode, beliefs, weights), and moves each by `step`.
+    fn mixed(
+        &mut self,
+        switching: &Switching<K>,
+        mix: impl Fn(usize, &[Gaussian<N>; K], &SVector<f64, K>) -> Gaussian<N>,
+        mut step: impl FnMut(usize, &mut Gaussian<N>) -> Result<()>,
+    ) -> Result<()> {
         let chances = switching.matrix();
         let mut beliefs = self.beliefs;
         let mut predicted = SVector::<f64, K>::zeros();
@@ -95,11 +149,17 @@ impl<const N: usize, const K: usize> Imm<N, K> {
             predicted[j] = joint.sum();
             // A mode that cannot be reached keeps its own belief: its weight is zero in every mixture.
             if predicted[j] > 0.0 {
-                beliefs[j] = mixture(&self.beliefs, &(joint / predicted[j]));
+                beliefs[j] = mix(j, &self.beliefs, &(joint / predicted[j]));
             }
-            beliefs[j].predict(&transitions[j])?;
+            step(j, &mut beliefs[j])?;
         }
-        *self = Self { beliefs, probabilities: predicted / predicted.sum() };
+        self.commit(beliefs, predicted / predicted.sum())
+    }
+
+    /// Takes over what a step came to, if the mixture of it is finite: means far apart overflow their spread.
+    fn commit(&mut self, beliefs: [Gaussian<N>; K], probabilities: SVector<f64, K>) -> Result<()> {
+        mixing::require_finite_mixture(&beliefs, &probabilities)?;
+        *self = Self { beliefs, probabilities };
         Ok(())
     }
 
@@ -143,37 +203,58 @@ impl<const N: usize, const K: usize> Imm<N, K> {
         measurements: &[LinearMeasurement<M, N>; K],
         value: &SVector<f64, M>,
     ) -> Result<f64> {
+        self.update_with(|j, belief| Ok(belief.update(&measurements[j], value)?.log_likelihood()))
+    }
+
+    /// [`update`](Self::update) by a nonlinear sensor, linearised at the mean of each mode.
+    ///
+    /// # Errors
+    /// As [`Gaussian::update_extended`]; the estimator is then as it was.
+    pub fn update_extended<const M: usize>(
+        &mut self,
+        sensor: &impl LinearizedSensor<M, N>,
+        value: &SVector<f64, M>,
+    ) -> Result<f64> {
+        self.update_with(|_, belief| Ok(belief.update_extended(sensor, value)?.log_likelihood()))
+    }
+
+    /// [`update`](Self::update) by a nonlinear sensor, through sigma points of each mode.
+    ///
+    /// # Errors
+    /// As [`Gaussian::update_unscented`]; the estimator is then as it was.
+    pub fn update_unscented<const M: usize>(
+        &mut self,
+        sensor: &impl NonlinearSensor<M, N>,
+        value: &SVector<f64, M>,
+        shape: &Unscented,
+    ) -> Result<f64> {
+        self.update_with(|_, belief| Ok(belief.update_unscented(sensor, value, shape)?.log_likelihood()))
+    }
+
+    /// Corrects every mode by `correct` (its number and belief), which returns the logarithm of the measurement's
+    /// likelihood, and weighs the modes by that. Returns the log-likelihood under the mixture of the modes.
+    ///
+    /// # Errors
+    /// Where `correct` fails, a likelihood is NaN or infinite, or the measurement is impossible under every mode
+    /// ([`EstimationError::Impossible`]: its distance overflows); the estimator is then as it was.
+    pub fn update_with(&mut self, mut correct: impl FnMut(usize, &mut Gaussian<N>) -> Result<f64>) -> Result<f64> {
         let mut beliefs = self.beliefs;
         let mut log_weights = SVector::<f64, K>::zeros();
         for j in 0..K {
-            let innovation = beliefs[j].update(&measurements[j], value)?;
-            log_weights[j] = innovation.log_likelihood() + self.probabilities[j].ln();
+            log_weights[j] = correct(j, &mut beliefs[j])? + self.probabilities[j].ln();
+        }
+        let highest = log_weights.max();
+        if log_weights.iter().any(|value| value.is_nan() || *value == f64::INFINITY) {
+            return Err(EstimationError::Overflow { what: "the likelihood of a mode" });
+        }
+        // Where the distance to every mode overflows there is nothing left to weigh them by.
+        if highest == f64::NEG_INFINITY {
+            return Err(EstimationError::Impossible { hypothesis: "mode" });
         }
         // Weighed by logarithms: a measurement far from every mode must not leave 0/0.
-        let highest = log_weights.max();
         let weights = log_weights.map(|value| (value - highest).exp());
         let total = weights.sum();
-        *self = Self { beliefs, probabilities: weights / total };
+        self.commit(beliefs, weights / total)?;
         Ok(highest + total.ln())
     }
-}
-
-/// Mean and covariance of a mixture of beliefs; `weights` sum to one.
-fn mixture<const N: usize, const K: usize>(beliefs: &[Gaussian<N>; K], weights: &SVector<f64, K>) -> Gaussian<N> {
-    let mut mean = SVector::<f64, N>::zeros();
-    for (belief, weight) in beliefs.iter().zip(weights.iter()) {
-        mean += belief.mean() * *weight;
-    }
-    let mut covariance = SMatrix::<f64, N, N>::zeros();
-    for (belief, weight) in beliefs.iter().zip(weights.iter()) {
-        let away = belief.mean() - mean;
-        for c in 0..N {
-            let weighted = away[c] * weight;
-            for r in 0..N {
-                covariance[(r, c)] += belief.covariance()[(r, c)] * weight + away[r] * weighted;
-            }
-        }
-    }
-    symmetrise(&mut covariance);
-    Gaussian::trusted(mean, covariance)
 }

@@ -1,10 +1,11 @@
 //! How likely a target is to change its way of moving.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
-use crate::Result;
 use crate::error::{require, require_time_step};
 use crate::matrix::require_finite;
+use crate::{EstimationError, Result};
 
 /// Sums of probabilities may differ from one by this much.
 const SUM_TOLERANCE: f64 = 1e-9;
@@ -19,9 +20,29 @@ pub(super) fn require_distribution(name: &'static str, values: &[f64]) -> Result
 }
 
 /// The probabilities `π_ij` that a target in mode `i` is in mode `j` after one step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawSwitching<K>", into = "RawSwitching<K>")]
 pub struct Switching<const K: usize> {
     matrix: SMatrix<f64, K, K>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "Switching")]
+struct RawSwitching<const K: usize>(SMatrix<f64, K, K>);
+
+impl<const K: usize> From<Switching<K>> for RawSwitching<K> {
+    fn from(switching: Switching<K>) -> Self {
+        Self(switching.matrix)
+    }
+}
+
+impl<const K: usize> TryFrom<RawSwitching<K>> for Switching<K> {
+    type Error = EstimationError;
+
+    fn try_from(raw: RawSwitching<K>) -> Result<Self> {
+        Self::per_step(raw.0)
+    }
 }
 
 impl<const K: usize> Switching<K> {
@@ -45,9 +66,30 @@ impl<const K: usize> Switching<K> {
 
 /// Switching in continuous time: mode `i` lasts `mean_s[i]` seconds on average and then gives way to any other mode
 /// with equal chance. Unlike a per-step matrix it means the same at every frame rate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawSojourn<K>", into = "RawSojourn<K>")]
 pub struct Sojourn<const K: usize> {
+    mean_s: SVector<f64, K>,
     generator: SMatrix<f64, K, K>,
+}
+
+/// What is stored: the mean durations.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "Sojourn")]
+struct RawSojourn<const K: usize>(SVector<f64, K>);
+
+impl<const K: usize> From<Sojourn<K>> for RawSojourn<K> {
+    fn from(sojourn: Sojourn<K>) -> Self {
+        Self(sojourn.mean_s)
+    }
+}
+
+impl<const K: usize> TryFrom<RawSojourn<K>> for Sojourn<K> {
+    type Error = EstimationError;
+
+    fn try_from(raw: RawSojourn<K>) -> Result<Self> {
+        Self::new(raw.0.into())
+    }
 }
 
 impl<const K: usize> Sojourn<K> {
@@ -66,7 +108,12 @@ impl<const K: usize> Sojourn<K> {
             }
         }
         require_finite("the rate of mode switching", &generator)?;
-        Ok(Self { generator })
+        Ok(Self { mean_s: SVector::from(mean_s), generator })
+    }
+
+    /// The mean durations of the modes, in seconds.
+    pub const fn mean_s(&self) -> &SVector<f64, K> {
+        &self.mean_s
     }
 
     /// The switching probabilities over a step of `dt_s` seconds: `exp(G dt)` of the generator `G`.

@@ -42,8 +42,7 @@ impl MotionModel<6> for StepBox {
         for variance in self.variances {
             require("a process noise variance", variance, variance >= 0.0, "zero or more")?;
         }
-        let noise = SMatrix::from_diagonal(&SVector::from(self.variances));
-        Transition::computed(moving_centre(dt_s), noise)
+        Transition::moving_centre(dt_s, SMatrix::from_diagonal(&SVector::from(self.variances)))
     }
 }
 
@@ -70,22 +69,18 @@ impl PhysicalBox {
 
 impl MotionModel<6> for PhysicalBox {
     fn over(&self, dt_s: f64) -> Result<Transition<6>> {
-        let centre = ConstantVelocity::<2>::white(self.acceleration_density).over(dt_s)?;
+        let (_, centre) = ConstantVelocity::<2>::white(self.acceleration_density).axis(dt_s)?;
         require("size_density", self.size_density, self.size_density >= 0.0, "zero or more")?;
         let mut noise = SMatrix::<f64, 6, 6>::zeros();
-        noise.fixed_view_mut::<4, 4>(0, 0).copy_from(centre.noise());
-        noise[(4, 4)] = self.size_density * dt_s;
-        noise[(5, 5)] = self.size_density * dt_s;
-        Transition::computed(moving_centre(dt_s), noise)
+        for axis in 0..2 {
+            noise[(axis, axis)] = centre[(0, 0)];
+            noise[(axis, axis + 2)] = centre[(0, 1)];
+            noise[(axis + 2, axis)] = centre[(1, 0)];
+            noise[(axis + 2, axis + 2)] = centre[(1, 1)];
+            noise[(axis + 4, axis + 4)] = self.size_density * dt_s;
+        }
+        Transition::moving_centre(dt_s, noise)
     }
-}
-
-/// `F` of `[x, y, vx, vy, w, h]`.
-fn moving_centre(dt_s: f64) -> SMatrix<f64, 6, 6> {
-    let mut matrix = SMatrix::identity();
-    matrix[(0, 2)] = dt_s;
-    matrix[(1, 3)] = dt_s;
-    matrix
 }
 
 /// The box of SORT (Bewley et al., ICIP 2016): state `[cx, cy, s, r, vcx, vcy, vs]` with area `s` in px² and aspect

@@ -61,16 +61,21 @@ impl<const D: usize, const K: usize> Integrators<D, K> {
     }
 
     /// The transition for one axis: `F` and `Q`, `K × K`.
+    #[inline]
     pub(crate) fn axis(&self, dt_s: f64) -> Result<(SMatrix<f64, K, K>, SMatrix<f64, K, K>)> {
         require_time_step(dt_s)?;
-        let matrix = SMatrix::from_fn(|i, j| if j >= i { power(dt_s, j - i) / factorial(j - i) } else { 0.0 });
+        let mut power = [1.0; HIGHEST];
+        for n in 1..HIGHEST {
+            power[n] = power[n - 1] * dt_s;
+        }
+        let matrix = SMatrix::from_fn(|i, j| if j >= i { power[j - i] / FACTORIAL[j - i] } else { 0.0 });
         let noise = match self.noise {
             KinematicNoise::White { density } => {
                 require("density", density, density >= 0.0, "zero or more")?;
                 // ∫ g gᵀ ds with g_i(s) = s^(K−1−i) / (K−1−i)!
                 SMatrix::from_fn(|i, j| {
                     let (a, b) = (K - 1 - i, K - 1 - j);
-                    density * power(dt_s, a + b + 1) / (factorial(a) * factorial(b) * (a + b + 1) as f64)
+                    density * power[a + b + 1] / (FACTORIAL[a] * FACTORIAL[b] * (a + b + 1) as f64)
                 })
             }
             KinematicNoise::Piecewise { variance } => {
@@ -78,7 +83,7 @@ impl<const D: usize, const K: usize> Integrators<D, K> {
                 // g gᵀ with g_i = dt^(K−i) / (K−i)!
                 SMatrix::from_fn(|i, j| {
                     let (a, b) = (K - i, K - j);
-                    variance * power(dt_s, a + b) / (factorial(a) * factorial(b))
+                    variance * power[a + b] / (FACTORIAL[a] * FACTORIAL[b])
                 })
             }
             KinematicNoise::PerStep { variance } => {
@@ -90,26 +95,32 @@ impl<const D: usize, const K: usize> Integrators<D, K> {
     }
 }
 
+/// Powers of the step that chains of up to three integrators need, and one.
+const HIGHEST: usize = 7;
+const FACTORIAL: [f64; 4] = [1.0, 1.0, 2.0, 6.0];
+
 /// Repeats a one-axis block over `axes` axes: component `k` of axis `d` is at `k · axes + d`.
+#[inline]
 pub(crate) fn spread<const N: usize, const K: usize>(block: &SMatrix<f64, K, K>, axes: usize) -> SMatrix<f64, N, N> {
-    SMatrix::from_fn(|row, column| if row % axes == column % axes { block[(row / axes, column / axes)] } else { 0.0 })
-}
-
-fn power(base: f64, exponent: usize) -> f64 {
-    (0..exponent).fold(1.0, |product, _| product * base)
-}
-
-fn factorial(n: usize) -> f64 {
-    (1..=n).fold(1.0, |product, k| product * k as f64)
+    let mut out = SMatrix::<f64, N, N>::zeros();
+    for column in 0..K {
+        for row in 0..K {
+            for axis in 0..axes {
+                out.data.0[column * axes + axis][row * axes + axis] = block.data.0[column][row];
+            }
+        }
+    }
+    out
 }
 
 /// The state's length is a product that const generics cannot write yet, hence one line per combination.
 macro_rules! integrator_models {
     ($($axes:literal $order:literal $length:literal;)*) => {$(
         impl MotionModel<$length> for Integrators<$axes, $order> {
+            #[inline]
             fn over(&self, dt_s: f64) -> Result<Transition<$length>> {
                 let (matrix, noise) = self.axis(dt_s)?;
-                Transition::computed(spread(&matrix, $axes), spread(&noise, $axes))
+                Transition::of_axes::<$order>(&matrix, &noise, $axes)
             }
         }
     )*};

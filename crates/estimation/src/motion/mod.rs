@@ -10,6 +10,7 @@ mod singer;
 mod turning;
 
 pub use boxes::{PhysicalBox, SortBox, StepBox};
+pub(crate) use integrators::spread;
 pub use integrators::{ConstantAcceleration, ConstantVelocity, Integrators, KinematicNoise, RandomWalk};
 pub use singer::{CurrentStatistical, Singer};
 pub use turning::{CoordinatedTurn, KnownTurn};

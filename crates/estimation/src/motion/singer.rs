@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::integrators::spread;
 use crate::error::{require, require_time_step};
-use crate::{MotionModel, Result, Transition};
+use crate::{Gaussian, Mode, MotionModel, Result, Transition};
 
 /// Singer's model (IEEE Trans. AES 1970): acceleration is a first-order Markov process of correlation time `1 / α`.
 /// State `[x, …, vx, …, ax, …]` in `D` dimensions; implements [`MotionModel`] of `3 D` components for `D` from 1 to 3.
@@ -134,7 +134,7 @@ macro_rules! singer_models {
                 let variance = self.acceleration_variance;
                 require("acceleration_variance", variance, variance >= 0.0, "zero or more")?;
                 let (matrix, noise) = axis(self.rate_per_s, dt_s)?;
-                Transition::computed(spread(&matrix, $axes), spread(&(noise * variance), $axes))
+                Transition::of_axes::<3>(&matrix, &(noise * variance), $axes)
             }
         }
 
@@ -162,6 +162,19 @@ macro_rules! singer_models {
 }
 
 singer_models! { 1 3; 2 6; 3 9; }
+
+/// In an interacting estimator the model looks at the acceleration that the mixture of the modes says.
+macro_rules! current_modes {
+    ($($axes:literal $length:literal;)*) => {$(
+        impl Mode<$length> for CurrentStatistical<$axes> {
+            fn predict(&self, belief: &Gaussian<$length>, dt_s: f64) -> Result<Gaussian<$length>> {
+                belief.predicted(&self.over_from(belief.mean(), dt_s)?)
+            }
+        }
+    )*};
+}
+
+current_modes! { 1 3; 2 6; 3 9; }
 
 #[cfg(test)]
 mod tests {

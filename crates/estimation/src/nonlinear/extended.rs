@@ -3,9 +3,9 @@
 use nalgebra::SVector;
 
 use super::{LinearizedMotion, LinearizedSensor};
-use crate::correction::joseph;
 use crate::error::require_time_step;
-use crate::matrix::{require_finite, require_semi_definite, sandwich, times_transpose};
+use crate::matrix::{require_finite, require_semi_definite, sandwich};
+use crate::sharp::corrected;
 use crate::{Gaussian, Innovation, LinearMeasurement, Result};
 
 impl<const N: usize> Gaussian<N> {
@@ -34,11 +34,8 @@ impl<const N: usize> Gaussian<N> {
     ) -> Result<Innovation<M>> {
         require_finite("the measurement", value)?;
         let tangent = LinearMeasurement::new(sensor.jacobian(self.mean()), sensor.noise())?;
-        let residual = sensor.difference(value, &sensor.expected(self.mean()));
-        let cross = times_transpose(self.covariance(), tangent.matrix());
-        let innovation =
-            Innovation::new(residual, times_transpose(&cross.transpose(), tangent.matrix()) + tangent.noise())?;
-        *self = joseph(self, &tangent, &residual, &innovation.divide(&cross))?;
-        Ok(innovation)
+        let found = corrected(self, &tangent, &sensor.difference(value, &sensor.expected(self.mean())))?;
+        *self = found.belief;
+        Ok(found.innovation)
     }
 }

@@ -2,6 +2,7 @@
 //! [`crate::Gaussian`]) and by sample points (unscented, the `*_unscented` methods).
 
 mod extended;
+mod linearised;
 mod unscented;
 
 use nalgebra::{SMatrix, SVector};

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::{NonlinearMotion, NonlinearSensor};
 use crate::error::{require, require_time_step};
 use crate::matrix::{require_finite, require_positive_definite, require_semi_definite, sandwich, symmetrise};
-use crate::{Gaussian, Innovation, Result};
+use crate::sharp::corrected;
+use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result};
 
 /// The spread and weights of the sigma points (van der Merwe 2004): `λ = α²(n + κ) − n`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -40,7 +41,7 @@ pub struct SigmaPoints<const D: usize, const N: usize> {
 
 impl<const D: usize, const N: usize> SigmaPoints<D, N> {
     /// Every point mapped by `f`.
-    fn map<const E: usize>(&self, f: impl Fn(&SVector<f64, D>) -> SVector<f64, E>) -> SigmaPoints<E, N> {
+    pub(super) fn map<const E: usize>(&self, f: impl Fn(&SVector<f64, D>) -> SVector<f64, E>) -> SigmaPoints<E, N> {
         SigmaPoints {
             centre: f(&self.centre),
             ahead: self.ahead.each_ref().map(&f),
@@ -49,7 +50,7 @@ impl<const D: usize, const N: usize> SigmaPoints<D, N> {
     }
 
     /// The weighted mean of the points.
-    fn mean(&self, weights: &Weights) -> SVector<f64, D> {
+    pub(super) fn mean(&self, weights: &Weights) -> SVector<f64, D> {
         let others: SVector<f64, D> = self.ahead.iter().chain(&self.behind).sum();
         self.centre * weights.centre_mean + others * weights.other
     }
@@ -65,10 +66,36 @@ impl<const D: usize, const N: usize> SigmaPoints<D, N> {
 }
 
 /// The weights of the centre (in the mean, in covariances) and of every other point.
-struct Weights {
+pub(super) struct Weights {
     centre_mean: f64,
     centre_covariance: f64,
     other: f64,
+}
+
+/// The straight line through the images of a belief's sigma points: `e = H (x − m)` and the covariance of what it misses.
+pub(super) struct Slope<const D: usize, const N: usize> {
+    pub matrix: SMatrix<f64, D, N>,
+    pub missed: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize, const N: usize> Slope<D, N> {
+    /// The line through `spread`, the deviations of the images from their mean, of points at the columns of `lower`.
+    ///
+    /// With `H = P_zx P⁻¹` the pair of points at `± l_i` is missed on both sides by `(e⁺ + e⁻)/2`, and `H l_i` is
+    /// `(e⁺ − e⁻)/2`: no variance is subtracted from another.
+    pub fn over(spread: &SigmaPoints<D, N>, lower: &SMatrix<f64, N, N>, weights: &Weights) -> Self {
+        let mut along = SMatrix::<f64, N, D>::zeros();
+        let mut missed = spread.centre * spread.centre.transpose() * weights.centre_covariance;
+        for i in 0..N {
+            let (ahead, behind) = (spread.ahead[i], spread.behind[i]);
+            along.row_mut(i).copy_from(&((ahead - behind) * 0.5).transpose());
+            let off = (ahead + behind) * 0.5;
+            missed += off * off.transpose() * (2.0 * weights.other);
+        }
+        // H L = (e⁺ − e⁻)/2, column by column; L has no zero on its diagonal.
+        lower.tr_solve_lower_triangular_mut(&mut along);
+        Self { matrix: along.transpose(), missed }
+    }
 }
 
 impl Unscented {
@@ -81,7 +108,7 @@ impl Unscented {
         Ok(spread)
     }
 
-    fn weights(&self, n: usize) -> Result<Weights> {
+    pub(super) fn weights(&self, n: usize) -> Result<Weights> {
         let spread = self.spread(n)?;
         let centre_mean = (spread - n as f64) / spread;
         Ok(Weights {
@@ -96,14 +123,37 @@ impl Unscented {
     /// # Errors
     /// Where the parameters are out of range or the covariance is singular.
     pub fn points<const N: usize>(&self, belief: &Gaussian<N>) -> Result<SigmaPoints<N, N>> {
+        Ok(self.points_and_factor(belief)?.0)
+    }
+
+    /// The sigma points of `belief`, and the scaled factor whose columns lead to them.
+    pub(super) fn points_and_factor<const N: usize>(
+        &self,
+        belief: &Gaussian<N>,
+    ) -> Result<(SigmaPoints<N, N>, SMatrix<f64, N, N>)> {
         let lower = belief.factor()? * self.spread(N)?.sqrt();
         let mean = *belief.mean();
-        Ok(SigmaPoints {
+        let points = SigmaPoints {
             centre: mean,
             ahead: std::array::from_fn(|i| mean + lower.column(i)),
             behind: std::array::from_fn(|i| mean - lower.column(i)),
-        })
+        };
+        Ok((points, lower))
     }
+}
+
+/// What a sensor reads at sigma points: the expected reading, and the deviations from it.
+fn readings<const M: usize, const N: usize>(
+    points: &SigmaPoints<N, N>,
+    sensor: &impl NonlinearSensor<M, N>,
+    weights: &Weights,
+) -> (SVector<f64, M>, SigmaPoints<M, N>) {
+    let readings = points.map(|point| sensor.expected(point));
+    // The mean by way of differences to the centre, so that angles are averaged on the right side of the circle.
+    let centre = readings.centre;
+    let shift = readings.map(|reading| sensor.difference(reading, &centre)).mean(weights);
+    let expected = centre + shift;
+    (expected, readings.map(|reading| sensor.difference(reading, &expected)))
 }
 
 impl<const N: usize> Gaussian<N> {
@@ -142,8 +192,25 @@ impl<const N: usize> Gaussian<N> {
         value: &SVector<f64, M>,
         unscented: &Unscented,
     ) -> Result<Innovation<M>> {
-        let points = unscented.points(self)?;
-        self.update_unscented_with(&points, sensor, value, unscented)
+        require_finite("the measurement", value)?;
+        let weights = unscented.weights(N)?;
+        let (points, lower) = unscented.points_and_factor(self)?;
+        let (expected, spread) = readings(&points, sensor, &weights);
+        let noise = require_semi_definite("the measurement noise", &sensor.noise())?;
+        // As a regression over the points the update has a Joseph form, which the difference of covariances has not.
+        let Slope { matrix, missed } = Slope::over(&spread, &lower, &weights);
+        let mut noise = noise + missed;
+        symmetrise(&mut noise);
+        match LinearMeasurement::new(matrix, noise) {
+            Ok(line) => {
+                let found = corrected(self, &line, &sensor.difference(value, &expected))?;
+                *self = found.belief;
+                Ok(found.innovation)
+            }
+            // A negative weight of the centre can leave less than no noise.
+            Err(EstimationError::NotPositive { .. }) => self.update_unscented_with(&points, sensor, value, unscented),
+            Err(other) => Err(other),
+        }
     }
 
     /// Corrects the belief through `points` made before, as [`predict_unscented`](Self::predict_unscented) returned
@@ -161,12 +228,7 @@ impl<const N: usize> Gaussian<N> {
     ) -> Result<Innovation<M>> {
         require_finite("the measurement", value)?;
         let weights = unscented.weights(N)?;
-        let readings = points.map(|point| sensor.expected(point));
-        // The mean by way of differences to the centre, so that angles are averaged on the right side of the circle.
-        let centre = readings.centre;
-        let shift = readings.map(|reading| sensor.difference(reading, &centre)).mean(&weights);
-        let expected = centre + shift;
-        let spread = readings.map(|reading| sensor.difference(reading, &expected));
+        let (expected, spread) = readings(points, sensor, &weights);
         let noise = require_semi_definite("the measurement noise", &sensor.noise())?;
         let mut covariance = spread.products(&spread, &weights) + noise;
         symmetrise(&mut covariance);

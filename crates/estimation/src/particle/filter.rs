@@ -34,8 +34,12 @@ impl Default for ParticleOptions {
     }
 }
 
+/// What a model of the caller's may answer.
+const MODEL: EstimationError = EstimationError::NotFinite { what: "a particle moved by the motion model" };
+
 /// A belief as weighted samples of a state of `N` components.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Raw<N>", into = "Raw<N>")]
 pub struct ParticleFilter<const N: usize> {
     options: ParticleOptions,
     states: Vec<SVector<f64, N>>,
@@ -47,6 +51,50 @@ pub struct ParticleFilter<const N: usize> {
     drawn: Vec<usize>,
     next: Vec<SVector<f64, N>>,
     likelihoods: Vec<f64>,
+}
+
+/// What is stored: read back through the same checks as any outside input.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename = "ParticleFilter")]
+struct Raw<const N: usize> {
+    options: ParticleOptions,
+    states: Vec<SVector<f64, N>>,
+    weights: Vec<f64>,
+    /// `None` for −∞, which not every format can write.
+    log_weights: Vec<Option<f64>>,
+    generator: Pcg64Mcg,
+}
+
+impl<const N: usize> From<ParticleFilter<N>> for Raw<N> {
+    fn from(filter: ParticleFilter<N>) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        Self {
+            options: filter.options,
+            states: filter.states,
+            weights: filter.weights,
+            log_weights: filter.log_weights.into_iter().map(finite).collect(),
+            generator: filter.generator,
+        }
+    }
+}
+
+impl<const N: usize> TryFrom<Raw<N>> for ParticleFilter<N> {
+    type Error = EstimationError;
+
+    fn try_from(raw: Raw<N>) -> Result<Self> {
+        let mut filter = Self::with_generator(raw.states, raw.options, raw.generator)?;
+        filter.expect_length(raw.weights.len())?;
+        filter.expect_length(raw.log_weights.len())?;
+        super::resampling::require_weights(&raw.weights)?;
+        filter.log_weights.clear();
+        filter.log_weights.extend(raw.log_weights.iter().map(|value| value.unwrap_or(f64::NEG_INFINITY)));
+        for (&weight, log_weight) in raw.weights.iter().zip(&filter.log_weights) {
+            let agree = (weight - log_weight.exp()).abs() <= 1e-9;
+            require("the logarithm of a weight", weight, agree, "that of its weight")?;
+        }
+        filter.weights = raw.weights;
+        Ok(filter)
+    }
 }
 
 impl<const N: usize> ParticleFilter<N> {
@@ -127,7 +175,7 @@ impl<const N: usize> ParticleFilter<N> {
             }
             moved
         }));
-        self.commit()
+        self.commit(EstimationError::Overflow { what: "a moved particle" })
     }
 
     /// Moves every particle by a nonlinear `motion` over `dt_s` seconds, each with process noise of its own.
@@ -143,7 +191,7 @@ impl<const N: usize> ParticleFilter<N> {
             let kick = times_vector(&semi_definite_factor(&noise), &normals(&mut self.generator));
             self.next.push(motion.advance(state, dt_s) + kick);
         }
-        self.commit()
+        self.commit(MODEL)
     }
 
     /// Moves every particle as `propose` says, which is handed the random numbers: any proposal at all.
@@ -158,15 +206,15 @@ impl<const N: usize> ParticleFilter<N> {
         for state in &self.states {
             self.next.push(propose(state, &mut self.generator));
         }
-        self.commit()
+        self.commit(MODEL)
     }
 
-    /// Takes the moved particles over, if they are all finite.
-    fn commit(&mut self) -> Result<()> {
+    /// Takes the moved particles over, if they are all finite; else this is the error.
+    fn commit(&mut self, otherwise: EstimationError) -> Result<()> {
         // Zero times anything finite is zero: one branch for all of them.
         let sum: f64 = self.next.iter().map(|state| (state * 0.0).sum()).sum();
         if sum != 0.0 {
-            return Err(EstimationError::NotFinite { what: "a moved particle" });
+            return Err(otherwise);
         }
         std::mem::swap(&mut self.states, &mut self.next);
         Ok(())
@@ -177,8 +225,8 @@ impl<const N: usize> ParticleFilter<N> {
     /// Returns the logarithm of the measurement's likelihood under the whole belief.
     ///
     /// # Errors
-    /// Where the lengths differ, a number is NaN or +∞, or every particle is impossible (−∞); the weights are then as they
-    /// were.
+    /// Where the lengths differ, a number is NaN or +∞ ([`EstimationError::NotFinite`]: a fault of the likelihood), or every
+    /// particle is impossible, −∞ ([`EstimationError::Impossible`]: the target is lost); the weights are then as they were.
     pub fn weigh(&mut self, log_likelihoods: &[f64]) -> Result<f64> {
         self.expect_length(log_likelihoods.len())?;
         self.likelihoods.clear();
@@ -190,12 +238,12 @@ impl<const N: usize> ParticleFilter<N> {
     /// the value returned.
     ///
     /// # Errors
-    /// Where the lengths differ, a number is negative or not finite, or every particle is impossible; the weights are then
-    /// as they were.
+    /// Where the lengths differ, a number is negative or not finite ([`EstimationError::Parameter`]), or all are zero
+    /// ([`EstimationError::Impossible`]); the weights are then as they were.
     pub fn weigh_plain(&mut self, likelihoods: &[f64]) -> Result<f64> {
         self.expect_length(likelihoods.len())?;
-        if !likelihoods.iter().all(|value| *value >= 0.0) {
-            return Err(EstimationError::NotFinite { what: "a likelihood (negative or NaN)" });
+        for &value in likelihoods {
+            require("a likelihood", value, value >= 0.0, "zero or more")?;
         }
         self.likelihoods.clear();
         self.likelihoods.extend(likelihoods.iter().zip(&self.log_weights).map(|(a, b)| a.ln() + b));
@@ -238,8 +286,11 @@ impl<const N: usize> ParticleFilter<N> {
             sound &= value < f64::INFINITY;
             highest = highest.max(value);
         }
-        if !(sound && highest > f64::NEG_INFINITY) {
-            return Err(EstimationError::NotFinite { what: "a likelihood, or the best of them" });
+        if !sound {
+            return Err(EstimationError::NotFinite { what: "the logarithm of a particle's likelihood" });
+        }
+        if highest == f64::NEG_INFINITY {
+            return Err(EstimationError::Impossible { hypothesis: "particle" });
         }
         let mut total = 0.0;
         for (weight, value) in self.weights.iter_mut().zip(&self.likelihoods) {
@@ -296,7 +347,7 @@ impl<const N: usize> ParticleFilter<N> {
                 *state += times_vector(&blur, &normals(&mut self.generator));
             }
         }
-        self.commit()?;
+        self.commit(EstimationError::Overflow { what: "a blurred particle" })?;
         let count = self.states.len() as f64;
         self.weights.fill(1.0 / count);
         self.log_weights.fill(-count.ln());

@@ -1,7 +1,9 @@
-//! Drawing particles anew in proportion to their weights. Every method writes 0-based indices of the particles kept.
+//! Drawing particles anew in proportion to their weights, which are zero or more and **sum to one** (to 1e-6; any others
+//! are refused). Every method writes 0-based indices of the particles kept; on an error the indices are of no use.
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::require;
 use crate::{EstimationError, Result};
 
 /// How particles are drawn anew.
@@ -26,32 +28,29 @@ pub fn effective_sample_size(weights: &[f64]) -> f64 {
 /// Systematic resampling with `u` in [0, 1): the index is the first `j` with `(u + i)/N` below the cumulated weight.
 ///
 /// # Errors
-/// Where `weights` is empty or `u` is outside [0, 1).
+/// Where `weights` are none, negative, not finite or of another sum than one, or `u` is outside [0, 1).
 pub fn systematic(weights: &[f64], u: f64, indices: &mut Vec<usize>) -> Result<()> {
     unit(u)?;
-    let n = weights.len();
+    let n = require_weights(weights)?;
     positions(weights, (0..n).map(|i| (u + i as f64) / n as f64), indices)
 }
 
 /// Stratified resampling, with a number `u_i` in [0, 1) for each particle.
 ///
 /// # Errors
-/// Where `weights` is empty or a drawn number is outside [0, 1).
+/// Where `weights` are none, negative, not finite or of another sum than one, or a drawn number is outside [0, 1).
 pub fn stratified(weights: &[f64], mut uniform: impl FnMut() -> f64, indices: &mut Vec<usize>) -> Result<()> {
-    let n = weights.len();
+    let n = require_weights(weights)?;
     positions(weights, (0..n).map(|i| (uniform() + i as f64) / n as f64), indices)
 }
 
 /// Residual resampling: whole copies first, the rest systematically with `u` in [0, 1).
 ///
 /// # Errors
-/// Where `weights` is empty or `u` is outside [0, 1).
+/// Where `weights` are none, negative, not finite or of another sum than one, or `u` is outside [0, 1).
 pub fn residual(weights: &[f64], u: f64, indices: &mut Vec<usize>) -> Result<()> {
     unit(u)?;
-    let n = weights.len();
-    if n == 0 {
-        return Err(empty());
-    }
+    let n = require_weights(weights)?;
     indices.clear();
     for (j, weight) in weights.iter().enumerate() {
         let copies = (weight * n as f64).floor() as usize;
@@ -83,12 +82,9 @@ pub fn residual(weights: &[f64], u: f64, indices: &mut Vec<usize>) -> Result<()>
 /// directly (from the largest down), so nothing is sorted.
 ///
 /// # Errors
-/// Where `weights` is empty or a drawn number is outside [0, 1).
+/// Where `weights` are none, negative, not finite or of another sum than one, or a drawn number is outside [0, 1).
 pub fn multinomial(weights: &[f64], mut uniform: impl FnMut() -> f64, indices: &mut Vec<usize>) -> Result<()> {
-    let n = weights.len();
-    if n == 0 {
-        return Err(empty());
-    }
+    let n = require_weights(weights)?;
     indices.clear();
     let mut cumulated: f64 = weights.iter().sum();
     let mut largest = 1.0_f64;
@@ -107,9 +103,9 @@ pub fn multinomial(weights: &[f64], mut uniform: impl FnMut() -> f64, indices: &
     Ok(())
 }
 
-/// For rising positions in [0, 1): the first index whose cumulated weight exceeds each.
+/// For rising positions in [0, 1): the first index whose cumulated weight exceeds each. The weights are sound.
 fn positions(weights: &[f64], positions: impl Iterator<Item = f64>, indices: &mut Vec<usize>) -> Result<()> {
-    let last = weights.len().checked_sub(1).ok_or_else(empty)?;
+    let last = weights.len() - 1;
     indices.clear();
     let (mut j, mut cumulated) = (0, weights[0]);
     for position in positions {
@@ -125,12 +121,27 @@ fn positions(weights: &[f64], positions: impl Iterator<Item = f64>, indices: &mu
 }
 
 fn unit(u: f64) -> Result<()> {
-    crate::error::require("a random number", u, (0.0..1.0).contains(&u), "in [0, 1)")
+    require("a random number", u, (0.0..1.0).contains(&u), "in [0, 1)")
 }
 
-fn empty() -> EstimationError {
-    EstimationError::Length { what: "weights to resample by", got: 0, expected: 1 }
+/// The number of the weights, where they are a distribution.
+pub(super) fn require_weights(weights: &[f64]) -> Result<usize> {
+    if weights.is_empty() {
+        return Err(EstimationError::Length { what: "weights to resample by", got: 0, expected: 1 });
+    }
+    let (mut sum, mut least) = (0.0, f64::INFINITY);
+    for &weight in weights {
+        sum += weight;
+        // `min` would skip a NaN, but the sum does not.
+        least = weight.min(least);
+    }
+    require("a weight to resample by", least, least >= 0.0, "zero or more")?;
+    require("the sum of the weights to resample by", sum, (sum - 1.0).abs() <= SUM_TOLERANCE, "one")?;
+    Ok(weights.len())
 }
+
+/// What rounding may leave of a sum of a million weights, with room.
+const SUM_TOLERANCE: f64 = 1e-6;
 
 #[cfg(test)]
 mod tests {

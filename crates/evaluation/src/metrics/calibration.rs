@@ -50,3 +50,66 @@ pub fn expected_calibration_error(bins: &[Bin]) -> Option<f64> {
     let gap = |b: &Bin| b.frames as f64 / frames as f64 * (b.hit_rate - b.mean_score).abs();
     (frames > 0).then(|| bins.iter().map(gap).sum())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn forecasts(of: &[(f64, bool)]) -> Vec<Forecast> {
+        of.iter().map(|&(score, hit)| Forecast { score, hit }).collect()
+    }
+
+    #[test]
+    fn bins_hold_means_and_hit_rates() {
+        let bins = reliability(&forecasts(&[
+            (0.0, false),
+            (0.05, true),
+            (0.099, false),
+            (0.1, true), // the first of the next bin
+            (0.72, true),
+            (0.78, false),
+            (1.0, true), // the last bin is closed
+            (0.95, true),
+        ]));
+        let expect = |i: usize, frames: usize, mean_score: f64, hit_rate: f64| {
+            let bin = bins[i];
+            assert_eq!(bin.frames, frames, "bin {i}");
+            assert!(
+                (bin.mean_score - mean_score).abs() < 1e-12 && (bin.hit_rate - hit_rate).abs() < 1e-12,
+                "{i} {bin:?}"
+            );
+        };
+        expect(0, 3, 0.149 / 3.0, 1.0 / 3.0);
+        expect(1, 1, 0.1, 1.0);
+        expect(7, 2, 0.75, 0.5);
+        expect(9, 2, 0.975, 1.0);
+        [2, 3, 4, 5, 6, 8].into_iter().for_each(|i| expect(i, 0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn impossible_scores_are_taken_for_the_nearest_possible_one() {
+        let bins = reliability(&forecasts(&[(-0.5, false), (7.0, true), (f64::NAN, true), (f64::INFINITY, true)]));
+        assert_eq!((bins[0].frames, bins[9].frames), (3, 1), "what is not finite is no claim");
+        assert_eq!((bins[0].mean_score, bins[9].mean_score), (0.0, 1.0));
+        assert!((bins[0].hit_rate - 2.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_error_is_the_mean_gap_weighted_by_frames() {
+        // Guo 2017, eq. 3: 1/4 · |0.25 - 0| + 3/4 · |0.75 - 2/3|, by hand.
+        let bins = reliability(&forecasts(&[(0.25, false), (0.75, true), (0.75, true), (0.75, false)]));
+        let error = expected_calibration_error(&bins).unwrap();
+        assert!((error - (0.25 * 0.25 + 0.75 * (0.75 - 2.0 / 3.0))).abs() < 1e-12, "{error}");
+        // Scores that are too low cost as much as scores that are too high.
+        let low = expected_calibration_error(&reliability(&forecasts(&[(0.25, true)]))).unwrap();
+        assert!((low - 0.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn honest_scores_have_no_error_and_nothing_has_none() {
+        let honest: Vec<(f64, bool)> = (0..8).map(|i| (0.75, i < 6)).chain((0..4).map(|i| (0.5, i < 2))).collect();
+        assert_eq!(expected_calibration_error(&reliability(&forecasts(&honest))), Some(0.0));
+        assert_eq!(expected_calibration_error(&reliability(&[])), None);
+        assert_eq!(expected_calibration_error(&[]), None);
+    }
+}

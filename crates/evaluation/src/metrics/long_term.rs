@@ -176,4 +176,69 @@ mod tests {
         assert_eq!(threshold, 0.9);
         assert!((best.precision - 0.8).abs() < 1e-12);
     }
+
+    #[test]
+    fn only_visible_overlaps_count_and_nothing_visible_has_no_recall() {
+        let odd = Judged { visible: false, alive: true, overlap: 0.7, score: 0.5 };
+        let pr = precision_recall(&[odd], |_| true);
+        assert_eq!((pr.precision, pr.recall, pr.f()), (0.0, 0.0, 0.0), "a box where nothing is is worth nothing");
+        let all = precision_recall(&frames("vaA"), |_| true);
+        assert!((all.precision - 0.8 / 3.0).abs() < 1e-12 && (all.recall - 0.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn curves_claim_at_and_above_each_threshold() {
+        let curve = precision_recall_curve(&frames("vmA"), &[f64::INFINITY, 0.9, 0.6, 0.3, f64::NEG_INFINITY]);
+        let precision: Vec<f64> = curve.iter().map(|p| p.precision).collect();
+        let expected = [1.0, 0.8, 0.4, 1.0 / 3.0, 1.0 / 3.0];
+        assert!(precision.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{precision:?}");
+        let recall: Vec<f64> = curve.iter().map(|p| p.recall).collect();
+        assert!(recall.iter().zip([0.0, 0.4, 0.4, 0.5, 0.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{recall:?}");
+    }
+
+    #[test]
+    fn thresholds_step_evenly_through_the_sorted_scores() {
+        let (top, bottom) = (f64::INFINITY, f64::NEG_INFINITY);
+        assert_eq!(thresholds(&[0.2, f64::NAN, 0.7], 100), [top, 0.7, 0.2, bottom], "all when there are few");
+        let scores: Vec<f64> = (1..=20).map(f64::from).collect();
+        // VOT-LT: delta = 20 / 4 = 5, positions 5, 8.33, 11.67, 15 of the descending scores.
+        assert_eq!(thresholds(&scores, 6), [top, 15.0, 12.0, 8.0, 5.0, bottom]);
+        assert_eq!(thresholds(&scores[..4], 6), [top, 4.0, 3.0, 2.0, 1.0, bottom]);
+        assert_eq!(thresholds(&scores[..3], 3), [top, 3.0, 2.0, 1.0, bottom], "too coarse to step");
+        // Of eight scores positions 2, 3, 4 (delta = 2, span = 4 - 0 … rounded to even), of nine 3, 4.5 → 4 and 6.
+        assert_eq!(thresholds(&scores[..8], 5), [top, 6.0, 4.0, 2.0, bottom]);
+        assert_eq!(thresholds(&[], 10), [top, bottom]);
+    }
+
+    #[test]
+    fn averages_are_taken_over_sequences_before_f() {
+        let pr = |precision, recall| PrecisionRecall { precision, recall };
+        let mean = PrecisionRecall::mean(&[pr(1.0, 0.0), pr(0.5, 0.5)]).unwrap();
+        assert_eq!(mean, pr(0.75, 0.25));
+        assert_eq!(PrecisionRecall::mean(&[]), None);
+        assert!((mean.f() - 0.375).abs() < 1e-12);
+        let curves = [vec![pr(1.0, 0.0), pr(0.6, 0.2), pr(0.2, 0.2)], vec![pr(1.0, 0.0), pr(0.4, 0.8), pr(0.8, 0.8)]];
+        let (threshold, best) = best_f(&curves, &[0.9, 0.5, 0.1]).unwrap();
+        assert_eq!(threshold, 0.5, "the first of equals");
+        assert!((best.precision - 0.5).abs() < 1e-12 && (best.recall - 0.5).abs() < 1e-12);
+        assert_eq!(best_f(&[], &[0.5]), None);
+        assert_eq!(best_f(&curves, &[]), None);
+    }
+
+    #[test]
+    fn being_alive_is_false_only_where_the_target_is_away() {
+        assert_eq!(false_alive(&frames("vvvA")), Some(1.0));
+        assert_eq!(false_alive(&frames("vvaaaA")), Some(0.25));
+        assert_eq!(false_alive(&frames("vma")), Some(0.0));
+    }
+
+    #[test]
+    fn an_overlap_of_exactly_one_half_has_not_reacquired() {
+        let half = Judged { visible: true, alive: true, overlap: 0.5, score: 0.5 };
+        let mut judged = frames("va");
+        judged.extend([half, half]);
+        assert_eq!(reacquisition(&judged), [None]);
+        judged.extend(frames("v"));
+        assert_eq!(reacquisition(&judged), [Some(2)]);
+    }
 }

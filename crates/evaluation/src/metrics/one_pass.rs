@@ -68,3 +68,40 @@ fn fraction(values: &[f64], counts: impl Fn(f64) -> bool) -> f64 {
     }
     values.iter().filter(|v| counts(**v)).count() as f64 / values.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn success_counts_what_is_strictly_above_and_precision_what_is_at_most() {
+        let overlaps = [0.0, 0.5, 0.55, 1.0];
+        assert_eq!([0.0, 0.5, 0.6, 1.0].map(|t| success_rate(&overlaps, t)), [0.75, 0.5, 0.25, 0.0]);
+        let errors = [0.0, 20.0, 20.5, f64::INFINITY];
+        assert_eq!([0.0, 20.0, 21.0].map(|t| precision(&errors, t)), [0.25, 0.5, 0.75]);
+        assert_eq!((success_rate(&[], 0.5), precision(&[], 20.0), average_overlap(&[])), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn curves_have_their_thresholds_in_order() {
+        let success = success_curve(&[0.5]);
+        assert_eq!(success.iter().filter(|v| **v == 1.0).count(), 10, "0, .05, …, .45");
+        assert_eq!((success[9], success[10], success[20]), (1.0, 0.0, 0.0));
+        assert!((success_auc(&[0.5]) - 10.0 / 21.0).abs() < 1e-12);
+        let precision = precision_curve(&[3.0]);
+        assert_eq!((precision[2], precision[3], precision[50]), (0.0, 1.0, 1.0));
+        let normalized = normalized_precision_curve(&[0.031, 0.5]);
+        assert_eq!((normalized[3], normalized[4], normalized[49], normalized[50]), (0.0, 0.5, 0.5, 1.0));
+    }
+
+    #[test]
+    fn errors_of_normalised_centres_are_in_sizes_of_the_target() {
+        let truth = BBox::from_ltwh(10.0, 20.0, 30.0, 50.0);
+        let estimate = truth.translated(9.0, -20.0);
+        assert!((normalized_center_error(&truth, &estimate) - 0.5).abs() < 1e-12, "hypot(.3, .4)");
+        assert!((center_errors(&[truth], &[estimate])[0] - 481f64.sqrt()).abs() < 1e-12);
+        assert!((average_overlap(&[0.25, 0.5, 0.9]) - 0.55).abs() < 1e-12);
+        let other = truth.translated(15.0, 0.0);
+        assert_eq!(overlaps(&[truth, truth], &[truth, other]), [1.0, 1.0 / 3.0]);
+    }
+}

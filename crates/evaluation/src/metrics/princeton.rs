@@ -36,3 +36,29 @@ pub fn error_types(claims: &[Claim], threshold: f64) -> ErrorTypes {
         missing_box: fraction(|c, _| c.visible && !c.output),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_frame_is_of_one_type() {
+        let claim = |visible, output, overlap| Claim { visible, output, overlap };
+        let claims = [
+            claim(true, true, 0.9),
+            claim(true, true, 0.5), // not above the threshold
+            claim(true, true, 0.2),
+            claim(true, false, 0.0),
+            claim(false, true, 0.0),
+            claim(false, true, 0.9),
+            claim(false, false, 0.0),
+            claim(false, false, 0.0),
+        ];
+        let types = error_types(&claims, 0.5);
+        let expected = ErrorTypes { success: 0.375, wrong_box: 0.25, false_box: 0.25, missing_box: 0.125 };
+        assert_eq!(types, expected);
+        assert_eq!(error_types(&claims, 0.4).success, 0.5);
+        let none = error_types(&[], 0.5);
+        assert_eq!((none.success, none.wrong_box, none.false_box, none.missing_box), (0.0, 0.0, 0.0, 0.0));
+    }
+}

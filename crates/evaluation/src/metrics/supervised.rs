@@ -138,4 +138,50 @@ mod tests {
         assert_eq!(expected_average_overlap(&curve, (1, 2)), Some((0.8 + 0.525) / 2.0));
         assert_eq!(expected_average_overlap(&curve, (10, 20)), None);
     }
+
+    #[test]
+    fn without_burn_in_a_start_counts_as_no_overlap() {
+        let (mean, count) = accuracy(&[Init, Overlap(0.6), Failure, Skipped, Init, Overlap(0.9)], 0);
+        assert!((mean - 1.5 / 4.0).abs() < 1e-12);
+        assert_eq!(count, 4);
+        assert_eq!(accuracy(&[Init, Overlap(0.6)], 5), (0.0, 0));
+        // Burn-in counts the start: with 1, the first overlap counts.
+        assert_eq!(accuracy(&[Init, Overlap(0.5), Overlap(0.75)], 1), (0.625, 2));
+        assert_eq!(accuracy(&[], 0), (0.0, 0));
+        assert_eq!(failures(&[Init, Failure, Skipped, Init, Failure]), 2);
+    }
+
+    #[test]
+    fn reliability_falls_exponentially_with_failures() {
+        assert_eq!((reliability(0.0, 100.0, 30.0), reliability(3.0, 0.0, 30.0)), (1.0, 0.0));
+        assert_eq!(reliability(0.0, 0.0, 30.0), 0.0, "nothing seen proves nothing");
+        assert!((reliability(2.0, 120.0, 30.0) - (-0.5f64).exp()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_start_ends_the_run_before_it() {
+        let found =
+            runs(&[Skipped, Overlap(0.4), Init, Overlap(0.5), Init, Overlap(0.7), Failure, Overlap(0.1), Failure]);
+        let run = |overlaps: &[f64], failed| Run { overlaps: overlaps.to_vec(), failed };
+        assert_eq!(found, [run(&[0.0, 0.5], false), run(&[0.0, 0.7], true)], "what lies outside of runs is left out");
+        assert_eq!(runs(&[]), []);
+    }
+
+    #[test]
+    fn curves_average_over_the_runs_that_reach() {
+        let run = |overlaps: &[f64], failed| Run { overlaps: overlaps.to_vec(), failed };
+        let curve = eao_curve(&[run(&[0.0, 0.4], false), run(&[0.0, 0.8, 0.6, 1.0], false)]);
+        let expected = [0.0, 0.6, 0.7, 0.8];
+        assert!(curve.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12) && curve.len() == 4, "{curve:?}");
+        assert!(eao_curve(&[]).is_empty());
+    }
+
+    #[test]
+    fn the_span_is_cut_to_the_curve() {
+        let curve = [0.0, 0.2, 0.4, 0.9];
+        assert_eq!(expected_average_overlap(&curve, (3, 100)), Some(0.9));
+        assert!((expected_average_overlap(&curve, (1, 2)).unwrap() - 0.3).abs() < 1e-12);
+        assert_eq!(expected_average_overlap(&curve, (4, 100)), None);
+        assert_eq!(expected_average_overlap(&[], (0, 5)), None);
+    }
 }

@@ -6,7 +6,7 @@ mod sections;
 
 use crate::evaluate::{EvalOptions, Passes};
 use crate::film::Film;
-use crate::score::{believed, overlap};
+use crate::metrics::accuracy::overlap;
 use crate::{Results, Sequence, Trajectory};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -30,7 +30,7 @@ impl Entry<'_> {
         let start = sequence.first_visible().map_or(0, |(i, _)| i);
         let visible =
             sequence.truth().iter().enumerate().take(self.frames).skip(start).filter(|(_, t)| t.bbox().is_some());
-        visible.map(|(i, t)| (i, overlap(t, believed(self.trajectory.get(i))))).collect()
+        visible.map(|(i, t)| (i, overlap(t, self.trajectory.get(i)))).collect()
     }
 }
 

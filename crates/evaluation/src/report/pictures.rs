@@ -3,7 +3,7 @@
 use super::Entry;
 use super::html::{base64, escape};
 use crate::film::Film;
-use crate::score::{believed, overlap};
+use crate::metrics::accuracy::{believed, overlap};
 use crate::{EvaluationError, Result, Sequence};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -96,7 +96,7 @@ fn picture(sequence: &Sequence, entries: &[Entry<'_>], index: usize, frame: &Fra
     for entry in entries {
         let truth = sequence.truth().get(index).copied().unwrap_or(crate::Truth::Unknown);
         let output = entry.trajectory.get(index);
-        let (iou, state) = (overlap(&truth, believed(output)), output.map_or("no output", |o| o.state.as_str()));
+        let (iou, state) = (overlap(&truth, output), output.map_or("no output", |o| o.state.as_str()));
         let _ = write!(
             html,
             r#" <span class="series t{}" data-t="{}"><i class="dot"></i>{} {iou:.2} {state}</span>"#,

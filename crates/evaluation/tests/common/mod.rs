@@ -4,7 +4,8 @@
 use pursuit_evaluation::Contestant;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_tracking::{Estimate, Recipe, Result, TrackState, Tracker, TrackingError};
+use pursuit_tracking::parameters::Parameter;
+use pursuit_tracking::{Estimate, Forecast, Measurement, Needs, Recipe, Result, TrackState, Tracker, TrackingError};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -50,8 +51,24 @@ struct Started {
 }
 
 impl Recipe for Scripted {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         self.name
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    fn schema(&self) -> Vec<Parameter> {
+        Vec::new()
+    }
+
+    fn with(&self, _: &toml::Table) -> Result<Box<dyn Recipe>> {
+        Ok(self.boxed_clone())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Recipe> {
+        Box::new(self.clone())
     }
 
     fn parameters(&self) -> Result<toml::Table> {
@@ -71,21 +88,29 @@ impl Recipe for Scripted {
 impl Tracker for Started {
     fn update(&mut self, frame: &Frame) -> Result<Estimate> {
         self.recipe.updates.fetch_add(1, Ordering::Relaxed);
-        let (bbox, state, score) = (self.recipe.script)(frame.index(), self.first)
-            .ok_or(TrackingError::MissingPlane { tracker: "scripted", needed: "a script", index: frame.index() })?;
-        Ok(Estimate {
-            bbox,
-            score,
-            state,
-            prediction: None,
-            measurement: None,
-            covariance: None,
-            diagnostics: Default::default(),
-        })
+        let (bbox, state, score) =
+            (self.recipe.script)(frame.index(), self.first).ok_or(TrackingError::MissingPlane {
+                tracker: "scripted".to_owned(),
+                needed: "a script",
+                index: frame.index(),
+            })?;
+        Ok(Estimate { state, measurement: None, ..Estimate::started(frame.time_s(), bbox, score) })
     }
 
     fn reinit(&mut self, _: &Frame, bbox: BBox) -> Result<()> {
         self.first = bbox;
+        Ok(())
+    }
+
+    fn peek(&mut self, _: &Frame) -> Result<Option<Measurement>> {
+        Ok(None)
+    }
+
+    fn forecast(&self, _: f64) -> Result<Forecast> {
+        Ok(Forecast { time_s: 0.0, bbox: self.first, covariance: None, velocity: None })
+    }
+
+    fn change(&mut self, _: &toml::Table) -> Result<()> {
         Ok(())
     }
 

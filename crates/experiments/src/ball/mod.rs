@@ -16,8 +16,9 @@ use pursuit_estimation::filters::SteadyState;
 use pursuit_estimation::motion::StepBox;
 use pursuit_geometry::BBox;
 use pursuit_scenes::ball::{BallMotion, BallParams, BallTrack, ball_track};
-use pursuit_tracking::motion::{BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox, MeasurementNoise, RelativeNoise};
-use pursuit_tracking::{Diagnostics, Measurement, MotionFilter, TrackingError};
+use pursuit_tracking::motion::{
+    BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox, MeasurementNoise, MotionFilter, RelativeNoise, Sight,
+};
 use rayon::prelude::*;
 
 /// A filter of boxes.
@@ -59,12 +60,9 @@ fn follow(track: &BallTrack, filter: Filter, dt_s: f64) -> Result<Boxes, Experim
     };
     let mut filter = filter.start(*first)?;
     let mut boxes = Boxes { predicted: vec![*first], filtered: vec![*first] };
-    for (frame, bbox) in (0..).zip(&track.measured).skip(1) {
-        let failed = |source| TrackingError::Computation { tracker: "ball", index: frame, source };
-        boxes.predicted.push(filter.predict(dt_s).map_err(failed)?.bbox);
-        let measurement =
-            Measurement { bbox: *bbox, confidence: 1.0, sigma_px: None, diagnostics: Diagnostics::default() };
-        filter.correct(&measurement).map_err(failed)?;
+    for bbox in track.measured.iter().skip(1) {
+        boxes.predicted.push(filter.predict(dt_s)?.bbox);
+        filter.correct(&Sight { bbox: *bbox, sigma_px: None })?;
         boxes.filtered.push(filter.bbox());
     }
     Ok(boxes)

@@ -30,11 +30,10 @@ mod options;
 mod orientation;
 mod sniff;
 mod source;
-mod truth;
 pub(crate) mod y4m;
 
 pub use limits::MAX_PIXELS;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;
+pub use pursuit_geometry::Truth;
 pub use source::{Source, SourceInfo, StopHandle};
-pub use truth::Truth;

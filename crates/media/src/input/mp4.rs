@@ -5,7 +5,7 @@ use super::orientation::Orientation;
 use crate::{Result, Source, SourceInfo};
 use pursuit_containers::bytes::{RandomAccess, ReadSeek};
 use pursuit_containers::mp4::{Codec, Movie, Sample};
-use pursuit_imaging::{Frame, Pixels, Yuv420};
+use pursuit_imaging::{Frame, Yuv420};
 use std::collections::BTreeMap;
 
 /// H.264 in MP4 or QuickTime, decoded here.
@@ -103,7 +103,7 @@ impl Mp4Source {
             };
             let index = u64::from(rank.saturating_sub(self.skipped));
             let time_s = self.times_s.get(rank as usize).copied().unwrap_or_default();
-            return Ok(Some(Frame::new(index, time_s, Pixels::Yuv420(picture))));
+            return Ok(Some(Frame::new(index, time_s, picture)));
         }
     }
 

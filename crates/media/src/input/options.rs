@@ -1,12 +1,13 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// How to open an input. `OpenOptions::default()` decodes what is built in and knows no `ffmpeg`.
+/// How to open an input. `OpenOptions::default()` decodes what is built in and knows no `ffmpeg`;
+/// [`OpenOptions::from_env`] finds one as a shell would.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenOptions {
     /// The `ffmpeg` executable to use for everything that is not built in.
     pub ffmpeg: Option<PathBuf>,
-    /// Where to look for `ffmpeg` when none is named: the value of the caller's `PATH`. Libraries read no environment.
+    /// Where to look for `ffmpeg` when none is named: the value of the caller's `PATH`.
     pub search_path: Option<OsString>,
     /// Frames per second of inputs that state no rate: image folders, Motion JPEG on standard input, `frames.csv`.
     pub default_fps: f64,
@@ -19,6 +20,14 @@ impl Default for OpenOptions {
 }
 
 impl OpenOptions {
+    /// The defaults with what this process's environment says of `ffmpeg`: the executable in `PURSUIT_FFMPEG`, else the
+    /// search path in `PATH`. The only place where the library reads the environment.
+    #[allow(clippy::disallowed_methods, reason = "its purpose; whoever wants no environment builds the options")]
+    pub fn from_env() -> Self {
+        let ffmpeg = std::env::var_os("PURSUIT_FFMPEG").filter(|name| !name.is_empty()).map(Into::into);
+        Self { ffmpeg, search_path: std::env::var_os("PATH"), ..Self::default() }
+    }
+
     /// The `ffmpeg` to use: the one named, else the first on the search path.
     pub fn find_ffmpeg(&self) -> Option<PathBuf> {
         let name = if cfg!(windows) { "ffmpeg.exe" } else { "ffmpeg" };

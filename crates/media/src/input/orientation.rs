@@ -58,7 +58,7 @@ impl Orientation {
 mod tests {
     use super::*;
 
-    /// Where the matrix itself sends each pixel centre, shifted back to the origin: the slow, obvious twin.
+    /// Where the matrix itself sends each pixel centre, shifted back to the origin: the slow, obvious reference.
     fn by_matrix([a, b, c, d]: [i32; 4], image: &Image<u8>) -> Image<u8> {
         let mut points = Vec::new();
         for y in 0..image.height() as i32 {

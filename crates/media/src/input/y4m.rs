@@ -11,8 +11,8 @@ use std::io::BufRead;
 pub(crate) fn pixels(planes: Planes, size: Extent, color: ColorInfo) -> Result<Pixels, Fault> {
     let Extent { width, height } = size;
     Ok(match planes {
-        Planes::Gray8(data) => Pixels::Gray8(Image::from_vec(data, width, height)?),
-        Planes::Gray16(data) => Pixels::Gray16(Image::from_vec(data, width, height)?),
+        Planes::Gray8(data) => Image::from_vec(data, width, height)?.into(),
+        Planes::Gray16(data) => Image::from_vec(data, width, height)?.into(),
         Planes::Yuv420([y, u, v]) => {
             let chroma = |data| Image::from_vec(data, width.div_ceil(2), height.div_ceil(2));
             let (matrix, range) = color.resolve(Size::new(width, height));

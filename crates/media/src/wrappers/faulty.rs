@@ -1,6 +1,6 @@
 use crate::input::StopHandle;
 use crate::{MediaError, Result, Source, SourceInfo};
-use pursuit_imaging::{ColorRange, Frame, Image, Pixels, Yuv420};
+use pursuit_imaging::{ColorRange, Frame, ImageView, Pixels, Yuv420};
 use std::time::Duration;
 
 /// What a [`Faulty`] source does wrong. All chances are per frame, between 0 and 1.
@@ -82,42 +82,38 @@ impl<S: Source> Source for Faulty<S> {
 
 /// The frame with every plane passed to `spoil`, along with the plane's code for black.
 fn spoiled(frame: &Frame, spoil: impl Fn(&mut [u8], u8)) -> Frame {
-    let changed = |image: &Image<u8>, black: u8| {
-        let mut image = image.clone();
+    let changed = |image: ImageView<'_, u8>, black: u8| {
+        let mut image = image.to_image();
         spoil(image.as_mut_slice(), black);
         image
     };
     let pixels = match frame.pixels() {
-        Pixels::Gray8(image) => Pixels::Gray8(changed(image, 0)),
+        Pixels::Gray8(image) => changed(image.view(), 0).into(),
         Pixels::Gray16(image) => {
-            let mut image = image.clone();
+            let mut image = image.to_image();
             let mut bytes: Vec<u8> = image.as_slice().iter().flat_map(|v| v.to_le_bytes()).collect();
             spoil(&mut bytes, 0);
             let values = bytes.as_chunks::<2>().0.iter().map(|&b| u16::from_le_bytes(b));
             image.as_mut_slice().iter_mut().zip(values).for_each(|(to, value)| *to = value);
-            Pixels::Gray16(image)
+            image.into()
         }
         Pixels::Rgb8(image) => {
-            let mut image = image.clone();
+            let mut image = image.to_image();
             spoil(image.as_mut_slice().as_flattened_mut(), 0);
-            Pixels::Rgb8(image)
+            image.into()
         }
         Pixels::Yuv420(planes) => {
             let black = if planes.range() == ColorRange::Limited { 16 } else { 0 };
             let (u, v) = planes.chroma();
-            let [y, u, v] =
-                [(planes.luma(), black), (u, 128), (v, 128)].map(|(view, black)| changed(&view.to_image(), black));
+            let [y, u, v] = [(planes.luma(), black), (u, 128), (v, 128)].map(|(view, black)| changed(view, black));
             match Yuv420::new(y, u, v, planes.matrix(), planes.range()) {
                 Ok(planes) => Pixels::Yuv420(planes),
                 Err(_) => return frame.clone(), // cannot be: the planes keep their sizes
             }
         }
     };
-    let spoiled = Frame::new(frame.index(), frame.time_s(), pixels);
-    match frame.depth_mm() {
-        Some(depth) => spoiled.with_depth(depth.to_image()).unwrap_or_else(|_| frame.clone()),
-        None => spoiled,
-    }
+    // The size is the frame's own, so the depth still fits.
+    frame.with_pixels(pixels).unwrap_or_else(|_| frame.clone())
 }
 
 /// Overwrites the middle third.

@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 /// Decodes ahead on a thread of its own, through a queue of bounded length.
 ///
@@ -50,7 +49,6 @@ pub struct PrefetchStats(Arc<Counters>);
 struct Counters {
     decoded: AtomicU64,
     dropped: AtomicU64,
-    decode_nanos: AtomicU64,
 }
 
 impl PrefetchStats {
@@ -62,11 +60,6 @@ impl PrefetchStats {
     /// Frames of a live source that were dropped because nobody took them in time.
     pub fn dropped_frames(&self) -> u64 {
         self.0.dropped.load(Ordering::Relaxed)
-    }
-
-    /// Time spent in the source so far: decoding, and of live sources waiting.
-    pub fn decode_time(&self) -> Duration {
-        Duration::from_nanos(self.0.decode_nanos.load(Ordering::Relaxed))
     }
 }
 
@@ -193,11 +186,7 @@ impl Producer {
                 }
                 continue;
             }
-            let started = Instant::now();
-            let item = source.next_frame();
-            let nanos = u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX);
-            stats.0.decode_nanos.fetch_add(nanos, Ordering::Relaxed);
-            let item = match item {
+            let item = match source.next_frame() {
                 Ok(None) if self.wait_for_seek() => continue,
                 Ok(None) => break,
                 Ok(Some(frame)) => Ok(frame),

@@ -1,7 +1,7 @@
 use crate::input::StopHandle;
 use crate::{MediaError, Result, Source, SourceInfo};
 use png::{BitDepth, ColorType, Encoder};
-use pursuit_imaging::{Frame, Pixels};
+use pursuit_imaging::{Frame, ImageView, Pixels};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::BufWriter;
@@ -63,9 +63,9 @@ impl<S: Source> Source for Recorded<S> {
 /// [`MediaError::Unwritable`] when the file cannot be written.
 pub fn write_png(frame: &Frame, path: &Path) -> Result<()> {
     let (color, depth, bytes) = match frame.pixels() {
-        Pixels::Gray8(image) => (ColorType::Grayscale, BitDepth::Eight, Cow::Borrowed(image.as_slice())),
+        Pixels::Gray8(image) => (ColorType::Grayscale, BitDepth::Eight, bytes_of(image.view())),
         Pixels::Gray16(image) => {
-            let bytes = image.as_slice().iter().flat_map(|v| v.to_be_bytes()).collect();
+            let bytes = image.view().rows().flatten().flat_map(|v| v.to_be_bytes()).collect();
             (ColorType::Grayscale, BitDepth::Sixteen, Cow::Owned(bytes))
         }
         Pixels::Rgb8(_) | Pixels::Yuv420(_) => {
@@ -84,6 +84,11 @@ pub fn write_png(frame: &Frame, path: &Path) -> Result<()> {
         writer.finish()
     });
     written.map_err(|e| unwritable(path, &e))
+}
+
+/// The pixels row by row, copied only where rows have gaps between them.
+fn bytes_of(image: ImageView<'_, u8>) -> Cow<'_, [u8]> {
+    image.as_contiguous().map_or_else(|| Cow::Owned(image.to_image().into_vec()), Cow::Borrowed)
 }
 
 fn unwritable(path: &Path, error: &dyn std::error::Error) -> MediaError {

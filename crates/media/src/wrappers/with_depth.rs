@@ -41,6 +41,7 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
             return Err(broken("the depth image has another size than its frame"));
         }
         let index = frame.index();
+        // The depth image is shared with its frame, not copied.
         let frame = frame.with_depth(millimetres.clone());
         frame.map(Some).map_err(|e| MediaError::broken(&self.depth.info().name, index, e.to_string()))
     }

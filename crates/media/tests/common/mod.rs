@@ -29,9 +29,9 @@ pub fn hashes_beside(name: &str) -> Vec<String> {
 pub fn hash(frame: &Frame) -> String {
     let mut bytes = Vec::new();
     match frame.pixels() {
-        Pixels::Gray8(image) => bytes.extend_from_slice(image.as_slice()),
-        Pixels::Gray16(image) => image.as_slice().iter().for_each(|v| bytes.extend(v.to_le_bytes())),
-        Pixels::Rgb8(image) => bytes.extend_from_slice(image.as_slice().as_flattened()),
+        Pixels::Gray8(image) => image.view().rows().for_each(|row| bytes.extend_from_slice(row)),
+        Pixels::Gray16(image) => image.view().rows().flatten().for_each(|v| bytes.extend(v.to_le_bytes())),
+        Pixels::Rgb8(image) => image.view().rows().for_each(|row| bytes.extend_from_slice(row.as_flattened())),
         Pixels::Yuv420(image) => {
             let (u, v) = image.chroma();
             [image.luma(), u, v].iter().for_each(|p| p.rows().for_each(|row| bytes.extend_from_slice(row)));

@@ -4,9 +4,9 @@ mod command;
 
 pub use command::{Command, Remote, Reply};
 
-use crate::run::{StateCounts, TimingFacts};
+use crate::run::{StateCounts, Timing, TimingFacts};
 use crate::sinks::Sink;
-use crate::{Record, RunError, Timing};
+use crate::{Record, RunError};
 use command::Inbox;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;

@@ -1,15 +1,19 @@
 //! Where the results of a run go. Files are written as the run goes, complete up to the last frame.
 
 mod csv;
+mod format;
 mod jsonl;
 mod mot;
+#[cfg(feature = "encode")]
 mod overlay;
 #[cfg(feature = "parquet")]
 mod parquet;
 
 pub use csv::{CsvSink, TRAJECTORY_COLUMNS};
+pub use format::Format;
 pub use jsonl::JsonlSink;
 pub use mot::MotSink;
+#[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
@@ -39,6 +43,27 @@ pub trait Sink: Send {
     /// The files written; none for a sink that is a screen, a socket or a pan-tilt head.
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
+    }
+}
+
+/// The sink of the overlay video, where it is wanted and this build can.
+///
+/// # Errors
+/// When the file cannot be written, or the video is asked for by name and this build has no encoder.
+pub(crate) fn overlay(
+    path: &Path,
+    nominal_fps: Option<f64>,
+    wanted: Option<bool>,
+) -> Result<Option<Box<dyn Sink>>, RunError> {
+    if wanted == Some(false) {
+        return Ok(None);
+    }
+    #[cfg(feature = "encode")]
+    return Ok(Some(Box::new(OverlaySink::create(path, nominal_fps)?)));
+    #[cfg(not(feature = "encode"))]
+    match (path, nominal_fps, wanted, crate::NO_OVERLAY) {
+        (.., Some(true), Some(why)) => Err(RunError::usage(why)),
+        _ => Ok(None),
     }
 }
 

@@ -142,3 +142,39 @@ fn write_column<T: parquet::data_type::DataType>(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
+    use pursuit_imaging::{Image, Pixels};
+    use pursuit_tracking::TargetId;
+
+    #[test]
+    fn rows_come_back_with_nulls_where_nothing_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.parquet");
+        let mut sink = ParquetSink::create(&path).unwrap();
+        let frame = Arc::new(Frame::new(0, 0.0, Pixels::Gray8(Image::from_fn(4, 4, |_, _| 0).unwrap())));
+        // One more than a row group holds.
+        for frame_number in 0..=ROWS_A_GROUP as u64 {
+            let time_s = frame_number as f64 / 25.0;
+            let record =
+                Record { frame: frame_number, time_s, target: TargetId(3), estimate: None, update_ms: Some(0.5) };
+            sink.write(&frame, &[record]).unwrap();
+        }
+        sink.finish().unwrap();
+        sink.finish().unwrap();
+        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
+        assert_eq!((reader.num_row_groups(), reader.metadata().file_metadata().num_rows()), (2, 1001));
+        let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+        assert_eq!(
+            (rows[7].get_long(0).unwrap(), rows[7].get_double(1).unwrap(), rows[7].get_long(2).unwrap()),
+            (7, 0.28, 3)
+        );
+        assert_eq!(rows[1000].get_string(3).unwrap(), "lost");
+        assert!(rows[7].get_double(4).is_err(), "there is no box");
+        assert_eq!(rows[7].get_double(17).unwrap(), 0.5);
+    }
+}

@@ -40,7 +40,7 @@ pub fn book(count: u64) -> Book {
 }
 
 pub fn blank(index: u64) -> Frame {
-    Frame::new(index, index as f64 * 0.04, Pixels::Gray8(Image::filled(64, 48, 30).unwrap()))
+    Frame::new(index, index as f64 * 0.04, Pixels::Gray8(Image::filled(64, 48, 30).unwrap().into()))
 }
 
 impl Source for Book {

@@ -2,123 +2,12 @@ use super::paint;
 use super::world::{Path, Thing, World};
 use crate::Scene;
 use crate::hash;
-use crate::registry::{Key, Scenery};
+use crate::keys::Scenery;
 use pursuit_geometry::{BBox, Point, Size};
 use std::f64::consts::TAU;
 
-const fn key(name: &'static str, help: &'static str, default: f64, min: f64, max: f64) -> Key {
-    Key { name, help, default, min, max }
-}
-
-const WIDTH: Key = key("width", "the picture's width in pixels", 320.0, 64.0, 4096.0);
-const HEIGHT: Key = key("height", "the picture's height in pixels", 240.0, 64.0, 4096.0);
-const FPS: Key = key("fps", "the rate in frames per second", 30.0, 1.0, 1000.0);
-const DURATION: Key = key("duration", "the length in seconds", 4.0, 0.1, 3600.0);
-const SIZE: Key = key("size", "the patch's side in pixels", 32.0, 4.0, 512.0);
-const SPEED: Key = key("speed", "the patch's usual speed in pixels per second", 60.0, 0.0, 5000.0);
-const NOISE: Key = key("noise", "the sensor noise's standard deviation in grey levels", 3.0, 0.0, 80.0);
-const PLAIN: Key = key("plain", "1 to paint the patch plain magenta, for checking truth against pixels", 0.0, 0.0, 1.0);
-
-pub(crate) const DRIFT_KEYS: &[Key] = &[WIDTH, HEIGHT, FPS, DURATION, SIZE, SPEED, NOISE, PLAIN];
-pub(crate) const SCALE_RAMP_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    DURATION,
-    SIZE,
-    Key { default: 25.0, ..SPEED },
-    key("growth", "the factor between the patch's first and last side", 2.5, 0.1, 10.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const OCCLUDING_BAR_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    Key { default: 6.0, ..DURATION },
-    SIZE,
-    Key { default: 80.0, ..SPEED },
-    key("bar", "the bar's width in pixels", 60.0, 1.0, 400.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const LIGHTING_STEP_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    DURATION,
-    SIZE,
-    Key { default: 30.0, ..SPEED },
-    key("gain", "the light's gain after the step", 0.5, 0.05, 2.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const CAMERA_PAN_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    DURATION,
-    SIZE,
-    Key { default: 30.0, ..SPEED },
-    key("pan", "the camera's greatest speed in pixels per second", 120.0, 0.0, 600.0),
-    key("shake", "the camera's trembling in pixels", 1.5, 0.0, 20.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const LOOK_ALIKE_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    DURATION,
-    SIZE,
-    Key { default: 20.0, ..SPEED },
-    key("gap", "the distance between the centres at the closest, in patch sides", 1.4, 0.0, 4.0),
-    key("difference", "how much the second patch's texture differs, 0 not at all, 1 wholly", 0.25, 0.0, 1.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const LOW_FRAME_RATE_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    Key { default: 6.0, ..FPS },
-    Key { default: 10.0, ..DURATION },
-    SIZE,
-    Key { default: 130.0, ..SPEED },
-    NOISE,
-    PLAIN,
-];
-pub(crate) const LEAVE_AND_RETURN_KEYS: &[Key] = &[
-    Key { default: 400.0, ..WIDTH },
-    HEIGHT,
-    FPS,
-    Key { default: 7.0, ..DURATION },
-    SIZE,
-    Key { default: 30.0, ..SPEED },
-    key("leaves", "when the patch vanishes, in seconds", 2.0, 0.0, 3600.0),
-    key("absent", "how many frames it is gone", 80.0, 0.0, 10_000.0),
-    key("away", "how far away it returns, in pixels to the right", 280.0, -4000.0, 4000.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const CROWD_KEYS: &[Key] = &[
-    Key { default: 1280.0, ..WIDTH },
-    Key { default: 720.0, ..HEIGHT },
-    FPS,
-    DURATION,
-    Key {
-        help: "the patches' usual side in pixels; they are between three fifths of it and once and a half",
-        default: 48.0,
-        ..SIZE
-    },
-    Key { help: "the patches' usual speed in pixels per second", ..SPEED },
-    key("targets", "how many patches there are", 20.0, 1.0, 100.0),
-    NOISE,
-    PLAIN,
-];
-pub(crate) const STATIC_KEYS: &[Key] = &[WIDTH, HEIGHT, FPS, DURATION, SIZE, NOISE, PLAIN];
-
 /// A world in which nothing happens yet: the patch follows `path`.
-fn world(scenery: &Scenery, path: Path) -> World {
+pub(super) fn world(scenery: &Scenery, path: Path) -> World {
     let seed = scenery.seed;
     let size = Size::new(scenery.get("width") as usize, scenery.get("height") as usize);
     World {
@@ -133,6 +22,7 @@ fn world(scenery: &Scenery, path: Path) -> World {
         targets: vec![Thing { look: look(scenery, 0.0), path }],
         before: Vec::new(),
         light: Box::new(|_| [1.0; 3]),
+        depth: None,
     }
 }
 
@@ -145,7 +35,7 @@ fn look(scenery: &Scenery, variation: f64) -> crate::texture::Texture {
 }
 
 /// A smooth endless loop about the picture's middle (two sines whose periods do not divide), at `speed` on average.
-fn wander(scenery: &Scenery, reach: f64) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+pub(super) fn wander(scenery: &Scenery, reach: f64) -> impl Fn(f64) -> Point + Send + Sync + use<> {
     let (width, height) = (scenery.get("width"), scenery.get("height"));
     let margin = scenery.get("size") * 0.75;
     let amplitude_x = (width / 2.0 - margin).max(1.0) * reach;
@@ -161,7 +51,7 @@ fn wander(scenery: &Scenery, reach: f64) -> impl Fn(f64) -> Point + Send + Sync 
     }
 }
 
-fn boxed(center: impl Fn(f64) -> Point + Send + Sync + 'static, side: f64) -> Path {
+pub(super) fn boxed(center: impl Fn(f64) -> Point + Send + Sync + 'static, side: f64) -> Path {
     Box::new(move |t| Some(BBox::from_center_size(center(t), side, side)))
 }
 
@@ -276,7 +166,16 @@ pub(crate) fn leave_and_return(scenery: &Scenery) -> Box<dyn Scene> {
         let (x, y) = circle(frames);
         Some(BBox::from_center_size(Point::new(start.x + x + shift, start.y + y), size, size))
     };
-    Box::new(world(scenery, Box::new(path)))
+    let mut world = world(scenery, Box::new(path));
+    if scenery.get("look-alike") >= 0.5 {
+        // It stands a little below the place where the patch was last seen, as long as the patch is away.
+        let (x, y) = circle(gone - 1.0);
+        let place = Point::new(start.x + x, (start.y + y + 1.6 * size).min(height - 0.6 * size));
+        let there = move |t: f64| (gone..back).contains(&(t * fps).round());
+        let path = move |t: f64| there(t).then(|| BBox::from_center_size(place, size, size));
+        world.behind.push(Thing { look: look(scenery, scenery.get("difference")), path: Box::new(path) });
+    }
+    Box::new(world)
 }
 
 /// Each patch wanders about its own part of the picture, so that all can be seen all the time.

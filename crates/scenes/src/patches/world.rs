@@ -1,6 +1,7 @@
-use crate::compose::{Layer, Noise, Shot, compose};
+use super::depth::{DepthSensor, turned_depth};
+use crate::compose::{Layer, Noise, Shot, compose, compose_view};
 use crate::texture::{Color, Texture};
-use crate::{Scene, SceneMoment, TargetTruth};
+use crate::{Scene, SceneMoment, TargetTruth, View};
 use pursuit_geometry::{BBox, Point, Size};
 
 /// Where something is at a time: a box, or nowhere.
@@ -27,7 +28,11 @@ pub(super) struct World {
     pub(super) targets: Vec<Thing>,
     pub(super) before: Vec<Thing>,
     pub(super) light: Box<dyn Fn(f64) -> Color + Send + Sync>,
+    pub(super) depth: Option<DepthSensor>,
 }
+
+/// How wide the camera of these scenes sees, in radians.
+const HOME_RAD: f64 = 1.0;
 
 impl Thing {
     fn layer(&self, time_s: f64, size: Size) -> Option<(BBox, Layer)> {
@@ -49,23 +54,37 @@ impl Scene for World {
         self.duration_s
     }
 
-    fn render(&self, time_s: f64) -> SceneMoment {
+    fn home(&self) -> View {
+        View::ahead(HOME_RAD, self.size)
+    }
+
+    fn render_view(&self, time_s: f64, view: &View) -> SceneMoment {
         let mut layers = self.layers(&self.behind, time_s);
         let (shown, targets) = self.targets_and_before(time_s);
         layers.extend(shown);
-        let image = compose(&Shot {
+        let shot = Shot {
             size: self.size,
             backdrop: &self.backdrop,
             origin: (self.camera)(time_s),
             layers: &layers,
             light: (self.light)(time_s),
             noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
-        });
-        SceneMoment { image, targets }
+        };
+        let (home, depth_mm) = (self.home(), self.depth.as_ref().map(|d| d.image(self, time_s)));
+        if view.shows_the_same(&home) {
+            return SceneMoment { image: compose(&shot), depth_mm, targets };
+        }
+        let targets = targets.iter().map(|t| view.truth_from(&home, t)).collect();
+        let depth_mm = depth_mm.map(|depth| turned_depth(&depth, &home, view));
+        SceneMoment { image: compose_view(&shot, &home, view), depth_mm, targets }
     }
 
-    fn targets(&self, time_s: f64) -> Vec<TargetTruth> {
-        self.targets_and_before(time_s).1
+    fn targets_in_view(&self, time_s: f64, view: &View) -> Vec<TargetTruth> {
+        let (home, targets) = (self.home(), self.targets_and_before(time_s).1);
+        match view.shows_the_same(&home) {
+            true => targets,
+            false => targets.iter().map(|t| view.truth_from(&home, t)).collect(),
+        }
     }
 }
 

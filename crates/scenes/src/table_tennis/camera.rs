@@ -16,6 +16,11 @@ pub(super) const HEIGHT_M: f64 = 0.42;
 const TILT: (f64, f64) = (0.275_637_355_817, 0.961_261_695_938);
 const CENTER: Point = Point::new(320.0, 240.0);
 
+/// How wide the camera sees, in radians: 49°. Views are aimed from its axis, which is tilted downwards by itself.
+pub(super) fn home_rad() -> f64 {
+    2.0 * (CENTER.x / FOCAL_PX).atan()
+}
+
 /// Where a point appears, and the pixels that a metre has there.
 pub(super) fn project(p: World) -> (Point, f64) {
     let (sin, cos) = TILT;

@@ -9,29 +9,25 @@ mod camera;
 mod hand;
 mod path;
 
-use crate::compose::{Layer, Noise, Shot, compose};
-use crate::registry::{Key, Scenery};
+use crate::compose::{Layer, Noise, Shot, compose, compose_view};
+use crate::keys::{Key, Scenery};
 use crate::texture::{Color, Texture, hsv, smooth_step};
-use crate::{Scene, SceneMoment, TargetTruth};
+use crate::{Scene, SceneMoment, TargetTruth, View};
 use ball::Ball;
 use camera::World;
 use path::Path;
 use pursuit_geometry::{Point, Size};
 
-const fn key(name: &'static str, help: &'static str, default: f64, min: f64, max: f64) -> Key {
-    Key { name, help, default, min, max }
-}
-
 pub(crate) const KEYS: &[Key] = &[
-    key("fps", "the rate in frames per second", 30.0, 1.0, 1000.0),
-    key("duration", "the length in seconds", 10.0, 0.1, 600.0),
-    key("noise", "the sensor noise's standard deviation in grey levels", 4.0, 0.0, 80.0),
-    key("exposure", "the fraction of the frame interval during which the shutter is open", 0.35, 0.0, 1.0),
-    key("hue", "the ball's hue in degrees (24 orange, 50 yellow)", 50.0, 0.0, 360.0),
-    key("like", "by how many degrees of hue the other balls are redder", 14.0, -180.0, 180.0),
-    key("distractors", "how many other balls there are: none, one at rest, and one rolling", 2.0, 0.0, 2.0),
-    key("hand", "1 for the hand that hides the ball, 0 for none", 1.0, 0.0, 1.0),
-    key("light", "the light's gain while it is dimmed", 0.62, 0.1, 1.5),
+    Key::number("fps", "the rate in frames per second", 30.0, 1.0, 1000.0),
+    Key::number("duration", "the length in seconds", 10.0, 0.1, 600.0),
+    Key::number("noise", "the sensor noise's standard deviation in grey levels", 4.0, 0.0, 80.0),
+    Key::number("exposure", "the fraction of the frame interval during which the shutter is open", 0.35, 0.0, 1.0),
+    Key::number("hue", "the ball's hue in degrees (24 orange, 50 yellow)", 50.0, 0.0, 360.0),
+    Key::number("like", "by how many degrees of hue the other balls are redder", 14.0, -180.0, 180.0),
+    Key::number("distractors", "how many other balls there are: none, one at rest, and one rolling", 2.0, 0.0, 2.0),
+    Key::number("hand", "1 for the hand that hides the ball, 0 for none", 1.0, 0.0, 1.0),
+    Key::number("light", "the light's gain while it is dimmed", 0.62, 0.1, 1.5),
 ];
 
 /// When the light goes down and up again, in seconds: begin and end of each change.
@@ -103,25 +99,35 @@ impl Scene for TableTennis {
         self.duration_s
     }
 
-    fn render(&self, time_s: f64) -> SceneMoment {
+    fn home(&self) -> View {
+        View::ahead(camera::home_rad(), Self::SIZE)
+    }
+
+    fn render_view(&self, time_s: f64, view: &View) -> SceneMoment {
         let balls = || self.others.iter().chain(std::iter::once(&self.ball));
         let mut layers: Vec<Layer> = balls().map(|b| b.shadow(time_s, self.exposure_s)).collect();
         layers.extend(self.others.iter().map(|b| b.layer(time_s, self.exposure_s)));
         let (ball, hand, truth) = self.ball_and_hand(time_s);
         layers.push(ball);
         layers.extend(hand);
-        let image = compose(&Shot {
+        let shot = Shot {
             size: Self::SIZE,
             backdrop: &self.backdrop,
             origin: Point::new(0.0, 0.0),
             layers: &layers,
             light: self.light(time_s),
             noise: Noise::of_frame(self.noise, self.seed, time_s, self.fps),
-        });
-        SceneMoment { image, targets: vec![truth] }
+        };
+        let home = self.home();
+        if view.shows_the_same(&home) {
+            return SceneMoment { image: compose(&shot), depth_mm: None, targets: vec![truth] };
+        }
+        let image = compose_view(&shot, &home, view);
+        SceneMoment { image, depth_mm: None, targets: vec![view.truth_from(&home, &truth)] }
     }
 
-    fn targets(&self, time_s: f64) -> Vec<TargetTruth> {
-        vec![self.ball_and_hand(time_s).2]
+    fn targets_in_view(&self, time_s: f64, view: &View) -> Vec<TargetTruth> {
+        let (home, truth) = (self.home(), self.ball_and_hand(time_s).2);
+        vec![if view.shows_the_same(&home) { truth } else { view.truth_from(&home, &truth) }]
     }
 }

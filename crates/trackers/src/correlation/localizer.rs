@@ -1,17 +1,17 @@
 use super::filters::{Filter, ResponseFilter};
-use super::params::Subpixel;
+use super::params::{Subpixel, SweepBy};
 use super::peaks::Peaks;
 use super::scale::ScaleFilter;
 use super::score::{Evidence, PeakBaseline, PeakQuality, probability};
 use super::search_window::SearchWindow;
-use super::spec::{CorrelationSpec, FirstSamples, hann, in_cells};
+use super::spec::{CorrelationSpec, FirstSamples, in_cells};
 use crate::appearance::{ColorHistogram, InitialTemplate, Support};
 use crate::correlation::Likeness;
 use crate::features::{FeatureSet, Features};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Result, Search, ViewSize};
-use pursuit_vision::fourier::{newton_peak, parabola_peak, signed_shift};
+use pursuit_vision::fourier::{HannEnds, hann_plane, newton_peak, parabola_peak, signed_shift};
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,8 @@ impl Scratch {
     fn new(features: FeatureSet, window: &SearchWindow) -> Self {
         let grid = features.grid(window.patch());
         Self {
-            hann: hann(grid),
+            // No cell is left out at the border.
+            hann: hann_plane(grid.width, grid.height, HannEnds::HalfSample),
             plain: Planes::new(grid, features.channels()),
             windowed: Planes::new(grid, features.channels()),
             response: vec![0.0; grid.area()],
@@ -250,11 +251,13 @@ impl Localizer for CorrelationLocalizer {
             Look::Sweep | Look::Centred => self.respond(frame, center, scale),
         };
         let Some(found) = found else { return Ok(None) };
-        let bounds = frame.size().bounds();
-        let center = Point::new(found.center.x.clamp(0.0, bounds.right()), found.center.y.clamp(0.0, bounds.bottom()));
         let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
         Ok(Some(Measurement {
-            strength: found.log_odds,
+            strength: match self.spec.score.sweep_by {
+                SweepBy::Height => found.height,
+                SweepBy::Score => found.log_odds,
+            },
+            scale: Some(found.scale),
             peak: Some(peak),
             psr: Some(psr),
             diagnostics: Diagnostics::default()
@@ -264,16 +267,16 @@ impl Localizer for CorrelationLocalizer {
                 .with("peak_ratio", peak_ratio)
                 .with("likeness", likeness)
                 .with("color", color),
-            ..Measurement::new(self.window.bbox(center, found.scale), probability(found.log_odds))
+            ..Measurement::new(self.window.bbox(found.center, found.scale), probability(found.log_odds))
         }))
     }
 
     /// Measures the size by the filter along scale.
     fn refine(&mut self, frame: &Frame, found: Measurement) -> Result<Measurement> {
         let Some(filter) = &mut self.scale else { return Ok(found) };
-        let growth = filter.locate(frame, &found.bbox);
-        let scale = self.window.scale_of(&found.bbox.scaled(growth));
-        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), ..found })
+        let scale = found.scale.unwrap_or_else(|| self.window.scale_of(&found.bbox));
+        let scale = self.window.within_bounds(scale * filter.locate(frame, &found.bbox));
+        Ok(Measurement { bbox: self.window.bbox(found.bbox.center(), scale), scale: Some(scale), ..found })
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
@@ -303,20 +306,5 @@ impl Localizer for CorrelationLocalizer {
     fn view(&self, expected: &BBox) -> Option<ViewSize> {
         let region = self.window.window(expected.center(), self.window.scale_of(expected)).region();
         Some(ViewSize { width: region.width(), height: region.height() })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::spec::hann;
-    use pursuit_geometry::Size;
-
-    #[test]
-    fn the_hann_window_is_symmetric_and_leaves_no_cell_out() {
-        let window = hann(Size::new(6, 4));
-        let at = |x: usize, y: usize| window[y * 6 + x];
-        assert!((0..4).all(|y| (0..6).all(|x| (at(x, y) - at(5 - x, 3 - y)).abs() < 1e-6 && at(x, y) > 0.0)));
-        let wave = |i: f64, n: f64| (std::f64::consts::PI * (i + 0.5) / n).sin().powi(2);
-        assert!((f64::from(at(1, 2)) - wave(1.0, 6.0) * wave(2.0, 4.0)).abs() < 1e-6);
     }
 }

@@ -22,7 +22,7 @@ pub mod spec;
 pub use localizer::CorrelationLocalizer;
 pub use params::{
     ColorParams, Likeness, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, SolverParams, Subpixel,
-    WindowParams, WindowShape,
+    SweepBy, WindowParams, WindowShape,
 };
 pub use peaks::Peaks;
 pub use score::{Evidence, PeakBaseline, PeakQuality, probability};

@@ -113,6 +113,16 @@ pursuit_tracking::choices! {
     }
 }
 
+pursuit_tracking::choices! {
+    /// By what the windows of a sweep over the frame are compared.
+    pub enum SweepBy {
+        /// The height of the response's peak.
+        Height = "height",
+        /// The score.
+        Score = "score",
+    }
+}
+
 pursuit_tracking::parameters! {
     /// The score: a logistic regression of what is known of the response and of the target's looks. Fitted to the overlap with
     /// the truth on real sequences, each weighing the same; a weight of 0 leaves its evidence out.
@@ -136,6 +146,9 @@ pursuit_tracking::parameters! {
         pub peak: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of ln of the mean likelihood of the colours in the box.
         pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// By what the windows of a sweep over the frame are compared. The best score of many windows is a high score by chance;
+        /// the height of the peak is no part of most scores, so that these still judge.
+        pub sweep_by: SweepBy = SweepBy::Height, source "ours";
     }
 }
 

@@ -1,10 +1,13 @@
 use super::params::{WindowParams, WindowShape};
 use pursuit_geometry::{BBox, Point, Size};
+use pursuit_vision::fourier::good_size;
 use pursuit_vision::sampling::Window;
 use serde::{Deserialize, Serialize};
 
 /// The fewest cells along a side of the grid: a transform of fewer tells no direction.
 const FEWEST_CELLS: usize = 6;
+/// The most.
+const MOST_CELLS: usize = 2048;
 /// Longest side of a patch in pixels.
 const LONGEST_SIDE: usize = 4096;
 
@@ -58,7 +61,9 @@ impl SearchWindow {
         let (width, height) = (width * (1.0 + params.padding), height * (1.0 + params.padding));
         let area = (width * height).max(params.smallest_area_px).min(params.largest_area_px);
         let step = (width * height / area).sqrt();
-        let side = |window: f64| good_length((window / step / cell_px as f64).round() as usize) * cell_px;
+        let side = |window: f64| {
+            good_size(((window / step / cell_px as f64).round() as usize).clamp(FEWEST_CELLS, MOST_CELLS)) * cell_px
+        };
         let patch = Size::new(side(width), side(height));
         let step = match params.shape {
             WindowShape::Proportional => step,
@@ -96,24 +101,14 @@ impl SearchWindow {
     /// How many times larger than at the start a box is, kept between sensible bounds.
     pub fn scale_of(&self, bbox: &BBox) -> f64 {
         let scale = (bbox.area() / (self.width_px * self.height_px)).sqrt();
+        self.within_bounds(scale)
+    }
+
+    /// `scale` kept between sensible bounds; 1 for what is no number.
+    pub fn within_bounds(&self, scale: f64) -> f64 {
         let (smallest, largest) = self.scales;
         if scale.is_finite() { scale.max(smallest).min(largest) } else { 1.0 }
     }
-}
-
-/// The even number of the form 2ᵃ3ᵇ5ᶜ nearest to `cells`, at least [`FEWEST_CELLS`].
-fn good_length(cells: usize) -> usize {
-    let is_good = |n: &usize| {
-        let mut rest = *n;
-        for prime in [2, 3, 5] {
-            while rest.is_multiple_of(prime) {
-                rest /= prime;
-            }
-        }
-        rest == 1 && n.is_multiple_of(2)
-    };
-    let cells = cells.clamp(FEWEST_CELLS, 2048);
-    (FEWEST_CELLS..=cells * 2).filter(is_good).min_by_key(|n| n.abs_diff(cells)).unwrap_or(FEWEST_CELLS)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use super::filters::FilterKind;
 use super::params::{ColorParams, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, WindowParams};
 use crate::features::{FeatureKind, FeatureSet};
-use pursuit_geometry::Size;
 use pursuit_tracking::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
@@ -97,11 +96,4 @@ impl CorrelationSpec {
 /// The cells of a target of `(width, height)` patch pixels.
 pub(super) fn in_cells((width, height): (f64, f64), cell_px: usize) -> (f64, f64) {
     (width / cell_px as f64, height / cell_px as f64)
-}
-
-/// A Hann window over `grid`, sampled at the cells' middles: no cell is left out at the border.
-pub(super) fn hann(grid: Size) -> Vec<f32> {
-    let sine = |i: usize, n: usize| (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin();
-    let at = |y, x| (sine(y, grid.height) * sine(x, grid.width)).powi(2) as f32;
-    (0..grid.height).flat_map(|y| (0..grid.width).map(move |x| at(y, x))).collect()
 }

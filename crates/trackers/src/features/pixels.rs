@@ -98,12 +98,12 @@ impl Features for HogFeatures {
 mod tests {
     use super::*;
     use pursuit_geometry::{Point, Size};
-    use pursuit_imaging::{Image, Pixels};
+    use pursuit_imaging::Image;
 
     #[test]
     fn grids_hold_whole_cells_of_every_channel() {
         let image = Image::from_fn(64, 48, |x, y| [(x * 3) as u8, (y * 5) as u8, (x * y) as u8]).unwrap();
-        let frame = Frame::new(0, 0.0, Pixels::Rgb8(image));
+        let frame = Frame::new(0, 0.0, image);
         let window = Window::new(Point::new(30.0, 20.0), 1.3, Size::new(22, 17));
         let mut out = Planes::default();
         for color in [false, true] {

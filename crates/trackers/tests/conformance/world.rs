@@ -71,11 +71,11 @@ impl World {
         };
         let Size { width, height } = self.size;
         let pixels = match self.kind {
-            Kind::Color => Pixels::Rgb8(Image::from_fn(width, height, color).unwrap()),
-            Kind::Gray => Pixels::Gray8(Image::from_fn(width, height, |x, y| luma(x, y) as u8).unwrap()),
-            Kind::Gray16 => {
-                Pixels::Gray16(Image::from_fn(width, height, |x, y| (20_000.0 + 40.0 * luma(x, y)) as u16).unwrap())
-            }
+            Kind::Color => Pixels::Rgb8(Image::from_fn(width, height, color).unwrap().into()),
+            Kind::Gray => Pixels::Gray8(Image::from_fn(width, height, |x, y| luma(x, y) as u8).unwrap().into()),
+            Kind::Gray16 => Pixels::Gray16(
+                Image::from_fn(width, height, |x, y| (20_000.0 + 40.0 * luma(x, y)) as u16).unwrap().into(),
+            ),
         };
         Frame::new(index, time_s, pixels)
     }

@@ -5,12 +5,9 @@ use crate::BoxCovariance;
 use crate::motion::MotionParams;
 use crate::roles::Prior;
 use nalgebra::{Cholesky, Vector4};
-use pathfinding::kuhn_munkres::kuhn_munkres_min;
-use pathfinding::matrix::Matrix;
+use pursuit_estimation::EstimationError;
+use pursuit_estimation::association::Assignment;
 use pursuit_geometry::BBox;
-
-/// Costs are compared to this part of themselves: the assignment is solved in whole numbers, alike on every machine.
-const COST_STEP: f64 = 1e-6;
 
 /// A target's expectation, ready to be compared with any number of detections.
 pub(super) struct Expectation {
@@ -66,35 +63,22 @@ fn extent_px(bbox: &BBox) -> f64 {
     bbox.area().sqrt()
 }
 
-/// The assignment of columns to rows that pairs as many as it can and, of all that do, costs least. `costs` is row by
-/// row; `None` forbids a pair. Returns the column of every row.
-pub(super) fn assign(costs: &[Option<f64>], columns: usize) -> Vec<Option<usize>> {
-    let rows = costs.len().checked_div(columns).unwrap_or(0);
-    let allowed = || costs.iter().flatten().copied();
-    let least = allowed().fold(f64::INFINITY, f64::min);
-    let range = allowed().fold(f64::NEG_INFINITY, f64::max) - least;
-    if !range.is_finite() {
-        return vec![None; rows];
-    }
-    let whole = |cost: f64| ((cost - least) / (COST_STEP * range.max(1.0))).round() as i64;
-    // One forbidden pair costs more than any number of allowed ones.
-    let forbidden = (whole(least + range) + 1) * (rows.min(columns) as i64 + 1);
-    let cost = |row: usize, column: usize| costs[row * columns + column].map_or(forbidden, whole);
-    let mut of_row = vec![None; rows];
-    let mut pair = |row: usize, column: usize| {
-        if costs[row * columns + column].is_some() {
-            of_row[row] = Some(column);
-        }
-    };
-    // The solver wants at least as many columns as rows.
-    if rows <= columns {
-        let (_, solved) = kuhn_munkres_min(&Matrix::from_fn(rows, columns, |(r, c)| cost(r, c)));
-        solved.iter().enumerate().for_each(|(row, column)| pair(row, *column));
-    } else {
-        let (_, solved) = kuhn_munkres_min(&Matrix::from_fn(columns, rows, |(c, r)| cost(r, c)));
-        solved.iter().enumerate().for_each(|(column, row)| pair(*row, column));
-    }
-    of_row
+/// Pairs as many targets with detections as it can and, of all ways to do that, in the cheapest one. `costs` is target by
+/// target; `None` forbids a pair. Returns the detection of every target.
+///
+/// # Errors
+/// When a cost is not a number.
+pub(super) fn assign(
+    solver: &mut Assignment,
+    costs: &[Option<f64>],
+    detections: usize,
+) -> Result<Vec<Option<usize>>, EstimationError> {
+    let targets = costs.len().checked_div(detections).unwrap_or(0);
+    let range = costs.iter().flatten().fold(0.0, |most, cost: &f64| cost.abs().max(most));
+    // To leave one target out costs more than any number of pairs.
+    let alone = (2.0 * range + 1.0) * (targets + 1) as f64;
+    let cost = |target: usize, detection: usize| costs[target * detections + detection].unwrap_or(f64::INFINITY);
+    Ok(solver.solve(targets, detections, cost, |_| alone)?.to_vec())
 }
 
 #[cfg(test)]
@@ -131,7 +115,7 @@ mod tests {
             values in proptest::collection::vec(proptest::option::weighted(0.7, -40.0..60.0), 30),
         ) {
             let costs = &values[..rows * columns];
-            let assigned = assign(costs, columns);
+            let assigned = assign(&mut Assignment::new(), costs, columns).unwrap();
             prop_assert_eq!(assigned.len(), rows);
             let mut taken: Vec<usize> = assigned.iter().flatten().copied().collect();
             taken.sort_unstable();
@@ -140,17 +124,18 @@ mod tests {
                 assigned.iter().enumerate().filter_map(|(r, c)| Some(costs[r * columns + (*c)?].unwrap())).collect();
             let (most, least) = by_trying_all(costs, rows, columns);
             prop_assert_eq!(pairs.len(), most);
-            prop_assert!((pairs.iter().sum::<f64>() - least).abs() < 1e-3);
+            prop_assert!((pairs.iter().sum::<f64>() - least).abs() < 1e-9);
         }
     }
 
     #[test]
     fn nothing_is_assigned_to_nothing() {
-        assert_eq!(assign(&[], 0), []);
-        assert_eq!(assign(&[], 3), []);
-        assert_eq!(assign(&[None, None, None, None], 2), [None, None]);
-        assert_eq!(assign(&[Some(5.0)], 1), [Some(0)]);
-        assert_eq!(assign(&[Some(f64::NAN)], 1), [None]);
+        let assign = |costs: &[Option<f64>], detections| assign(&mut Assignment::new(), costs, detections);
+        assert_eq!(assign(&[], 0).unwrap(), []);
+        assert_eq!(assign(&[], 3).unwrap(), []);
+        assert_eq!(assign(&[None, None, None, None], 2).unwrap(), [None, None]);
+        assert_eq!(assign(&[Some(5.0)], 1).unwrap(), [Some(0)]);
+        assert!(assign(&[Some(f64::NAN)], 1).is_err());
     }
 
     fn prior(covariance: Option<BoxCovariance>) -> Prior {

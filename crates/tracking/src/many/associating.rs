@@ -6,6 +6,7 @@ use crate::parameters::Parameters;
 use crate::{
     Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, TrackState, TrackingError, check_box, snapshot,
 };
+use pursuit_estimation::association::Assignment;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use rayon::prelude::*;
@@ -32,6 +33,8 @@ pub struct Associating {
     clock: Arc<dyn Clock>,
     /// Targets × detections, row by row; scratch.
     costs: Vec<Option<f64>>,
+    /// Keeps its memory from frame to frame.
+    solver: Assignment,
     /// What the detector is told; scratch.
     followed: Vec<Followed>,
 }
@@ -52,6 +55,7 @@ impl Associating {
             last: None,
             clock: Arc::new(WallClock::default()),
             costs: Vec::new(),
+            solver: Assignment::new(),
             followed: Vec::new(),
         })
     }
@@ -119,15 +123,15 @@ impl Associating {
     }
 
     /// Phase 2: which detection is whose.
-    fn associate(&mut self, detections: &[Detection]) -> Vec<Option<usize>> {
+    fn associate(&mut self, frame: &Frame, detections: &[Detection]) -> Result<Vec<Option<usize>>> {
         if detections.is_empty() {
-            return vec![None; self.targets.len()];
+            return Ok(vec![None; self.targets.len()]);
         }
         self.costs.clear();
         for target in &self.targets {
             self.costs.extend(detections.iter().map(|d| target.cost(&d.bbox, &self.params)));
         }
-        assign(&self.costs, detections.len())
+        assign(&mut self.solver, &self.costs, detections.len()).map_err(|e| failed(frame.index(), e))
     }
 
     /// Phase 3: every target takes its detection, or does without.
@@ -202,7 +206,7 @@ impl MultiTracker for Associating {
         let known = self.last_id;
         self.predict(frame)?;
         let detections = self.detect(frame)?;
-        let of_target = self.associate(&detections);
+        let of_target = self.associate(frame, &detections)?;
         self.update(frame, &detections, &of_target)?;
         self.births_and_deaths(frame, &detections, &of_target)?;
         self.report(known, tracks);

@@ -5,9 +5,12 @@ use super::{MotionFilter, MotionModel, MotionParams, SMALLEST_SIDE_PX, Sight, ex
 use crate::roles::Prior;
 use crate::{BoxCovariance, Velocity};
 use nalgebra::{Matrix2, SMatrix, SVector};
+use pursuit_estimation::gao2007::GatedParams;
 use pursuit_estimation::motion::{
     ConstantAcceleration, ConstantVelocity, CoordinatedTurn, CurrentStatistical, KnownTurn, Singer,
 };
+use pursuit_estimation::point::{GatedPoint, HalfIntervalPoint, InputPoint, PointFilter, PointStart};
+use pursuit_estimation::zhu2014::Zhu2014Params;
 use pursuit_estimation::{Gaussian, Imm, LinearMeasurement, MotionModel as Model, Result, Switching, Transition};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
@@ -33,6 +36,62 @@ enum Center {
     Turn(Gaussian<5>),
     /// `[x, y, vx, vy]`, four modes.
     Modes(Imm<4, MODES>),
+    /// A paper's filter, in a unit of length of its own.
+    Paper {
+        /// Pixels in that unit.
+        unit_px: f64,
+        filter: PaperFilter,
+    },
+}
+
+/// The papers' filters of a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum PaperFilter {
+    Gated(Box<GatedPoint>),
+    HalfInterval(Box<HalfIntervalPoint>),
+    Input(Box<InputPoint>),
+}
+
+impl PaperFilter {
+    /// The paper's filter that `params` name, first seen at `at` with variance `variance`, both in its unit of length.
+    fn new(params: &MotionParams, at: &SVector<f64, 2>, variance: f64, speed: f64) -> Result<Self> {
+        let noise = SMatrix::<f64, 2, 2>::identity() * variance;
+        // None of the three has a further component.
+        let start = PointStart { speed_px_per_s: speed, further: 1.0 };
+        Ok(match params.model {
+            MotionModel::Gao2007 => {
+                // White acceleration of density q has, held over a step, the variance q / dt.
+                let acceleration = params.acceleration / params.frame_s;
+                let settings =
+                    GatedParams { threshold: params.surprise, ..GatedParams::recommended(acceleration, variance) };
+                Self::Gated(Box::new(GatedPoint::new(settings, start, at, &noise)?))
+            }
+            MotionModel::Zhu2014 => {
+                let settings = Zhu2014Params { threshold: params.surprise, ..Zhu2014Params::jump_anywhere() };
+                Self::HalfInterval(Box::new(HalfIntervalPoint::new(settings, params.frame_s, start, at, &noise)?))
+            }
+            _ => {
+                let motion = ConstantVelocity::white(params.acceleration);
+                Self::Input(Box::new(InputPoint::new(motion, params.surprise, start, at, &noise)?))
+            }
+        })
+    }
+
+    fn inner(&self) -> &dyn PointFilter {
+        match self {
+            Self::Gated(filter) => &**filter,
+            Self::HalfInterval(filter) => &**filter,
+            Self::Input(filter) => &**filter,
+        }
+    }
+
+    fn inner_mut(&mut self) -> &mut dyn PointFilter {
+        match self {
+            Self::Gated(filter) => &mut **filter,
+            Self::HalfInterval(filter) => &mut **filter,
+            Self::Input(filter) => &mut **filter,
+        }
+    }
 }
 
 impl CenterFilter {
@@ -58,6 +117,14 @@ impl CenterFilter {
                     SVector::from([position, position, velocity, velocity]),
                 )?;
                 Center::Modes(Imm::new(belief, [1.0 / MODES as f64; MODES])?)
+            }
+            MotionModel::Gao2007 | MotionModel::Zhu2014 | MotionModel::InputEstimation => {
+                // The patent's noise is in pixels; the others scale with the target.
+                let unit_px = if params.model == MotionModel::Zhu2014 { 1.0 } else { extent };
+                let speed = params.start_speed * extent / unit_px;
+                let at = SVector::from([x / unit_px, y / unit_px]);
+                let filter = PaperFilter::new(params, &at, position / (unit_px * unit_px), speed)?;
+                Center::Paper { unit_px, filter }
             }
             _ => Center::Acceleration(Gaussian::from_variances(
                 SVector::from([x, y, 0.0, 0.0, 0.0, 0.0]),
@@ -108,6 +175,11 @@ impl CenterFilter {
                 modes.predict(&transitions, &switching(p.sojourn_s, dt_s)?)?;
                 Center::Modes(modes)
             }
+            Center::Paper { unit_px, filter } => {
+                let mut filter = filter.clone();
+                filter.inner_mut().predict(dt_s)?;
+                Center::Paper { unit_px: *unit_px, filter }
+            }
         })
     }
 
@@ -122,6 +194,11 @@ impl CenterFilter {
             Center::Acceleration(belief) => parts(belief),
             Center::Turn(belief) => parts(belief),
             Center::Modes(modes) => parts(&modes.combined()),
+            Center::Paper { unit_px, filter } => {
+                let (at, covariance, velocity) = parts(&filter.inner().belief());
+                let velocity = Velocity { x: velocity.x * unit_px, y: velocity.y * unit_px };
+                (Point::new(at.x * unit_px, at.y * unit_px), covariance * (unit_px * unit_px), velocity)
+            }
         }
     }
 
@@ -181,6 +258,12 @@ impl MotionFilter for CenterFilter {
                 let sensor = LinearMeasurement::<2, 4>::select([0, 1], [position, position])?;
                 modes.update(&sensor, &SVector::from([at.x, at.y]))?;
                 Center::Modes(modes)
+            }
+            Center::Paper { unit_px, filter } => {
+                let mut filter = filter.clone();
+                let noise = SMatrix::<f64, 2, 2>::identity() * (position / (unit_px * unit_px));
+                filter.inner_mut().update(&SVector::from([at.x / unit_px, at.y / unit_px]), &noise)?;
+                Center::Paper { unit_px: *unit_px, filter }
             }
         };
         let mut sides = self.size;

@@ -54,6 +54,8 @@ crate::parameters! {
         pub sojourn_s: f64 = 1.0, in above(0.0), unit "s", source "ours";
         /// Of `gao2007`, `zhu2014`, `input-estimation`: normalised innovation squared that tells of a manoeuvre.
         pub surprise: f64 = 9.21, in above(0.0), source "zhu2014, 99 % of χ² with 2 degrees of freedom";
+        /// Of `gao2007`, `zhu2014`: the frame interval that their papers count in.
+        pub frame_s: f64 = 0.033, in above(0.0), unit "s", source "ours";
         /// Growth of the size's standard deviation.
         pub size_change: f64 = 0.3, in 0.0.., unit "sizes/√s", source "ours";
         /// Standard deviation of the velocity at the start.

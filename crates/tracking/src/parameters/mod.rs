@@ -9,7 +9,7 @@ mod schema;
 mod tables;
 
 pub use schema::{Bounds, Declared, Field, Kind, Parameter, above, check_ranges, schema_of};
-pub use tables::{describe, merge, nested, template, template_within};
+pub use tables::{describe, merge, nested, template, template_at};
 pub use toml::Value;
 
 use crate::{Result, TrackingError};
@@ -118,16 +118,6 @@ mod tests {
         assert!(text.contains("# one of: quick, slow-and-steady\nmanner = \"quick\""), "{text}");
         assert!(text.contains("# The window.\n[window]\n"), "{text}");
         assert_eq!(with(&text).unwrap(), ToyParams::default());
-    }
-
-    #[test]
-    fn a_template_may_stand_below_a_table() {
-        let text = template_within("parameters", &ToyParams::default().schema());
-        assert!(text.starts_with("[parameters]\n\n# A rate.\n"), "{text}");
-        assert!(text.contains("\n[parameters.window]\n"), "{text}");
-        let whole: toml::Table = text.parse().unwrap();
-        let inner = whole["parameters"].as_table().unwrap();
-        assert_eq!(ToyParams::default().with("toy", inner).unwrap(), ToyParams::default());
     }
 
     #[test]

@@ -13,14 +13,12 @@ pub fn describe(lines: &[&str]) -> String {
 
 /// The parameters with their defaults as commented TOML, ready to be edited: plain ones first, then each group as a table.
 pub fn template(schema: &[Parameter]) -> String {
-    let mut text = String::new();
-    write_group(&mut text, schema, "");
-    text
+    template_at(schema, "")
 }
 
-/// The same below the table `path`, which is opened first: for configuration files that hold more than parameters.
-pub fn template_within(path: &str, schema: &[Parameter]) -> String {
-    let mut text = format!("[{path}]\n\n");
+/// The same below the table `path`, whose header is the caller's.
+pub fn template_at(schema: &[Parameter], path: &str) -> String {
+    let mut text = String::new();
     write_group(&mut text, schema, path);
     text
 }

@@ -156,8 +156,16 @@ impl Proposer {
             }
             found
         };
-        if let Some(found) = &found {
-            self.settle(&found.measurement.bbox);
+        found.map(|found| self.inside(found, situation.frame))
+    }
+
+    /// With the centre moved into the frame, where that is asked for.
+    fn inside(&self, mut found: Found, frame: Size) -> Found {
+        if self.params.keep_inside {
+            let (bounds, bbox) = (frame.bounds(), found.measurement.bbox);
+            let center = bbox.center();
+            let (x, y) = (center.x.clamp(0.0, bounds.right()), center.y.clamp(0.0, bounds.bottom()));
+            found.measurement.bbox = bbox.centered_at(Point::new(x, y));
         }
         found
     }

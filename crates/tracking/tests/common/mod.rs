@@ -28,7 +28,7 @@ pub fn frame_at(index: u64, time_s: f64, boxes: &[(BBox, u8)]) -> Frame {
         let center = pursuit_geometry::Point::new(x as f64 + 0.5, y as f64 + 0.5);
         boxes.iter().rev().find(|(b, _)| b.contains(center)).map_or(0, |(_, v)| *v)
     };
-    Frame::new(index, time_s, Pixels::Gray8(Image::from_fn(WIDTH, HEIGHT, shade).unwrap()))
+    Frame::new(index, time_s, Pixels::Gray8(Image::from_fn(WIDTH, HEIGHT, shade).unwrap().into()))
 }
 
 pub fn empty(index: u64) -> Frame {

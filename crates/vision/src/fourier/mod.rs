@@ -7,10 +7,10 @@
 mod peak;
 mod plan;
 mod quality;
+#[cfg(test)]
+pub(crate) mod reference;
 mod size;
 pub mod spectra;
-#[cfg(test)]
-pub(crate) mod twin;
 mod window;
 
 pub use peak::{Peak, highest, newton_peak, parabola_peak, signed_shift};
@@ -18,4 +18,4 @@ pub use plan::{FftScratch, RealFft2};
 pub use quality::{average_peak_to_correlation_energy, peak_to_sidelobe_ratio};
 pub use rustfft::num_complex::Complex32;
 pub use size::good_size;
-pub use window::{gaussian_label, hann, hann_plane};
+pub use window::{HannEnds, gaussian_label, hann, hann_plane};

@@ -8,7 +8,7 @@ mod cells;
 mod gradient;
 mod normalize;
 #[cfg(test)]
-mod twin;
+mod reference;
 
 use crate::sampling::Planes;
 use cells::CellHistograms;

@@ -258,7 +258,7 @@ mod tests {
     }
 
     /// One output pixel by the definition: a normalised triangle kernel over border-replicated pixels.
-    fn twin(image: &Image<Rgb8>, window: &Window, i: usize, j: usize, c: usize) -> f64 {
+    fn reference(image: &Image<Rgb8>, window: &Window, i: usize, j: usize, c: usize) -> f64 {
         let position =
             |center: f64, k: usize, n: usize, step: f64| center + (k as f64 + 0.5 - n as f64 / 2.0) * step - 0.5;
         let x = position(window.center.x, j, window.patch.width, window.step_x);
@@ -294,7 +294,7 @@ mod tests {
                 for j in 0..w {
                     for c in 0..3 {
                         let got = f64::from(color.plane(c)[i * w + j]);
-                        let want = twin(&image, &window, i, j, c);
+                        let want = reference(&image, &window, i, j, c);
                         prop_assert!((got - want).abs() < 1e-2, "{} {} {}: {} is not {}", i, j, c, got, want);
                     }
                 }

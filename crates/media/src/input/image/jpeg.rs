@@ -116,9 +116,9 @@ pub(crate) fn decode_jpeg(bytes: &[u8]) -> Result<Pixels, Fault> {
     let info = decoder.info().ok_or_else(|| Fault::malformed("the JPEG has no frame header"))?;
     let (w, h) = (usize::from(info.width), usize::from(info.height));
     Ok(match target {
-        ColorSpace::Luma => Pixels::Gray8(Image::from_vec(data, w, h)?),
-        ColorSpace::YCbCr => Pixels::Yuv420(planes(&data, w, h)?),
-        _ => Pixels::Rgb8(Image::from_vec(data.as_chunks::<3>().0.to_vec(), w, h)?),
+        ColorSpace::Luma => Image::from_vec(data, w, h)?.into(),
+        ColorSpace::YCbCr => planes(&data, w, h)?.into(),
+        _ => Image::from_vec(data.as_chunks::<3>().0.to_vec(), w, h)?.into(),
     })
 }
 

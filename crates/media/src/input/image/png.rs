@@ -20,16 +20,16 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Pixels, Fault> {
     data.truncate(info.buffer_size());
     let (w, h) = (size.width, size.height);
     Ok(match (info.color_type, info.bit_depth) {
-        (ColorType::Grayscale, BitDepth::Sixteen) => Pixels::Gray16(Image::from_vec(wide::<2>(&data), w, h)?),
-        (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Pixels::Gray16(Image::from_vec(wide::<4>(&data), w, h)?),
-        (ColorType::Grayscale, BitDepth::Eight) => Pixels::Gray8(Image::from_vec(data, w, h)?),
+        (ColorType::Grayscale, BitDepth::Sixteen) => Image::from_vec(wide::<2>(&data), w, h)?.into(),
+        (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Image::from_vec(wide::<4>(&data), w, h)?.into(),
+        (ColorType::Grayscale, BitDepth::Eight) => Image::from_vec(data, w, h)?.into(),
         (ColorType::GrayscaleAlpha, BitDepth::Eight) => {
-            Pixels::Gray8(Image::from_vec(data.as_chunks::<2>().0.iter().map(|p| p[0]).collect(), w, h)?)
+            Pixels::Gray8(Image::from_vec(data.as_chunks::<2>().0.iter().map(|p| p[0]).collect(), w, h)?.into())
         }
-        (ColorType::Rgb, BitDepth::Eight) => Pixels::Rgb8(Image::from_vec(data.as_chunks::<3>().0.to_vec(), w, h)?),
+        (ColorType::Rgb, BitDepth::Eight) => Image::from_vec(data.as_chunks::<3>().0.to_vec(), w, h)?.into(),
         (ColorType::Rgba, BitDepth::Eight) => {
             let rgb = data.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-            Pixels::Rgb8(Image::from_vec(rgb, w, h)?)
+            Pixels::Rgb8(Image::from_vec(rgb, w, h)?.into())
         }
         (color, depth) => return Err(Fault::unsupported(format!("PNG with {color:?} pixels of depth {depth:?}"))),
     })

@@ -208,7 +208,7 @@ impl ScaleFilter {
 mod tests {
     use super::*;
     use pursuit_geometry::Point;
-    use pursuit_imaging::{Image, Pixels};
+    use pursuit_imaging::Image;
 
     /// A pattern about the middle of the frame, `size` times as large as at first.
     fn frame(size: f64) -> Frame {
@@ -218,7 +218,7 @@ mod tests {
             let inside = x.abs() < 24.0 && y.abs() < 20.0;
             (128.0 + if inside { 50.0 * wave(x, y) } else { 0.0 }) as u8
         });
-        Frame::new(0, 0.0, Pixels::Gray8(image.unwrap()))
+        Frame::new(0, 0.0, image.unwrap())
     }
 
     #[test]

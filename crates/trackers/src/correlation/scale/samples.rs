@@ -2,6 +2,7 @@ use crate::correlation::ScaleFilterParams;
 use multiversion::multiversion;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
+use pursuit_vision::fourier::{HannEnds, hann};
 use pursuit_vision::hog::{Hog, HogLayout};
 use pursuit_vision::sampling::{Planes, Sampler, Window};
 use std::f64::consts::TAU;
@@ -27,14 +28,13 @@ impl Samples {
     pub(super) fn new(settings: &ScaleFilterParams, patch: Size) -> Self {
         let hog = Hog::new(HogLayout::Felzenszwalb31, settings.cell_px);
         let (features, count) = (hog.grid(patch).area() * hog.channels(), settings.scales);
-        let hann = |i: usize| 0.5 * (1.0 - (TAU * (i + 1) as f64 / (count + 1) as f64).cos());
         let turn = |i: usize| TAU * i as f64 / count as f64;
         Self {
             hog,
             sampler: Sampler::new(),
             patch: Planes::default(),
             planes: Planes::default(),
-            sizes: (0..count).map(|i| (settings.factor(i as f64), hann(i) as f32)).collect(),
+            sizes: (0..count).map(|i| settings.factor(i as f64)).zip(hann(count, HannEnds::Positive)).collect(),
             turns: (0..count).map(|i| (turn(i).cos() as f32, -turn(i).sin() as f32)).collect(),
             values: vec![0.0; count * features],
             spectrum: vec![0.0; settings.frequencies() * 2 * features],

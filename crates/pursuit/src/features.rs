@@ -1,0 +1,10 @@
+/// The optional parts of this crate, and whether this build has them.
+pub const FEATURES: [(&str, bool); 3] =
+    [("encode", cfg!(feature = "encode")), ("h264", cfg!(feature = "h264")), ("parquet", cfg!(feature = "parquet"))];
+
+/// Why this build writes no overlay video, and what would mend it; `None` where it does.
+pub const NO_OVERLAY: Option<&str> = if cfg!(feature = "encode") {
+    None
+} else {
+    Some("this build has no video encoder and writes no overlay; build with `--features encode` (needs a C++ compiler)")
+};

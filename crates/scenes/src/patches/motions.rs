@@ -1,0 +1,103 @@
+//! Scenes for what comes after looking: motion models, and depth.
+
+use super::depth::DepthSensor;
+use super::paint;
+use super::scenarios::{boxed, wander, world};
+use super::world::Thing;
+use crate::keys::Scenery;
+use crate::{Scene, hash};
+use pursuit_geometry::{BBox, Point};
+use std::f64::consts::TAU;
+
+/// Straight on, turning, stopping, or a camera that jumps; rates of 5 frames a second are asked for by `fps=5`.
+pub(crate) fn motion(scenery: &Scenery) -> Box<dyn Scene> {
+    let (width, height) = (scenery.get("width"), scenery.get("height"));
+    match scenery.get("motion") as u64 {
+        1 => Box::new(world(scenery, boxed(circle(scenery), scenery.get("size")))),
+        2 => {
+            // Goes for a second, stands for a second.
+            let going = |t: f64| (t / 2.0).floor() + t.rem_euclid(2.0).min(1.0);
+            let line = line(scenery, (width, height));
+            Box::new(world(scenery, boxed(move |t| line(going(t)), scenery.get("size"))))
+        }
+        3 => jumping(scenery),
+        _ => Box::new(world(scenery, boxed(line(scenery, (width, height)), scenery.get("size")))),
+    }
+}
+
+/// A straight line at constant speed, slanted by up to a quarter, from the left; at the border it turns back.
+fn line(scenery: &Scenery, (width, height): (f64, f64)) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+    let (speed, margin) = (scenery.get("speed"), scenery.get("size") * 0.6);
+    let slope: f64 = hash::between(scenery.seed, 81, -0.25, 0.25);
+    let (across, down) = ((width - 2.0 * margin).max(1.0), (height - 2.0 * margin).max(1.0));
+    let step = speed / 1f64.hypot(slope);
+    let first = down * hash::between(scenery.seed, 82, 0.4, 0.6);
+    move |t| {
+        let (x, y) = (folded(step * t, across), folded(first + slope * step * t, down));
+        Point::new(margin + x, margin + y)
+    }
+}
+
+/// Where a point that would be at `x` is when walls at 0 and `length` throw it back.
+fn folded(x: f64, length: f64) -> f64 {
+    let around = x.rem_euclid(2.0 * length);
+    if around > length { 2.0 * length - around } else { around }
+}
+
+/// A turn at constant rate.
+fn circle(scenery: &Scenery) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+    let center = Point::new(scenery.get("width") / 2.0, scenery.get("height") / 2.0);
+    let room = (center.x.min(center.y) - 0.75 * scenery.get("size")).max(1.0);
+    let radius = scenery.get("radius").min(room);
+    let (omega, phase) = (scenery.get("speed") / radius, hash::between(scenery.seed, 83, 0.0, TAU));
+    move |t| {
+        let (sin, cos) = (omega * t + phase).sin_cos();
+        Point::new(center.x + radius * cos, center.y + radius * sin)
+    }
+}
+
+/// The patch goes straight on while the camera jumps to another place every second and stays there.
+fn jumping(scenery: &Scenery) -> Box<dyn Scene> {
+    let (jump, seed) = (scenery.get("jump"), scenery.seed);
+    let offset = move |t: f64| {
+        let second = t.floor() as i64;
+        let angle = hash::between(hash::mix(seed, 84), second as u64, 0.0, TAU);
+        // Every other second it is back, so that it never strays.
+        let away = if second.rem_euclid(2) == 1 { jump } else { 0.0 };
+        Point::new(away * angle.cos(), away * angle.sin())
+    };
+    let (width, height) = (scenery.get("width"), scenery.get("height"));
+    // The patch keeps off the border by more than the jump.
+    let inner = line(scenery, ((width - 2.0 * jump).max(1.0), (height - 2.0 * jump).max(1.0)));
+    let path = move |t: f64| {
+        let (p, o) = (inner(t), offset(t));
+        Point::new(p.x + jump - o.x, p.y + jump - o.y)
+    };
+    let mut world = world(scenery, boxed(path, scenery.get("size")));
+    let margin = jump.ceil() + 2.0;
+    let painted = (width + 2.0 * margin, height + 2.0 * margin);
+    world.backdrop = paint::background(seed, painted.0.ceil() as usize, painted.1.ceil() as usize);
+    world.camera = Box::new(move |t| Point::new(margin + offset(t).x, margin + offset(t).y));
+    Box::new(world)
+}
+
+/// A patch that wanders in front of a wall, and a bar, nearer to the camera, that passes to and fro before it.
+pub(crate) fn depth_occluder(scenery: &Scenery) -> Box<dyn Scene> {
+    let (width, height, bar) = (scenery.get("width"), scenery.get("height"), scenery.get("bar"));
+    let mut world = world(scenery, boxed(wander(scenery, 0.5), scenery.get("size")));
+    let period = scenery.get("duration").clamp(2.0, 12.0);
+    // At the right border to begin with, before the picture's middle after a quarter of the time.
+    let place = move |t: f64| {
+        let x = width / 2.0 + (width / 2.0 - 0.4 * bar) * (TAU * t / period).cos();
+        BBox::from_center_size(Point::new(x, height * 0.55), bar, height * 0.9)
+    };
+    let look = paint::bar(scenery.seed, bar.ceil() as usize, (height * 0.9).ceil() as usize);
+    world.before.push(Thing { look, path: Box::new(move |t| Some(place(t))) });
+    let distance = scenery.get("distance");
+    world.depth = Some(DepthSensor {
+        target_mm: Box::new(move |t| distance * (1.0 + 0.1 * (0.9 * t).sin())),
+        nearer_mm: scenery.get("nearer"),
+        holes: scenery.get("holes"),
+    });
+    Box::new(world)
+}

@@ -1,0 +1,275 @@
+//! The one loop, with a localizer that says what it is told.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod scripted;
+
+use pursuit_geometry::{BBox, Size};
+use pursuit_imaging::{Frame, Image};
+use pursuit_tracking::{Look, TrackState, Tracker, TrackingError};
+use scripted::{Asked, HEIGHT, WIDTH, asked, at, frame, frame_at, recipe, show, start, table};
+
+/// Moves a target right by `step` px a frame in frames `1..=n`, seen for sure.
+fn seen(tracker: &mut dyn Tracker, n: u64, step: f64) {
+    for k in 1..=n {
+        show(Some((at(100.0 + step * k as f64, 100.0), 0.9)), None);
+        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Tracking);
+    }
+    asked();
+}
+
+#[test]
+fn what_is_seen_moves_the_box_and_is_learned() {
+    let mut tracker = start("");
+    show(Some((at(104.0, 98.0), 0.9)), None);
+    let estimate = tracker.update(&frame(1)).unwrap();
+    assert_eq!((estimate.state, estimate.score, estimate.time_s), (TrackState::Tracking, 0.9, 0.1));
+    assert_eq!(estimate.prediction, Some(at(100.0, 100.0)));
+    assert_eq!(estimate.measurement, Some(at(104.0, 98.0)));
+    assert!(estimate.bbox.center().distance(at(104.0, 98.0).center()) < 0.1, "{}", estimate.bbox);
+    assert!(estimate.covariance.is_some());
+    let velocity = estimate.velocity.unwrap();
+    assert!((20.0..45.0).contains(&velocity.x) && (velocity.x + 2.0 * velocity.y).abs() < 1e-6, "{velocity:?}");
+    let near = Asked::Locate(Look::Near, at(100.0, 100.0));
+    assert_eq!(asked(), [near, Asked::Refine(at(104.0, 98.0)), Asked::Adapt(estimate.bbox)]);
+}
+
+#[test]
+fn the_search_follows_the_prediction_and_the_refined_size_counts() {
+    let mut tracker = start("growth = 1.2");
+    seen(&mut *tracker, 8, 5.0);
+    show(None, None);
+    let estimate = tracker.update(&frame(9)).unwrap();
+    let prediction = estimate.prediction.unwrap();
+    assert!((prediction.center().x - 155.0).abs() < 0.5, "{prediction}");
+    assert!((prediction.width() - 24.0).abs() < 0.2, "{prediction}");
+    assert_eq!(asked(), [Asked::Locate(Look::Near, prediction)]);
+    // Where it was, where the prediction has no part in the search.
+    let mut stays = start("search.prediction_gain = 0.0");
+    seen(&mut *stays, 8, 5.0);
+    show(None, None);
+    stays.update(&frame(9)).unwrap();
+    let Some(Asked::Locate(Look::Near, place)) = asked().into_iter().next() else { unreachable!() };
+    assert!((place.center().x - 150.0).abs() < 0.1, "{place}");
+}
+
+#[test]
+fn unsure_measurements_move_the_box_but_teach_nothing() {
+    let mut tracker = start("");
+    show(Some((at(103.0, 100.0), 0.3)), None);
+    let estimate = tracker.update(&frame(1)).unwrap();
+    assert_eq!((estimate.state, estimate.score), (TrackState::Occluded, 0.3));
+    assert!((estimate.bbox.center().x - 113.0).abs() < 0.1);
+    assert!(asked().iter().all(|a| !matches!(a, Asked::Adapt(_))));
+    // A policy that does not follow coasts.
+    let mut gated = start("policy.model = 'gated'\nsearch.model = 'gate'");
+    seen(&mut *gated, 8, 5.0);
+    show(Some((at(100.0, 100.0), 0.1)), None);
+    let estimate = gated.update(&frame(9)).unwrap();
+    assert_eq!(estimate.state, TrackState::Occluded);
+    assert_eq!(estimate.bbox, estimate.prediction.unwrap());
+}
+
+#[test]
+fn a_believed_measurement_teaches_only_from_its_threshold_on() {
+    let mut tracker = start("policy.learn_from = 0.7");
+    for (k, confidence, teaches) in [(1, 0.69, false), (2, 0.7, true)] {
+        show(Some((at(100.0, 100.0), confidence)), None);
+        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Tracking);
+        assert_eq!(asked().iter().any(|a| matches!(a, Asked::Adapt(_))), teaches);
+    }
+}
+
+#[test]
+fn a_lost_target_is_reported_where_it_was_believed_last_and_found_again_elsewhere() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 5, 4.0);
+    show(None, None);
+    for k in 6..=15 {
+        let estimate = tracker.update(&frame(k)).unwrap();
+        assert_eq!(estimate.state, TrackState::Occluded, "{k}");
+        assert!((estimate.bbox.left() - (100.0 + 4.0 * k as f64)).abs() < 3.0, "{k}: {}", estimate.bbox);
+        assert!(estimate.velocity.is_some());
+    }
+    let lost = tracker.update(&frame(16)).unwrap();
+    assert_eq!((lost.state, lost.score, lost.measurement, lost.velocity), (TrackState::Lost, 0.0, None, None));
+    assert!((lost.bbox.left() - 120.0).abs() < 0.1, "{}", lost.bbox);
+    asked();
+    show(Some((at(1.0, 1.0), 1.0)), Some((at(250.0, 60.0), 0.8)));
+    let found = tracker.update(&frame(17)).unwrap();
+    assert_eq!((found.state, found.score), (TrackState::Tracking, 0.8));
+    // Its old motion says nothing of the new place.
+    assert_eq!(found.bbox, at(250.0, 60.0));
+    assert_eq!((found.velocity.unwrap().x, found.velocity.unwrap().y), (0.0, 0.0));
+    let looks: Vec<Look> =
+        asked().iter().filter_map(|a| if let Asked::Locate(look, _) = a { Some(*look) } else { None }).collect();
+    assert_eq!(looks.iter().filter(|l| **l == Look::Sweep).count(), 8);
+    assert_eq!((looks.len(), looks.last()), (9, Some(&Look::Centred)));
+}
+
+#[test]
+fn a_target_seen_outside_its_neighbourhood_starts_its_motion_anew() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    show(Some((at(20.0, 200.0), 0.9)), None);
+    let estimate = tracker.update(&frame(9)).unwrap();
+    assert_eq!((estimate.bbox, estimate.velocity.unwrap().x), (at(20.0, 200.0), 0.0));
+    // Two and a half sizes about the prediction: just inside it goes on.
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    show(Some((at(145.0 + 20.0, 100.0), 0.9)), None);
+    assert!(tracker.update(&frame(9)).unwrap().velocity.unwrap().x > 50.0);
+}
+
+#[test]
+fn nobody_tracks_what_lies_outside_the_picture() {
+    let mut tracker = start("policy.model = 'always'");
+    show(Some((at(WIDTH as f64 + 5.0, 100.0), 1.0)), None);
+    let estimate = tracker.update(&frame(1)).unwrap();
+    assert_eq!((estimate.state, estimate.score), (TrackState::Occluded, 0.0));
+    assert!(asked().iter().all(|a| !matches!(a, Asked::Adapt(_))));
+    // One that coasted a whole frame beyond the border is lost.
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 20.0);
+    show(None, None);
+    let mut states = Vec::new();
+    for k in 9..13 {
+        states.push(tracker.update(&frame_at(k, k as f64)).unwrap().state);
+    }
+    assert_eq!(states.last(), Some(&TrackState::Lost), "{states:?}");
+}
+
+#[test]
+fn time_is_that_of_the_frames_and_never_runs_backwards() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    show(None, None);
+    let ahead = |tracker: &mut dyn Tracker, time_s: f64| {
+        tracker.boxed_clone().update(&frame_at(9, time_s)).unwrap().prediction.unwrap().center().x
+    };
+    assert!((ahead(&mut *tracker, 0.9) - 155.0).abs() < 0.5);
+    assert!((ahead(&mut *tracker, 1.2) - 170.0).abs() < 1.5);
+    for odd in [0.8, 0.3, -5.0, f64::NAN] {
+        assert!((ahead(&mut *tracker, odd) - 150.0).abs() < 0.3, "{odd}");
+    }
+    // A time that is no number leaves the clock where it was.
+    tracker.update(&frame_at(9, f64::NAN)).unwrap();
+    assert!((ahead(&mut *tracker, 0.9) - 155.0).abs() < 0.7);
+}
+
+#[test]
+fn frames_of_another_size_are_refused() {
+    let mut tracker = start("");
+    let other = Frame::new(1, 0.1, Image::filled(64, 48, 0_u8).unwrap());
+    let error = tracker.update(&other).unwrap_err();
+    assert!(matches!(
+        error,
+        TrackingError::FrameSize { index: 1, expected, actual }
+            if expected == Size::new(WIDTH, HEIGHT) && actual == Size::new(64, 48)
+    ));
+    assert!(tracker.peek(&other).is_err());
+    tracker.reinit(&other, BBox::from_ltwh(10.0, 10.0, 8.0, 8.0)).unwrap();
+    show(Some((BBox::from_ltwh(11.0, 10.0, 8.0, 8.0), 0.9)), None);
+    let next = Frame::new(2, 0.2, Image::filled(64, 48, 0_u8).unwrap());
+    assert_eq!(tracker.update(&next).unwrap().state, TrackState::Tracking);
+}
+
+#[test]
+fn starting_again_forgets_the_target() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    show(None, None);
+    (9..30).for_each(|k| drop(tracker.update(&frame(k)).unwrap()));
+    asked();
+    assert!(tracker.reinit(&frame(30), at(900.0, 0.0)).is_err());
+    tracker.reinit(&frame(30), at(40.0, 40.0)).unwrap();
+    assert_eq!(asked(), [Asked::Restart(at(40.0, 40.0))]);
+    show(None, None);
+    let estimate = tracker.update(&frame(31)).unwrap();
+    assert_eq!((estimate.state, estimate.prediction), (TrackState::Occluded, Some(at(40.0, 40.0))));
+    // Its clock runs from the new start; so does the time that it has not been seen.
+    for k in 32..=40 {
+        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Occluded, "{k}");
+    }
+    let lost = tracker.update(&frame(41)).unwrap();
+    assert_eq!((lost.state, lost.bbox), (TrackState::Lost, at(40.0, 40.0)));
+}
+
+#[test]
+fn peeking_says_what_an_update_would_measure_and_changes_nothing() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    let before = tracker.save().unwrap();
+    show(Some((at(146.0, 100.0), 0.9)), None);
+    let seen = tracker.peek(&frame(9)).unwrap().unwrap();
+    assert_eq!((seen.bbox, seen.confidence), (at(146.0, 100.0), 0.9));
+    assert_eq!(tracker.save().unwrap(), before);
+    assert!(asked().iter().all(|a| !matches!(a, Asked::Adapt(_))));
+    show(None, None);
+    assert_eq!(tracker.peek(&frame(9)).unwrap(), None);
+    assert_eq!(tracker.save().unwrap(), before);
+}
+
+#[test]
+fn forecasts_are_those_of_the_motion_from_the_last_frame_on() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    let ahead = tracker.forecast(0.4).unwrap();
+    assert!((ahead.time_s - 1.2).abs() < 1e-12);
+    assert!((ahead.bbox.center().x - 170.0).abs() < 1.5, "{}", ahead.bbox);
+    assert_eq!(tracker.forecast(0.0).unwrap().time_s, 0.8);
+}
+
+#[test]
+fn groups_change_while_running_and_nothing_else_does() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 8, 5.0);
+    let before = tracker.save().unwrap();
+    for bad in ["growth = 1.1", "policy.no = 1", "search.reach = 0.0"] {
+        assert!(matches!(tracker.change(&table(bad)), Err(TrackingError::Parameter { .. })), "{bad}");
+        assert_eq!(tracker.save().unwrap(), before, "{bad}");
+    }
+    // A change of policy leaves the motion as it is.
+    tracker.change(&table("policy.occluded_below = 0.95\npolicy.seen_from = 0.95")).unwrap();
+    show(Some((at(145.0, 100.0), 0.9)), None);
+    let estimate = tracker.update(&frame(9)).unwrap();
+    assert_eq!(estimate.state, TrackState::Occluded);
+    assert!((estimate.prediction.unwrap().center().x - 155.0).abs() < 0.5);
+    // Another motion model starts at rest from the box believed.
+    tracker.change(&table("motion.model = 'none'\nsearch.model = 'near'")).unwrap();
+    show(None, None);
+    let estimate = tracker.update(&frame(10)).unwrap();
+    assert_eq!((estimate.velocity, estimate.covariance), (None, None));
+    assert!((estimate.bbox.center().x - 155.0).abs() < 0.5);
+    (11..40).for_each(|k| drop(tracker.update(&frame(k)).unwrap()));
+    asked();
+    tracker.update(&frame(40)).unwrap();
+    assert!(
+        asked().iter().all(|a| matches!(a, Asked::Locate(Look::Near, _))),
+        "a lost one is searched for nearby alone"
+    );
+}
+
+#[test]
+fn copies_go_their_own_way() {
+    let mut tracker = start("");
+    seen(&mut *tracker, 4, 5.0);
+    let mut copy = tracker.boxed_clone();
+    show(Some((at(20.0, 20.0), 0.9)), None);
+    copy.update(&frame(5)).unwrap();
+    show(Some((at(125.0, 100.0), 0.9)), None);
+    let estimate = tracker.update(&frame(5)).unwrap();
+    assert!((estimate.bbox.left() - 125.0).abs() < 0.1);
+}
+
+#[test]
+fn saved_loops_go_on_alike() {
+    let mut tracker = start("motion.model = 'singer'");
+    seen(&mut *tracker, 8, 5.0);
+    let saved = tracker.save().unwrap();
+    let mut restored = recipe("").restore(&saved).unwrap();
+    assert_eq!(restored.save().unwrap(), saved);
+    for k in 9..20 {
+        show((k % 3 > 0).then(|| (at(100.0 + 5.0 * k as f64, 100.0), 0.8)), None);
+        assert_eq!(restored.update(&frame(k)).unwrap(), tracker.update(&frame(k)).unwrap(), "{k}");
+    }
+}

@@ -1,0 +1,171 @@
+use super::difference::Channels;
+use super::{BACKGROUND, BackgroundModel, Learning};
+use crate::error::{VisionError, require_range};
+use pursuit_imaging::{Image, ImageView};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
+
+/// When [`Watched`] believes that the light has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LightingParams {
+    /// Share of the unprotected pixels, 0 to 1, that must have changed (foreground or shadow).
+    pub changed: f64,
+    /// Share of the changed pixels, 0 to 1, that one gain for the whole picture must explain.
+    pub explained: f64,
+    /// Share of the unprotected pixels, 0 to 1, from which on the background is learnt anew even where no gain explains
+    /// it: the camera was moved, or the scene cut.
+    pub replaced: f64,
+    /// A pixel is explained when background times gain is this near to it, codes.
+    pub tolerance: u8,
+    /// Frames after which the background is trusted enough to judge by it.
+    pub settled_frames: u32,
+}
+
+impl Default for LightingParams {
+    fn default() -> Self {
+        Self { changed: 0.4, explained: 0.6, replaced: 0.8, tolerance: 20, settled_frames: 5 }
+    }
+}
+
+/// A step of the light, or of the whole scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightingStep {
+    /// Share of the unprotected pixels that had changed.
+    pub changed: f64,
+    /// Median brightness relative to the background.
+    pub gain: f64,
+    /// Share of the changed pixels that this gain explains.
+    pub explained: f64,
+}
+
+/// What [`Watched::apply`] found besides the mask.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// Share of the unprotected pixels that changed (foreground or shadow), before a step was mended.
+    pub changed: f64,
+    /// The step that made the model learn the background anew.
+    pub step: Option<LightingStep>,
+}
+
+/// A model that survives steps of the light: when most of the picture changes by one gain (or nearly all of it changes
+/// anyhow), the mask is not flooded but the background learnt anew. Under a protecting mask the old background is kept,
+/// brightened by the gain, so that a target that stands there is not learnt.
+#[derive(Debug, Clone)]
+pub struct Watched<M, P> {
+    model: M,
+    params: LightingParams,
+    /// Frames since the background was last learnt anew.
+    age: u32,
+    background: Image<P>,
+    ratios: Vec<f32>,
+}
+
+/// Every how many pixels, both ways, the gain is sampled.
+const SPARSE: usize = 3;
+
+impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
+    /// Watches `model`.
+    ///
+    /// # Errors
+    /// When a share is not within 0 to 1.
+    pub fn new(model: M, params: LightingParams) -> Result<Self, VisionError> {
+        for (name, share) in
+            [("changed", params.changed), ("explained", params.explained), ("replaced", params.replaced)]
+        {
+            require_range(name, share, (0.0, 1.0), "from 0 to 1")?;
+        }
+        Ok(Self { model, params, age: 0, background: Image::filled(1, 1, P::default())?, ratios: Vec::new() })
+    }
+
+    /// The model.
+    pub const fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The model, to change.
+    pub const fn model_mut(&mut self) -> &mut M {
+        &mut self.model
+    }
+
+    /// As [`BackgroundModel::apply`]; after a step the mask is empty except where `learning` protects. With a rate of 0
+    /// a step is reported, but nothing learnt and the mask left.
+    ///
+    /// # Errors
+    /// As [`BackgroundModel::apply`].
+    pub fn apply(
+        &mut self,
+        frame: ImageView<'_, P>,
+        learning: &Learning<'_>,
+        mask: &mut Image<u8>,
+    ) -> Result<Report, VisionError> {
+        self.model.apply(frame, learning, mask)?;
+        self.age = self.age.saturating_add(1);
+        let open = |y: usize, x: usize| learning.protect.is_none_or(|p| p.row(y)[x] == 0);
+        let (mut changed, mut all) = (0usize, 0usize);
+        for y in 0..mask.height() {
+            let row = mask.row(y);
+            if learning.protect.is_none() {
+                changed += row.iter().filter(|v| **v != BACKGROUND).count();
+                all += row.len();
+            } else {
+                all += (0..row.len()).filter(|&x| open(y, x)).count();
+                changed += (0..row.len()).filter(|&x| open(y, x) && row[x] != BACKGROUND).count();
+            }
+        }
+        let changed = changed as f64 / all.max(1) as f64;
+        let flooded = changed >= self.params.changed && self.age > self.params.settled_frames;
+        let step = if flooded { self.step(frame, mask, learning, changed)? } else { None };
+        if let Some(step) = step.filter(|_| learning.rate != Some(0.0)) {
+            self.model.relearn(frame, step.gain, learning.protect)?;
+            self.age = 0;
+            for y in 0..mask.height() {
+                mask.row_mut(y).iter_mut().enumerate().filter(|(x, _)| open(y, *x)).for_each(|(_, v)| *v = BACKGROUND);
+            }
+        }
+        Ok(Report { changed, step })
+    }
+
+    fn step(
+        &mut self,
+        frame: ImageView<'_, P>,
+        mask: &Image<u8>,
+        learning: &Learning<'_>,
+        changed: f64,
+    ) -> Result<Option<LightingStep>, VisionError> {
+        if !self.model.background(&mut self.background)? {
+            return Ok(None);
+        }
+        let background = &self.background;
+        // (brightness now, brightness of the background) of changed pixels, on a grid.
+        let samples = || {
+            (0..frame.height()).step_by(SPARSE).flat_map(move |y| {
+                let (now, was, mask) = (frame.row(y), background.row(y), mask.row(y));
+                let protect = learning.protect.map(|p| p.row(y));
+                let open = move |x: &usize| mask[*x] != BACKGROUND && protect.is_none_or(|p| p[*x] == 0);
+                (0..frame.width()).step_by(SPARSE).filter(open).map(move |x| (brightness(now[x]), brightness(was[x])))
+            })
+        };
+        self.ratios.clear();
+        self.ratios.extend(samples().map(|(now, was)| (now + 1.0) / (was + 1.0)));
+        let middle = self.ratios.len() / 2;
+        let Some(n) = NonZeroU32::new(self.ratios.len() as u32) else { return Ok(None) };
+        let gain = *self.ratios.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let tolerance = f32::from(self.params.tolerance);
+        let near = samples().filter(|(now, was)| {
+            // What is clipped at white is as the gain says.
+            let expected = ((was + 1.0) * gain - 1.0).min(255.0);
+            (now - expected).abs() <= tolerance
+        });
+        let explained = near.count() as f64 / f64::from(n.get());
+        let step = LightingStep { changed, gain: f64::from(gain), explained };
+        Ok((explained >= self.params.explained || changed >= self.params.replaced).then_some(step))
+    }
+}
+
+/// Mean of the channels.
+fn brightness<P: Channels>(pixel: P) -> f32 {
+    let pixel = [pixel];
+    let channels = P::channels(&pixel);
+    channels.iter().map(|&v| f32::from(v)).sum::<f32>() / P::COUNT as f32
+}

@@ -1,0 +1,121 @@
+//! The inner loops of Lucas-Kanade: sums over a window whose rows are padded to whole vectors.
+
+use multiversion::multiversion;
+
+/// Values of a window are stored with rows of a multiple of this many values.
+pub(super) const LANES: usize = 8;
+
+/// A window of the second image at a sub-pixel position: pixel (x, y) of the window lies between pixels
+/// (x, y) … (x + 1, y + 1) of `pixels`, the fractions `across` and `down` of the way.
+#[derive(Clone, Copy)]
+pub(super) struct Patch<'a> {
+    pub pixels: &'a [u8],
+    pub stride: usize,
+    pub across: f32,
+    pub down: f32,
+}
+
+/// The planes of the window in the first image; all have rows of `stride` values, zero beyond the window's width.
+#[derive(Clone, Copy)]
+pub(super) struct Planes<'a> {
+    pub stride: usize,
+    pub intensity: &'a [f32],
+    pub gradient_x: &'a [f32],
+    pub gradient_y: &'a [f32],
+    /// 1 inside, 0 in the padding, for one row.
+    pub inside: &'a [f32],
+}
+
+/// Sums over the window; d = second image − first image.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Sums {
+    /// Σ d·∂x.
+    pub x: f32,
+    /// Σ d·∂y.
+    pub y: f32,
+    /// Σ v, v the second image less `offset`; only where asked for.
+    pub value: f32,
+    /// Σ v²; only where asked for.
+    pub square: f32,
+}
+
+/// Σ d·∂x and Σ d·∂y.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+pub(super) fn mismatch(patch: Patch<'_>, planes: Planes<'_>, line: &mut [f32]) -> Sums {
+    sums::<false>(patch, planes, 0.0, line)
+}
+
+/// All four sums; values are taken less `offset`, so that squares stay small.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+pub(super) fn mismatch_and_spread(patch: Patch<'_>, planes: Planes<'_>, offset: f32, line: &mut [f32]) -> Sums {
+    sums::<true>(patch, planes, offset, line)
+}
+
+#[inline(always)]
+fn sums<const SPREAD: bool>(patch: Patch<'_>, planes: Planes<'_>, offset: f32, line: &mut [f32]) -> Sums {
+    let n = planes.stride;
+    let (mut x, mut y) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let (mut value, mut square) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let rows = planes.intensity.chunks_exact(n).zip(planes.gradient_x.chunks_exact(n));
+    for (j, ((intensity, gx), gy)) in rows.zip(planes.gradient_y.chunks_exact(n)).enumerate() {
+        blend_rows(patch, j, n, line);
+        // Arrays of a fixed length: the compiler makes one vector of each.
+        let vectors = line[..n].as_chunks::<LANES>().0.iter().zip(line[1..n + 1].as_chunks::<LANES>().0);
+        let template = intensity.as_chunks::<LANES>().0.iter().zip(gx.as_chunks::<LANES>().0);
+        let rest = gy.as_chunks::<LANES>().0.iter().zip(planes.inside.as_chunks::<LANES>().0);
+        for (((l, r), (i, gx)), (gy, inside)) in vectors.zip(template).zip(rest) {
+            for k in 0..LANES {
+                let v = l[k] + patch.across * (r[k] - l[k]);
+                let d = v - i[k];
+                x[k] += d * gx[k];
+                y[k] += d * gy[k];
+                if SPREAD {
+                    let v = (v - offset) * inside[k];
+                    value[k] += v;
+                    square[k] += v * v;
+                }
+            }
+        }
+    }
+    Sums { x: x.iter().sum(), y: y.iter().sum(), value: value.iter().sum(), square: square.iter().sum() }
+}
+
+/// Mean of |d − `bias`| over the window of `width` columns, the second image multiplied by `gain`.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+pub(super) fn mean_difference(
+    patch: Patch<'_>,
+    planes: Planes<'_>,
+    width: usize,
+    (gain, bias): (f32, f32),
+    line: &mut [f32],
+) -> f32 {
+    let n = planes.stride;
+    let mut sum = [0.0f32; LANES];
+    for (j, intensity) in planes.intensity.chunks_exact(n).enumerate() {
+        blend_rows(patch, j, n, line);
+        let vectors = line[..n].as_chunks::<LANES>().0.iter().zip(line[1..n + 1].as_chunks::<LANES>().0);
+        let template = intensity.as_chunks::<LANES>().0.iter().zip(planes.inside.as_chunks::<LANES>().0);
+        for ((l, r), (i, inside)) in vectors.zip(template) {
+            for k in 0..LANES {
+                let v = l[k] + patch.across * (r[k] - l[k]);
+                sum[k] += (gain * v + bias - i[k]).abs() * inside[k];
+            }
+        }
+    }
+    let rows = planes.intensity.len() / n;
+    sum.iter().sum::<f32>() / (width * rows) as f32
+}
+
+/// Blends rows `j` and `j + 1` of the patch into the first n + 1 values of `line`.
+#[inline(always)]
+fn blend_rows(patch: Patch<'_>, j: usize, n: usize, line: &mut [f32]) {
+    let (top, bottom) = (&patch.pixels[j * patch.stride..][..n + 1], &patch.pixels[(j + 1) * patch.stride..][..n + 1]);
+    let blend = |t: u8, b: u8| f32::from(t) + patch.down * (f32::from(b) - f32::from(t));
+    let vectors = top.as_chunks::<LANES>().0.iter().zip(bottom.as_chunks::<LANES>().0);
+    for (line, (t, b)) in line.as_chunks_mut::<LANES>().0.iter_mut().zip(vectors) {
+        for k in 0..LANES {
+            line[k] = blend(t[k], b[k]);
+        }
+    }
+    line[n] = blend(top[n], bottom[n]);
+}

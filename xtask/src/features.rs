@@ -1,0 +1,29 @@
+//! The combinations of features that users pick.
+
+use crate::run;
+use anyhow::Result;
+
+/// Package, features beside none, and why somebody builds it.
+const BUILDS: [(&str, &str, &str); 6] = [
+    ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
+    ("pursuit-cli", "h264", "no C++ compiler, with video files"),
+    ("pursuit-cli", "encode,h264,reproduce,parquet", "everything"),
+    ("pursuit", "", "the library for images"),
+    ("pursuit", "h264,parquet", "the library in a data pipeline"),
+    ("pursuit-media", "encode", "a recorder"),
+];
+
+/// Checks each build with its tests, and tests what only a feature has. Without a feature that needs it, no C++ compiler is
+/// started: there is none.
+pub fn check() -> Result<()> {
+    for (package, features, why) in BUILDS {
+        eprintln!("\n{package} with {}: {why}", if features.is_empty() { "no features" } else { features });
+        let step =
+            run::cargo("check").args(["--locked", "--all-targets", "--no-default-features", "--package", package]);
+        let step = if features.is_empty() { step } else { step.args(["--features", features]) };
+        // A compiler that always fails stands for one that is not there.
+        let step = if features.contains("encode") { step } else { step.env("CXX", "false").env("CC", "false") };
+        step.run()?;
+    }
+    run::cargo("test").args(["--locked", "--package", "pursuit", "--features", "parquet", "--lib", "sinks"]).run()
+}
