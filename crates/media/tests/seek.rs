@@ -43,7 +43,11 @@ impl Source for Book {
             return Ok(None);
         }
         self.next += 1;
-        Ok(Some(Frame::new(index, index as f64 * 0.02, Pixels::Gray16(Image::filled(4, 3, index as u16).unwrap().into()))))
+        Ok(Some(Frame::new(
+            index,
+            index as f64 * 0.02,
+            Pixels::Gray16(Image::filled(4, 3, index as u16).unwrap().into()),
+        )))
     }
 
     fn is_seekable(&self) -> bool {

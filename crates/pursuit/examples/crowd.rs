@@ -77,7 +77,8 @@ fn run(folder: &Path, tracker: &str, threads: usize) -> Result<(), Box<dyn Error
         targets.step(frame, &mut tracks)?;
         seconds += began.elapsed().as_secs_f64();
         processor += processor_time() - before;
-        overlaps.extend(tracks.iter().zip(truth).map(|(track, t)| track.estimate.as_ref().map_or(0.0, |e| e.bbox.iou(t))));
+        overlaps
+            .extend(tracks.iter().zip(truth).map(|(track, t)| track.estimate.as_ref().map_or(0.0, |e| e.bbox.iou(t))));
     }
     let updates = frames.len() - 1;
     let good = overlaps.iter().filter(|o| **o > 0.5).count() as f64 / overlaps.len() as f64;

@@ -32,7 +32,10 @@ fn a_run_starts_on_the_truth_and_is_measured_against_it() {
     assert_eq!(names(&finished), ["trajectory.csv", "trajectory.jsonl", "trajectory.txt", "run.json"]);
     let facts = &finished.facts;
     assert_eq!((facts.status, facts.frame_count, facts.error.as_ref()), ("done", 20, None));
-    assert_eq!((facts.recipe.tracker.as_str(), facts.recipe.detector.as_ref(), facts.recipe.boxes.len()), ("mosse", None, 1));
+    assert_eq!(
+        (facts.recipe.tracker.as_str(), facts.recipe.detector.as_ref(), facts.recipe.boxes.len()),
+        ("mosse", None, 1)
+    );
     assert_eq!(facts.states.tracking, 20);
     let accuracy = facts.accuracy.unwrap();
     assert_eq!((accuracy.visible_frames, accuracy.absent_frames), (20, 0));
@@ -54,7 +57,8 @@ fn boxes_given_come_before_the_truth() {
     assert_eq!(states.tracking + states.occluded + states.lost, 8);
 }
 
-const BALL: &str = "input = 'scene:table-tennis?seed=1'\ndetect = 'ball'\nvideo = false\n[parameters]\ncolor = 'yellow'\n";
+const BALL: &str =
+    "input = 'scene:table-tennis?seed=1'\ndetect = 'ball'\nvideo = false\n[parameters]\ncolor = 'yellow'\n";
 
 #[test]
 fn a_detector_finds_one_target_or_many() {
@@ -123,7 +127,10 @@ fn what_breaks_a_run_is_told_and_the_rest_is_kept() {
     let images = folder.path().join("frames");
     film(&images);
     std::fs::write(images.join("004.png"), b"no picture").unwrap();
-    let text = format!("input = '{}'\nboxes = [[300, 200, 40, 40]]\ntracker = 'mosse'\nvideo = false\nplots = true", images.display());
+    let text = format!(
+        "input = '{}'\nboxes = [[300, 200, 40, 40]]\ntracker = 'mosse'\nvideo = false\nplots = true",
+        images.display()
+    );
     let finished = prepare(&text, &folder.path().join("out")).unwrap().run(|_| {}).unwrap();
     assert_eq!((finished.facts.status, finished.facts.frame_count), ("broken", 4));
     assert!(finished.facts.error.as_ref().unwrap().contains("004.png"), "{:?}", finished.facts.error);
@@ -164,8 +171,17 @@ fn the_demo_takes_settings_too() {
     let demo = pursuit::Demo::prepare(1, &folder.path().join("b"), &settings).unwrap();
     assert!(demo.frame_count().unwrap() > 10);
     let remote = demo.remote();
-    let finished = demo.run(|p| if p.frames == 5 { remote.stop() }).unwrap();
+    let finished = demo
+        .run(|p| {
+            if p.frames == 5 {
+                remote.stop()
+            }
+        })
+        .unwrap();
     let parameters = &finished.facts.recipe.parameters;
     assert_eq!(parameters["motion"]["model"].as_str(), Some("imm"));
-    assert_eq!((parameters["color"].as_str(), finished.facts.recipe.detector.as_deref()), (Some("yellow"), Some("ball")));
+    assert_eq!(
+        (parameters["color"].as_str(), finished.facts.recipe.detector.as_deref()),
+        (Some("yellow"), Some("ball"))
+    );
 }

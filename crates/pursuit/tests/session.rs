@@ -53,7 +53,11 @@ fn a_step_is_a_frame_and_every_sink_gets_it() {
     assert_eq!((outcome.frames, outcome.interrupted, outcome.failure.is_none()), (10, false, true));
     // Three are started in the first frame; in nine more one is measured, one lost, one sought.
     assert_eq!((outcome.states.tracking, outcome.states.lost, outcome.states.occluded), (12, 18, 0));
-    assert_eq!((outcome.timing.update_ms.count, outcome.timing.update_ms.max), (18, 2.0), "two have updates in nine frames");
+    assert_eq!(
+        (outcome.timing.update_ms.count, outcome.timing.update_ms.max),
+        (18, 2.0),
+        "two have updates in nine frames"
+    );
     assert_eq!(outcome.timing.decode_ms.count, 10);
     assert!(outcome.timing.total_s > 0.0);
     let taken = taken.lock().unwrap();
@@ -128,7 +132,10 @@ fn sessions_go_to_any_frame_of_sources_that_can() {
     let progress = session.step().unwrap().unwrap();
     assert_eq!(progress.frame.index(), 7);
     let said: Vec<_> = progress.records.iter().map(|r| (r.target.0, r.estimate.clone().unwrap())).collect();
-    assert_eq!(said.iter().map(|(id, e)| (*id, e.bbox, e.score)).collect::<Vec<_>>(), [(1, at(9.0), 1.0), (2, at(8.0), 1.0)]);
+    assert_eq!(
+        said.iter().map(|(id, e)| (*id, e.bbox, e.score)).collect::<Vec<_>>(),
+        [(1, at(9.0), 1.0), (2, at(8.0), 1.0)]
+    );
     assert_eq!(step(&mut session).unwrap().0, 8);
     session.apply(Command::Seek(1)).unwrap();
     assert_eq!(step(&mut session).unwrap().0, 1);

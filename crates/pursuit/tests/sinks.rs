@@ -99,7 +99,10 @@ fn json_lines_have_everything() {
         })
     );
     assert_eq!((&lines[1]["state"], &lines[1]["measurement"]), (&"lost".into(), &serde_json::Value::Null));
-    assert_eq!((&lines[2]["state"], &lines[2]["box"], &lines[2]["target"]), (&"lost".into(), &serde_json::Value::Null, &3.into()));
+    assert_eq!(
+        (&lines[2]["state"], &lines[2]["box"], &lines[2]["target"]),
+        (&"lost".into(), &serde_json::Value::Null, &3.into())
+    );
 }
 
 #[test]
@@ -132,12 +135,8 @@ fn overlay(frames: &[Vec<Record>]) -> Vec<Vec<Vec<u8>>> {
 #[test]
 fn the_overlay_shows_every_frame_and_marks_what_is_known() {
     let far = |left: f64, state| Estimate { state, measurement: None, ..Estimate::started(0.0, at(left), 0.5) };
-    let frames = overlay(&[
-        vec![],
-        vec![record(1, Some(far(30.0, TrackState::Tracking)))],
-        vec![record(1, None)],
-        vec![],
-    ]);
+    let frames =
+        overlay(&[vec![], vec![record(1, Some(far(30.0, TrackState::Tracking)))], vec![record(1, None)], vec![]]);
     assert_eq!(frames.len(), 4);
     let marked = |frame: &[Vec<u8>]| frame.iter().flatten().filter(|v| v.abs_diff(30) > 40).count();
     assert_eq!((marked(&frames[0]), marked(&frames[3])), (0, 0), "nothing is known, nothing is drawn");

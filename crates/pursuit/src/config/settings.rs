@@ -1,9 +1,9 @@
 //! Whose parameter is it: one rule for every command.
 
 use crate::RunError;
+use pursuit_trackers::registry;
 use pursuit_tracking::parameters::{Kind, Parameter, merge, nested};
 use pursuit_tracking::{DetectorEntry, TrackerEntry};
-use pursuit_trackers::registry;
 use toml::{Table, Value};
 
 /// The prefix of what is meant for the detector alone.

@@ -7,9 +7,7 @@ use pursuit::media::input::StopHandle;
 use pursuit::media::{MediaError, Source, SourceInfo};
 use pursuit::sinks::Sink;
 use pursuit::tracking::many::Elapsed;
-use pursuit::tracking::{
-    Estimate, Forecast, MultiTracker, Recipe, Result, TargetId, Track, TrackState, TrackingError,
-};
+use pursuit::tracking::{Estimate, Forecast, MultiTracker, Recipe, Result, TargetId, Track, TrackState, TrackingError};
 use pursuit::{Record, RunError};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
