@@ -7,7 +7,6 @@
 //! # fn main() -> Result<(), pursuit::RunError> {
 //! // A video file, a folder of images, a camera (`camera:0`), or, as here, a scene made on the spot.
 //! let source = open("scene:drift?seed=7&duration=1")?;
-//! # let source = { let mut source = source; source.seek(0)?; source };
 //! let target = BBox::from_ltwh(145.5, 105.5, 30.0, 30.0);
 //! for estimate in track(source, &*recipe("pursuit")?, target) {
 //!     let e = estimate?;
