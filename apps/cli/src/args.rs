@@ -90,6 +90,9 @@ pub struct Demo {
     /// Seed of the scene
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
+    /// Set a parameter: KEY=VALUE, TRACKER.KEY=VALUE or detect.KEY=VALUE
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
@@ -110,7 +113,10 @@ pub struct Track {
     /// Detector that finds the target when no box is given
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,
-    /// Set a parameter of the tracker or the detector
+    /// Follow everything that the detector finds, not one target
+    #[arg(long)]
+    pub many: bool,
+    /// Set a parameter: KEY=VALUE of whoever knows it; TRACKER.KEY, detect.KEY, acquire.KEY or many.KEY of one alone
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
     /// Read the configuration from a TOML file; options given here override it
@@ -143,9 +149,6 @@ pub struct Track {
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
-    /// Seed of everything random
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
 }
 
 /// Takes the names of the formats, and says what each is.
@@ -231,6 +234,9 @@ pub struct PtzProbe {
 pub struct Trackers {
     /// Show the parameters of this tracker or detector
     pub name: Option<String>,
+    /// Print names and parameters, with types, ranges, units and sources, as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -242,8 +248,8 @@ pub struct Eval {
     /// Trackers to measure, separated by commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub trackers: Vec<String>,
-    /// Set a parameter of one of the trackers
-    #[arg(long = "set", value_name = "TRACKER.KEY=VALUE")]
+    /// Set a parameter: KEY=VALUE of every tracker that knows it, TRACKER.KEY=VALUE of one alone
+    #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
     /// How to run them: `ope` one pass; `long-term` with figures for absence and return; `reset` started again after each
     /// failure (VOT); `sre`, `tre` started on disturbed boxes or at other times (OTB)

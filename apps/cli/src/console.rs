@@ -2,7 +2,6 @@
 
 use crate::args::{ColorWhen, Global};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pursuit::media::input::StopHandle;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::level_filters::LevelFilter;
@@ -54,18 +53,22 @@ pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// A flag that becomes true at Ctrl-C (or when the process is asked to terminate), which also ends a source that is waiting
-/// for a frame. A second Ctrl-C ends the program at once.
-pub fn stop_flag(source: Option<StopHandle>) -> &'static AtomicBool {
+/// Calls `stop` at Ctrl-C, or when the process is asked to terminate. A second Ctrl-C ends the program at once.
+pub fn on_interrupt(stop: impl Fn() + Send + 'static) {
     let handler = move || {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
         anstream::eprintln!("stopping after this frame (Ctrl-C again to stop at once)");
-        source.iter().for_each(StopHandle::stop);
+        stop();
     };
     if let Err(e) = ctrlc::set_handler(handler) {
         tracing::warn!("Ctrl-C will stop at once, without closing files: {e}");
     }
+}
+
+/// A flag that becomes true at Ctrl-C.
+pub fn stop_flag() -> &'static AtomicBool {
+    on_interrupt(|| {});
     &STOP
 }

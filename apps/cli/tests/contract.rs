@@ -85,6 +85,42 @@ fn trackers_print_configuration_files_that_can_be_used() {
 }
 
 #[test]
+fn parameters_are_printed_for_machines_too() {
+    let output = pursuit(&["trackers", "ball", "--json"]);
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["trackers"][0]["name"], "ball");
+    let parameters = printed["trackers"][0]["parameters"].as_array().unwrap();
+    let motion = parameters.iter().find(|p| p["name"] == "motion").unwrap();
+    assert_eq!((&motion["type"], &motion["parameters"][0]["name"]), (&"group".into(), &"model".into()));
+    assert_eq!(printed["detectors"][0]["default_tracker"], "ball");
+    let all: serde_json::Value = serde_json::from_slice(&pursuit(&["trackers", "--json"]).stdout).unwrap();
+    assert!(all["trackers"].as_array().unwrap().len() > 5);
+    fails(&pursuit(&["trackers", "nobody", "--json"]), 2, &["nobody"]);
+}
+
+#[test]
+fn settings_mean_the_same_in_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let parameters = |args: &[&str]| {
+        let output = pursuit(&[args, &["--out", out, "--json"]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let run: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        run["recipe"]["parameters"].clone()
+    };
+    let track = ["track", "scene:table-tennis", "--detect", "ball", "--no-video", "--to", "1"];
+    let with = |settings: &[&str]| parameters(&[&track[..], settings].concat());
+    let set = ["--set", "color=yellow", "--set", "motion.model=imm", "--set", "ball.policy.lost_after_s=2"];
+    let of_track = with(&[&set[..], &["--set", "detect.min_area=0.001"]].concat());
+    assert_eq!((&of_track["motion"]["model"], &of_track["policy"]["lost_after_s"]), (&"imm".into(), &2.0.into()));
+    fails(&pursuit(&[&track[..], &["--set", "kcf.motion.model=imm"]].concat()), 2, &["takes no part"]);
+    fails(&pursuit(&["demo", "--out", out, "--set", "motion.modle=imm"]), 2, &["motion.modle", "model"]);
+    fails(&pursuit(&["track", "scene:table-tennis", "--many"]), 2, &["detector"]);
+    fails(&pursuit(&["track", "scene:table-tennis", "--detect", "ball", "--seed", "1"]), 2, &["--seed"]);
+}
+
+#[test]
 fn a_run_leaves_what_the_contract_says() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");

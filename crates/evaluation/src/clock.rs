@@ -1,27 +1,25 @@
 //! Time of an update, on the wall and on the processor.
 
+use pursuit_tracking::many::{Clock, Reading};
 use std::time::{Duration, Instant};
 
-/// Both times of one call.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Elapsed {
-    /// Time on the wall.
-    pub wall: Duration,
-    /// Processor time of this thread; on systems that do not tell, time on the wall.
-    pub thread: Duration,
+/// Knows time on the wall and the processor time of the calling thread; on systems that do not tell, time on the wall.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ThreadClock {
+    origin: Instant,
 }
 
-/// Runs `work` and says how long it took.
-pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Elapsed) {
-    let (wall, thread) = (Instant::now(), thread_time());
-    let result = work();
-    let after = thread_time();
-    let wall = wall.elapsed();
-    let thread = match (thread, after) {
-        (Some(before), Some(after)) => after.saturating_sub(before),
-        _ => wall,
-    };
-    (result, Elapsed { wall, thread })
+impl Default for ThreadClock {
+    fn default() -> Self {
+        Self { origin: Instant::now() }
+    }
+}
+
+impl Clock for ThreadClock {
+    fn now(&self) -> Reading {
+        let wall = self.origin.elapsed();
+        Reading { wall, thread: thread_time().unwrap_or(wall) }
+    }
 }
 
 #[cfg(unix)]
@@ -38,11 +36,13 @@ fn thread_time() -> Option<Duration> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pursuit_tracking::many::Elapsed;
 
     #[test]
     fn sleeping_takes_time_on_the_wall_only() {
-        let ((), elapsed) = timed(|| std::thread::sleep(Duration::from_millis(20)));
-        assert!(elapsed.wall >= Duration::from_millis(20));
-        assert!(elapsed.thread <= elapsed.wall);
+        let clock = ThreadClock::default();
+        let ((), elapsed) = Elapsed::of(&clock, || std::thread::sleep(Duration::from_millis(20)));
+        assert!(elapsed.wall_ms >= 20.0);
+        assert!(elapsed.thread_ms <= elapsed.wall_ms);
     }
 }

@@ -1,6 +1,6 @@
 //! One tracker on one sequence.
 
-use crate::clock::timed;
+use crate::clock::ThreadClock;
 use crate::film::Film;
 use crate::metrics::accuracy::overlap;
 use crate::metrics::supervised::SKIP_AFTER_FAILURE;
@@ -9,12 +9,13 @@ use crate::protocol::Pass;
 use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory, Truth};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_tracking::{Recipe, TrackState, Tracker};
+use pursuit_tracking::many::Elapsed;
+use pursuit_tracking::{MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// What is kept beside the boxes: `boxes/TRACKER/SEQUENCE.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,14 +74,18 @@ struct Running<'a> {
     recipe: &'a dyn Recipe,
     sequence: &'a Sequence,
     protocol: Protocol,
-    tracker: Option<Box<dyn Tracker>>,
+    /// The same step as any run takes, with one target.
+    targets: TargetSet,
+    target: Option<TargetId>,
+    tracks: Vec<Track>,
+    clock: Arc<ThreadClock>,
     next_start: Option<(usize, Option<BBox>)>,
     trajectory: Trajectory,
     starts: Vec<usize>,
     failures: Vec<usize>,
     start_ms: Vec<f64>,
     wall_ms: Vec<f64>,
-    thread_time: Duration,
+    thread_ms: f64,
     error: Option<String>,
 }
 
@@ -97,18 +102,22 @@ pub(crate) fn run_pass(
     build: &str,
     stop: &AtomicBool,
 ) -> Result<Option<(Trajectory, RunRecord)>> {
+    let clock = Arc::new(ThreadClock::default());
     let mut running = Running {
         recipe,
         sequence,
         protocol,
-        tracker: None,
+        targets: TargetSet::timed_by(clock.clone()),
+        target: None,
+        tracks: Vec::new(),
+        clock,
         next_start: Some((pass.start, Some(pass.bbox))),
         trajectory: Trajectory::silent(sequence.truth().len()),
         starts: Vec::new(),
         failures: Vec::new(),
         start_ms: Vec::new(),
         wall_ms: Vec::with_capacity(sequence.truth().len()),
-        thread_time: Duration::ZERO,
+        thread_ms: 0.0,
         error: None,
     };
     let ending = film.show(pass.start, |i, frame| {
@@ -158,30 +167,31 @@ impl Running<'_> {
                 _ => Ok(()),
             };
         }
-        let Some(tracker) = &mut self.tracker else { return Ok(()) };
-        let (estimate, elapsed) = timed(|| tracker.update(frame));
-        let output = Output::from(&estimate.map_err(|e| e.to_string())?);
+        self.targets.step(frame, &mut self.tracks).map_err(|e| e.to_string())?;
+        let Some(Track { estimate: Some(estimate), elapsed, .. }) = self.tracks.first() else { return Ok(()) };
+        let output = Output::from(estimate);
         if !output.bbox.is_finite() || !output.score.is_finite() {
             return Err(format!("the tracker reported box {} with score {}", output.bbox, output.score));
         }
-        self.wall_ms.push(elapsed.wall.as_secs_f64() * 1e3);
-        self.thread_time += elapsed.thread;
+        self.wall_ms.push(elapsed.wall_ms);
+        self.thread_ms += elapsed.thread_ms;
         self.trajectory.set(i, output);
         let missed = truth.is_some_and(|t| overlap(&Truth::Visible(t), Some(&output)) <= 0.0);
         if self.protocol == Protocol::Reset && missed {
             self.failures.push(i);
-            self.tracker = None;
+            self.target.take().map(|id| self.targets.remove(id)).transpose().map_err(|e| e.to_string())?;
             self.next_start = Some((i + SKIP_AFTER_FAILURE, None));
         }
         Ok(())
     }
 
     fn start(&mut self, i: usize, frame: &Frame, bbox: BBox) -> Result<(), String> {
-        let (tracker, elapsed) = timed(|| self.recipe.init(frame, bbox));
-        self.tracker = Some(tracker.map_err(|e| e.to_string())?);
+        let (targets, recipe) = (&mut self.targets, self.recipe);
+        let (target, elapsed) = Elapsed::of(&*self.clock, || targets.add(recipe, frame, bbox));
+        self.target = Some(target.map_err(|e| e.to_string())?);
         self.next_start = None;
         self.starts.push(i);
-        self.start_ms.push(elapsed.wall.as_secs_f64() * 1e3);
+        self.start_ms.push(elapsed.wall_ms);
         self.trajectory.set(i, Output { bbox, state: TrackState::Tracking, score: 1.0 });
         Ok(())
     }
@@ -190,7 +200,7 @@ impl Running<'_> {
         let at = |q| quantile(&self.wall_ms, q);
         Some(UpdateTime {
             count: self.wall_ms.len(),
-            mean_ms: self.thread_time.as_secs_f64() * 1e3 / self.wall_ms.len() as f64,
+            mean_ms: self.thread_ms / self.wall_ms.len() as f64,
             wall_ms: mean(&self.wall_ms),
             p50_ms: at(0.5)?,
             p95_ms: at(0.95)?,

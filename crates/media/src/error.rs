@@ -23,6 +23,16 @@ pub enum MediaError {
         /// What is wrong and what would mend it.
         reason: String,
     },
+    /// An input that can only be read from front to back, or has no frame of that number.
+    #[error("{name} cannot go to frame {frame}: {reason}")]
+    NotSeekable {
+        /// The input as the user wrote it.
+        name: String,
+        /// The frame asked for, from 0.
+        frame: u64,
+        /// Why not.
+        reason: String,
+    },
     /// An output that cannot be created, written or finished.
     #[error("cannot write {name}: {reason}")]
     Unwritable {
@@ -45,6 +55,10 @@ impl MediaError {
             Self::Broken { frame, .. } => Some(*frame),
             _ => None,
         }
+    }
+
+    pub(crate) fn not_seekable(name: impl Into<String>, frame: u64, reason: impl Into<String>) -> Self {
+        Self::NotSeekable { name: name.into(), frame, reason: reason.into() }
     }
 
     pub(crate) fn unreadable(name: impl Into<String>, reason: impl Into<String>) -> Self {

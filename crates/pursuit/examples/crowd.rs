@@ -8,8 +8,7 @@ use pursuit::geometry::BBox;
 use pursuit::imaging::Frame;
 use pursuit::media::OpenOptions;
 use pursuit::media::output::write_png;
-use pursuit::trackers::registry;
-use pursuit::tracking::{Estimate, TargetId, TargetSet};
+use pursuit::tracking::{MultiTracker, TargetSet};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -65,20 +64,21 @@ fn read_frames(folder: &Path) -> Result<Vec<Frame>, Box<dyn Error>> {
 fn run(folder: &Path, tracker: &str, threads: usize) -> Result<(), Box<dyn Error>> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     let (truth, frames) = (read_truth(folder)?, read_frames(folder)?);
-    let recipe = registry::tracker(tracker)?.recipe(&Default::default())?;
+    let recipe = pursuit::recipe(tracker)?;
     let mut targets = TargetSet::new();
     let first = frames.first().ok_or("there are no frames")?;
     for bbox in &truth[0] {
         targets.add(&*recipe, first, *bbox)?;
     }
+    let mut tracks = Vec::new();
     let (mut overlaps, mut seconds, mut processor) = (Vec::new(), 0.0, Duration::ZERO);
     for (frame, truth) in frames.iter().zip(&truth).skip(1) {
         let (began, before) = (Instant::now(), processor_time());
-        let found: Vec<(TargetId, Estimate)> =
-            targets.update(frame, |id, update| update().map(|e| (id, e))).into_iter().collect::<Result<_, _>>()?;
+        targets.step(frame, &mut tracks)?;
         seconds += began.elapsed().as_secs_f64();
         processor += processor_time() - before;
-        overlaps.extend(found.iter().zip(truth).map(|((_, e), t)| e.bbox.iou(t)));
+        overlaps
+            .extend(tracks.iter().zip(truth).map(|(track, t)| track.estimate.as_ref().map_or(0.0, |e| e.bbox.iou(t))));
     }
     let updates = frames.len() - 1;
     let good = overlaps.iter().filter(|o| **o > 0.5).count() as f64 / overlaps.len() as f64;

@@ -1,28 +1,29 @@
 //! `pursuit demo`: a table-tennis rally made on the spot, tracked, drawn and measured against its own truth.
 
+use crate::session::{Progress, Remote};
 use crate::track::Preference;
-use crate::{Finished, Progress, Run, RunConfig, RunError};
+use crate::{Finished, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
-use pursuit_media::input::StopHandle;
+use pursuit_tracking::parameters::{merge, nested};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// The demo, prepared.
 pub struct Demo(Run);
 
 impl Demo {
-    /// Prepares the rally of `seed`, with results in `out`.
+    /// Prepares the rally of `seed`, with results in `out` and `settings` as in [`RunConfig::parameters`].
     ///
     /// # Errors
-    /// When the folder cannot be made.
-    pub fn prepare(seed: u64, out: &Path) -> Result<Self, RunError> {
+    /// When the folder cannot be made, or a parameter makes no sense.
+    pub fn prepare(seed: u64, out: &Path, settings: &toml::Table) -> Result<Self, RunError> {
+        let mut parameters = toml::Table::from_iter([("color".to_owned(), "yellow".into())]);
+        merge(&mut parameters, nested(settings));
         let config = RunConfig {
             input: Some(format!("scene:table-tennis?seed={seed}")),
             detect: Some("ball".into()),
             out: Some(out.to_path_buf()),
             plots: Some(true),
-            seed: Some(seed),
-            parameters: toml::Table::from_iter([("color".to_owned(), "yellow".into())]),
+            parameters,
             ..RunConfig::default()
         };
         Ok(Self(Run::prepare_with(config, &OpenOptions::default(), Preference::Detector)?))
@@ -33,16 +34,16 @@ impl Demo {
         self.0.frame_count()
     }
 
-    /// As [`Run::stop_handle`].
-    pub fn stop_handle(&self) -> Option<StopHandle> {
-        self.0.stop_handle()
+    /// As [`Run::remote`].
+    pub fn remote(&self) -> Remote {
+        self.0.remote()
     }
 
     /// Runs it.
     ///
     /// # Errors
     /// As [`Run::run`].
-    pub fn run(self, stop: &AtomicBool, observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
-        self.0.run(stop, observe)
+    pub fn run(self, observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
+        self.0.run(observe)
     }
 }

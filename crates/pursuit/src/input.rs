@@ -41,7 +41,8 @@ pub(crate) fn open(name: &str, config: &RunConfig, options: &OpenOptions) -> Res
     Ok(OpenedInput { stats: source.stats(), source, info })
 }
 
-fn open_one(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
+/// Opens one input without wrappers: a scene, or whatever the media layer knows.
+pub(crate) fn open_one(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
     if name.starts_with(SceneQuery::PREFIX) {
         let scene = SceneSource::open(name).map_err(|e| RunError::usage(e.to_string()))?;
         return Ok(Box::new(scene));

@@ -1,33 +1,50 @@
 //! Visual target tracking: point it at a video, a camera or a scene, give it a box or let it find the mover, and it says
 //! for every frame where the target is, how sure it is, and whether it is measuring, coasting or has lost it.
 //!
-//! This crate is what users depend on. It re-exports the floors below and adds the one run loop: a [`Session`] reads a
-//! source, follows the targets and feeds the sinks; a [`Run`] does that for a [`RunConfig`] and leaves its files in a
-//! folder.
+//! ```
+//! use pursuit::{BBox, open, recipe, track};
+//!
+//! # fn main() -> Result<(), pursuit::RunError> {
+//! // A video file, a folder of images, a camera (`camera:0`), or, as here, a scene made on the spot.
+//! let source = open("scene:drift?seed=7&duration=1")?;
+//! let target = BBox::from_ltwh(145.5, 105.5, 30.0, 30.0);
+//! for estimate in track(source, &*recipe("pursuit")?, target) {
+//!     let e = estimate?;
+//!     println!("{:.2} s: {} {:.2} {}", e.time_s, e.state, e.score, e.bbox);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! This crate is what users depend on. [`track`] follows one target; a [`Session`] is the one run loop, a frame a step: it
+//! reads a source, follows any number of targets, feeds sinks, and can be commanded meanwhile; a [`Run`] does that for a
+//! [`RunConfig`] and leaves its files in a folder. The floors below are re-exported: [`tracking`] has the words,
+//! [`trackers`] the trackers and detectors by name.
 
-mod accuracy;
 pub mod config;
 mod demo;
 mod error;
 mod features;
+mod follow;
 mod input;
 mod record;
-mod run_file;
-mod session;
+pub mod run;
+pub mod session;
 pub mod sinks;
 mod timing;
 mod track;
 mod trajectory_plots;
 
-pub use accuracy::{Accuracy, AccuracyMeter};
 pub use config::RunConfig;
 pub use demo::Demo;
 pub use error::RunError;
 pub use features::{FEATURES, NO_OVERLAY};
+pub use follow::{Follow, open, open_with, recipe, track};
+pub use pursuit_geometry::BBox;
+pub use pursuit_imaging::Frame;
+pub use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker};
 pub use record::Record;
-pub use run_file::{HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
-pub use session::{Outcome, Progress, Session, Start};
-pub use timing::{Timing, TimingSummary};
+pub use session::{Command, Outcome, Progress, Remote, Session};
 pub use track::{Finished, Run};
 
 pub use pursuit_charts as charts;

@@ -1,25 +1,23 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
-use crate::accuracy::AccuracyMeter;
 use crate::config::{Methods, RunConfig};
 use crate::input::{self, OpenedInput};
-use crate::run_file::{HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
-use crate::session::{Outcome, Progress, Session, Start};
+use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
+use crate::session::{Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
 use crate::{RunError, trajectory_plots};
-use pursuit_geometry::BBox;
-use pursuit_media::input::StopHandle;
-use pursuit_media::{OpenOptions, Source, Truth};
-use pursuit_tracking::{Detector, Recipe};
+use pursuit_geometry::{BBox, Truth};
+use pursuit_media::wrappers::PrefetchStats;
+use pursuit_media::{OpenOptions, SourceInfo};
+use pursuit_tracking::many::Associating;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
-    input: OpenedInput,
-    recipe: Box<dyn Recipe>,
-    start: Start,
-    boxes: Vec<BBox>,
+    session: Session,
+    info: SourceInfo,
+    stats: PrefetchStats,
+    recipe: RecipeFacts,
     config: RunConfig,
     out: PathBuf,
 }
@@ -29,6 +27,14 @@ pub struct Run {
 pub(crate) enum Preference {
     Truth,
     Detector,
+}
+
+/// How a run gets its first targets.
+#[derive(Debug, Clone, PartialEq)]
+enum Start {
+    Boxes(Vec<BBox>),
+    Detector,
+    Many(Vec<BBox>),
 }
 
 /// What a run left behind.
@@ -57,49 +63,50 @@ impl Run {
         let Some(name) = &config.input else {
             return Err(RunError::usage("no input; name a video, a folder of images, a camera or `scene:NAME`"));
         };
-        let Methods { recipe, detector } = config.methods()?;
+        let methods = config.methods()?;
         formats(&config)?;
-        let input = input::open(name, &config, options)?;
-        let (start, boxes) = choose_start(&config, input.info.truth.as_deref(), detector, prefer, name)?;
+        let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
+        let start = choose_start(&config, info.truth.as_deref(), prefer, name)?;
+        let recipe = recipe_facts(&config, &methods, &start)?;
+        let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
         let out = config.out.clone().unwrap_or_else(|| default_folder(name));
         std::fs::create_dir_all(&out).map_err(RunError::output(&out))?;
-        Ok(Self { input, recipe, start, boxes, config, out })
+        Ok(Self { session, info, stats, recipe, config, out })
     }
 
     /// How many frames there will be, where the input knows.
     pub fn frame_count(&self) -> Option<u64> {
-        self.input.info.frame_count
+        self.info.frame_count
     }
 
-    /// Ends the run from another thread or a signal handler, even while it waits for a frame; set `stop` first.
-    pub fn stop_handle(&self) -> Option<StopHandle> {
-        self.input.source.stop_handle()
+    /// Stops and commands the run from another thread or a signal handler, even while it waits for a frame.
+    pub fn remote(&self) -> Remote {
+        self.session.remote()
     }
 
     /// The truth that came with the input, one entry a frame.
     pub fn truth(&self) -> Option<&[Truth]> {
-        self.input.info.truth.as_deref()
+        self.info.truth.as_deref()
     }
 
-    /// Tracks until the input ends, something breaks, or `stop` becomes true. Results are kept in any case.
+    /// Tracks until the input ends, something breaks, or it is stopped. Results are kept in any case.
     ///
     /// # Errors
     /// Only when nothing could be started; what ends a run early is in [`Finished::outcome`].
-    pub fn run(self, stop: &AtomicBool, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
-        let mut facts = self.facts()?;
+    pub fn run(self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
+        let mut facts = self.facts();
         let run_json = self.out.join("run.json");
         facts.write(&run_json)?;
         let sinks = self.sinks()?;
-        let mut files: Vec<PathBuf> = sinks.iter().map(|s| s.path().to_path_buf()).collect();
+        let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
-        let (truth, stats) = (self.input.info.truth, self.input.stats);
         let mut meter = AccuracyMeter::default();
-        let session = Session::new(Box::new(self.input.source), self.recipe.as_ref(), self.start, sinks, stop);
-        let mut outcome = session.run(|progress| {
-            // The truth is of one target: the first.
-            if let (Some(truth), Some(record)) = (&truth, progress.records.first()) {
-                let known = usize::try_from(record.frame).ok().and_then(|i| truth.get(i));
-                meter.add(record, known.copied().unwrap_or(Truth::Unknown));
+        let info = self.info;
+        let mut outcome = self.session.with_sinks(sinks).run(|progress| {
+            if info.truth.is_some() {
+                // The truth is of one target: the first.
+                let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
+                meter.add(info.truth_at(progress.frame.index()), estimate);
             }
             observe(progress);
         });
@@ -111,8 +118,7 @@ impl Run {
         };
         facts.error = outcome.failure.as_ref().map(ToString::to_string);
         facts.frame_count = outcome.frames;
-
-        facts.dropped_frames = stats.dropped_frames();
+        facts.dropped_frames = self.stats.dropped_frames();
         facts.states = outcome.states;
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
@@ -132,65 +138,87 @@ impl Run {
         for format in formats(&self.config)?.into_iter().filter(|f| *f != Format::Csv) {
             all.push(format.create(&self.out)?);
         }
-        let fps = self.config.fps.or(self.input.info.fps);
+        let fps = self.config.fps.or(self.info.fps);
         all.extend(sinks::overlay(&self.out.join("overlay.mp4"), fps, self.config.video)?);
         Ok(all)
     }
 
-    fn facts(&self) -> Result<RunFile, RunError> {
-        let info = &self.input.info;
-        Ok(RunFile {
+    fn facts(&self) -> RunFile {
+        RunFile {
             version: env!("CARGO_PKG_VERSION"),
             status: "running",
             error: None,
             input: InputFacts {
-                name: info.name.clone(),
-                decoder: info.decoder.clone(),
-                width: info.size.width,
-                height: info.size.height,
-                nominal_fps: info.fps,
+                name: self.info.name.clone(),
+                decoder: self.info.decoder.clone(),
+                width: self.info.size.width,
+                height: self.info.size.height,
+                nominal_fps: self.info.fps,
             },
-            recipe: RecipeFacts {
-                tracker: self.recipe.name().to_owned(),
-                parameters: self.recipe.parameters()?,
-                detector: self.config.detect.clone().filter(|_| matches!(self.start, Start::Detector(_))),
-                boxes: self.boxes.iter().map(|b| [b.left(), b.top(), b.width(), b.height()]).collect(),
-            },
-            seed: self.config.seed,
+            recipe: self.recipe.clone(),
             host: HostFacts::here(),
             frame_count: 0,
             dropped_frames: 0,
             states: StateCounts::default(),
             timing: TimingFacts::default(),
             accuracy: None,
-        })
+        }
     }
 }
 
-/// Boxes given, else the truth's first box, else the detector.
+fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<RecipeFacts, RunError> {
+    let boxes = match start {
+        Start::Boxes(boxes) | Start::Many(boxes) => boxes.as_slice(),
+        Start::Detector => &[],
+    };
+    Ok(RecipeFacts {
+        tracker: methods.recipe.name().to_owned(),
+        parameters: methods.recipe.parameters()?,
+        detector: config.detect.clone().filter(|_| !matches!(start, Start::Boxes(_))),
+        boxes: boxes.iter().map(|b| b.ltwh().into()).collect(),
+    })
+}
+
+/// Tells the session what to follow.
+fn begin(session: Session, start: Start, methods: Methods, config: &RunConfig) -> Result<Session, RunError> {
+    Ok(match (start, methods.detector) {
+        (Start::Detector, Some(detector)) => session.finding(detector, methods.acquire)?,
+        (Start::Many(boxes), Some(detector)) => {
+            let mut targets = Associating::new(detector, methods.many)?;
+            if config.tracker.is_some() {
+                targets = targets.with_appearance(methods.recipe);
+            }
+            session.following(Box::new(targets)).starting_on(boxes)
+        }
+        (Start::Boxes(boxes) | Start::Many(boxes), _) => session.starting_on(boxes),
+        // Nothing starts by a detector that is not there.
+        (Start::Detector, None) => session,
+    })
+}
+
+/// Boxes given, else the truth's first box, else the detector. Where everything that the detector finds is followed, the
+/// truth's box says nothing.
 fn choose_start(
     config: &RunConfig,
     truth: Option<&[Truth]>,
-    detector: Option<Box<dyn Detector>>,
     prefer: Preference,
     input: &str,
-) -> Result<(Start, Vec<BBox>), RunError> {
-    let boxes = config.start_boxes();
+) -> Result<Start, RunError> {
+    let (boxes, detector) = (config.start_boxes(), config.detect.is_some());
+    if config.many == Some(true) {
+        return Ok(Start::Many(boxes));
+    }
     if !boxes.is_empty() {
-        return Ok((Start::Boxes(boxes.clone()), boxes));
+        return Ok(Start::Boxes(boxes));
     }
     let from = usize::try_from(config.from.unwrap_or(0)).unwrap_or(usize::MAX);
-    let first = truth.and_then(|t| t.get(from)).and_then(Truth::bbox);
-    match (first, detector) {
-        (_, Some(detector)) if first.is_none() || prefer == Preference::Detector => {
-            return Ok((Start::Detector(detector), Vec::new()));
-        }
-        (Some(bbox), _) => return Ok((Start::Boxes(vec![bbox]), vec![bbox])),
-        (None, _) => {}
+    match truth.and_then(|t| t.get(from)).and_then(Truth::bbox) {
+        Some(bbox) if prefer == Preference::Truth || !detector => Ok(Start::Boxes(vec![bbox])),
+        _ if detector => Ok(Start::Detector),
+        _ => Err(RunError::usage(format!(
+            "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
+        ))),
     }
-    Err(RunError::usage(format!(
-        "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
-    )))
 }
 
 fn formats(config: &RunConfig) -> Result<Vec<Format>, RunError> {

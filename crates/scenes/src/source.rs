@@ -1,13 +1,14 @@
 use crate::{Scene, SceneError, SceneQuery, scene};
 use pursuit_geometry::Truth;
 use pursuit_imaging::Frame;
-use pursuit_media::{Source, SourceInfo};
+use pursuit_media::{MediaError, Source, SourceInfo};
 
 /// A scene as an input like any other, with the truth of its first target.
 pub struct SceneSource {
     scene: Box<dyn Scene>,
     info: SourceInfo,
     next: u64,
+    begin: u64,
     end: u64,
 }
 
@@ -37,14 +38,15 @@ impl SceneSource {
             decoder: "synthetic scene".to_owned(),
             truth: Some((0..end).map(truth).collect()),
         };
-        Self { scene, info, next: 0, end }
+        Self { scene, info, next: 0, begin: 0, end }
     }
 
     /// Delivers only the frames `from <= index < to`; they keep their numbers and times.
     #[must_use]
     pub fn between(mut self, from: u64, to: u64) -> Self {
         self.end = to.min(self.scene.frame_count());
-        self.next = from.min(self.end);
+        self.begin = from.min(self.end);
+        self.next = self.begin;
         self.info.frame_count = Some(self.end - self.next);
         self
     }
@@ -63,5 +65,21 @@ impl Source for SceneSource {
         self.next += 1;
         let time_s = self.scene.frame_time_s(index);
         Ok(Some(self.scene.render(time_s).into_frame(index, time_s, &self.scene.home())))
+    }
+
+    fn is_seekable(&self) -> bool {
+        true
+    }
+
+    fn seek(&mut self, index: u64) -> pursuit_media::Result<()> {
+        if !(self.begin..self.end).contains(&index) {
+            return Err(MediaError::NotSeekable {
+                name: self.info.name.clone(),
+                frame: index,
+                reason: format!("it shows frames {} to {}", self.begin, self.end.saturating_sub(1)),
+            });
+        }
+        self.next = index;
+        Ok(())
     }
 }

@@ -232,3 +232,25 @@ fn bad_queries_say_what_there_is() {
     let query: SceneQuery = "scene:drift?seed=9&size=24".parse().expect("a good query");
     assert_eq!((query.name.as_str(), query.seed, query.params["size"]), ("drift", 9, 24.0));
 }
+
+#[test]
+fn scenes_can_be_entered_anywhere() {
+    let mut source = SceneSource::open("scene:drift?seed=7").unwrap();
+    let frames: Vec<_> = (0..6).map(|_| source.next_frame().unwrap().unwrap()).collect();
+    assert!(source.is_seekable());
+    for index in [4, 0, 5] {
+        source.seek(index).unwrap();
+        let frame = source.next_frame().unwrap().unwrap();
+        assert_eq!((frame.index(), frame.time_s()), (index, frames[index as usize].time_s()));
+        assert_eq!(frame.gray().to_image(), frames[index as usize].gray().to_image());
+    }
+    let count = source.info().frame_count.unwrap();
+    source.seek(count - 1).unwrap();
+    assert!(source.seek(count).is_err());
+    assert_eq!(source.next_frame().unwrap().unwrap().index(), count - 1);
+    assert!(source.next_frame().unwrap().is_none());
+    let mut part = SceneSource::open("scene:drift?seed=7").unwrap().between(3, 5);
+    assert!(part.seek(2).is_err() && part.seek(5).is_err());
+    part.seek(3).unwrap();
+    assert_eq!(part.next_frame().unwrap().unwrap().index(), 3);
+}

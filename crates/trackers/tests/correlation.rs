@@ -4,7 +4,7 @@
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
 use pursuit_trackers::registry;
-use pursuit_tracking::{TargetSet, TrackState, Tracker};
+use pursuit_tracking::{MultiTracker, TargetSet, TrackState, Tracker};
 
 const SIZE: Size = Size::new(240, 180);
 
@@ -229,6 +229,8 @@ fn several_targets_share_a_frame() {
         let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
         set.add(recipe.as_ref(), &color(0, Some(bbox)), bbox).unwrap();
     }
-    let estimates = set.update(&color(1, Some(path(1, 36.0, 30.0))), |_, update| update().unwrap());
-    assert!(estimates.iter().all(|e| e.bbox.iou(&path(1, 36.0, 30.0)) > 0.7));
+    let mut tracks = Vec::new();
+    set.step(&color(1, Some(path(1, 36.0, 30.0))), &mut tracks).unwrap();
+    assert_eq!(tracks.len(), names().count());
+    assert!(tracks.iter().all(|t| t.estimate.as_ref().unwrap().bbox.iou(&path(1, 36.0, 30.0)) > 0.7));
 }

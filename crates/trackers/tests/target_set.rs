@@ -5,7 +5,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_scenes::{Scene, open};
 use pursuit_trackers::registry;
-use pursuit_tracking::{Estimate, Recipe, TargetId, TargetSet, TrackingError};
+use pursuit_tracking::{Estimate, MultiTracker, Recipe, TargetId, TargetSet, TrackingError};
 
 const FRAMES: u64 = 12;
 
@@ -25,7 +25,9 @@ fn recipe(name: &str) -> Box<dyn Recipe> {
 }
 
 fn look(set: &mut TargetSet, frame: &Frame) -> Vec<(TargetId, Estimate)> {
-    set.update(frame, |id, update| (id, update().unwrap()))
+    let mut tracks = Vec::new();
+    set.step(frame, &mut tracks).unwrap();
+    tracks.into_iter().map(|t| (t.id, t.estimate.unwrap())).collect()
 }
 
 #[test]
@@ -69,9 +71,9 @@ fn targets_come_and_go_at_any_time_and_ids_are_never_used_again() {
     assert_eq!(ids, [TargetId(1), TargetId(2), TargetId(3)]);
     look(&mut set, &frames[1]);
 
-    let mut second = set.remove(ids[1]).unwrap();
+    let mut second = set.take(ids[1]).unwrap();
     assert!(matches!(set.remove(ids[1]), Err(TrackingError::UnknownTarget { id: 2 })));
-    assert_eq!(set.ids().collect::<Vec<_>>(), [ids[0], ids[2]]);
+    assert_eq!(set.ids(), [ids[0], ids[2]]);
     // A tracker that has left goes on by itself.
     assert!(second.update(&frames[2]).unwrap().bbox.iou(&truth[2][1]) > 0.5);
     look(&mut set, &frames[2]);
@@ -97,6 +99,6 @@ fn targets_come_and_go_at_any_time_and_ids_are_never_used_again() {
     // One of them is put onto another target, in place.
     set.get_mut(late).unwrap().reinit(&frames[FRAMES as usize - 1], truth[FRAMES as usize - 1][5]).unwrap();
     assert!(set.get_mut(TargetId(2)).is_none());
-    ids.iter().chain([&late, &back]).for_each(|id| drop(set.remove(*id)));
+    ids.iter().chain([&late, &back]).for_each(|id| drop(set.take(*id)));
     assert!(set.is_empty());
 }

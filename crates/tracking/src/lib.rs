@@ -25,7 +25,7 @@ mod tracker;
 
 pub use error::TrackingError;
 pub use estimate::{BoxCovariance, Diagnostics, Estimate, Forecast, TrackState, Velocity};
-pub use many::{TargetId, TargetSet};
+pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
 pub use roles::{Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Place, Prior, Search, ViewSize};

@@ -14,6 +14,15 @@ pub(crate) fn write<T: Serialize>(tracker: &str, state: &T) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Name of the tracker whose state `bytes` are.
+pub(crate) fn owner(bytes: &[u8]) -> Result<&str> {
+    let header = bytes.strip_prefix(MAGIC).and_then(|rest| postcard::take_from_bytes::<(&str, &str)>(rest).ok());
+    header.map(|((name, _), _)| name).ok_or_else(|| TrackingError::Snapshot {
+        tracker: String::new(),
+        problem: "these bytes are not a saved tracker".into(),
+    })
+}
+
 /// Reads what [`write`] wrote.
 pub(crate) fn read<T: DeserializeOwned>(tracker: &str, bytes: &[u8]) -> Result<T> {
     let problem = |problem: String| TrackingError::Snapshot { tracker: tracker.to_owned(), problem };

@@ -1,4 +1,4 @@
-use super::{print, track};
+use super::{print, settings, track};
 use crate::args::{Demo, Global};
 use crate::console;
 use pursuit::Finished;
@@ -7,10 +7,11 @@ use std::process::ExitCode;
 
 /// `pursuit demo`.
 pub fn run(args: &Demo, global: &Global) -> anyhow::Result<ExitCode> {
-    let demo = pursuit::Demo::prepare(args.seed, &args.out)?;
+    let demo = pursuit::Demo::prepare(args.seed, &args.out, &settings(&args.settings)?)?;
     let bar = console::progress_bar(demo.frame_count(), global);
-    let stop = console::stop_flag(demo.stop_handle());
-    let finished = demo.run(stop, |progress| bar.set_position(progress.frames))?;
+    let remote = demo.remote();
+    console::on_interrupt(move || remote.stop());
+    let finished = demo.run(|progress| bar.set_position(progress.frames))?;
     bar.finish_and_clear();
     let text = if args.json { track::json(&finished)? } else { summary(&finished)? };
     let code = print(text.as_bytes())?;

@@ -1,8 +1,8 @@
-use super::print;
+use super::{print, settings};
 use crate::args::{Eval, Global};
 use crate::console;
 use pursuit::RunError;
-use pursuit::config::parse_setting;
+use pursuit::config::recipes;
 use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
 use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
@@ -19,7 +19,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     options.build = build_id();
     options.open = OpenOptions::from_env();
     let bar = console::progress_bar(None, global);
-    let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag(None)).map_err(RunError::from)?;
+    let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag()).map_err(RunError::from)?;
     bar.finish_and_clear();
     if results.interrupted {
         tracing::warn!("stopped before everything had run; the same command goes on from here");
@@ -53,21 +53,7 @@ fn build_id() -> String {
 fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
     let all = || registry::trackers().iter().map(|t| t.name.to_owned()).collect();
     let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
-    let settings = args.settings.iter().map(|s| parse_setting(s)).collect::<Result<Vec<_>, _>>()?;
-    if let Some((key, _)) = settings.iter().find(|(k, _)| !names.iter().any(|n| k.starts_with(&format!("{n}.")))) {
-        return Err(RunError::usage(format!(
-            "`{key}` belongs to no tracker evaluated; write TRACKER.KEY=VALUE with one of: {}",
-            names.join(", ")
-        )));
-    }
-    let contestant = |name: &String| {
-        let own = |(k, v): &(String, toml::Value)| {
-            Some((k.strip_prefix(name.as_str())?.strip_prefix('.')?.to_owned(), v.clone()))
-        };
-        let parameters = settings.iter().filter_map(own).collect();
-        Ok(Contestant::from(registry::tracker(name)?.recipe(&parameters)?))
-    };
-    names.iter().map(contestant).collect()
+    Ok(recipes(&names, &settings(&args.settings)?)?.into_iter().map(Contestant::from).collect())
 }
 
 fn show(bar: &indicatif::ProgressBar, news: Progress) {

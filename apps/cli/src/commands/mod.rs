@@ -13,6 +13,8 @@ pub mod version;
 use crate::args::Cli;
 use clap::CommandFactory;
 use clap_complete::Shell;
+use pursuit::RunError;
+use pursuit::config::parse_setting;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -38,6 +40,11 @@ pub fn man() -> anyhow::Result<ExitCode> {
         man.render_options_section(&mut page)?;
     }
     print(&page)
+}
+
+/// What `--set` says, in every command.
+pub fn settings(texts: &[String]) -> Result<toml::Table, RunError> {
+    texts.iter().map(|s| parse_setting(s)).collect()
 }
 
 /// Writes results to standard output; a reader that has gone away is an error that `main` takes for success.

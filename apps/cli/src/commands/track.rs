@@ -1,7 +1,7 @@
-use super::print;
+use super::{print, settings};
 use crate::args::{Global, Track};
 use crate::console;
-use pursuit::config::{parse_box, parse_setting};
+use pursuit::config::parse_box;
 use pursuit::media::OpenOptions;
 use pursuit::{Finished, Run, RunConfig, RunError};
 use std::fmt::Write;
@@ -11,8 +11,9 @@ use std::process::ExitCode;
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
     let run = Run::prepare(config(args)?, &OpenOptions::from_env())?;
     let bar = console::progress_bar(run.frame_count(), global);
-    let stop = console::stop_flag(run.stop_handle());
-    let finished = run.run(stop, |progress| {
+    let remote = run.remote();
+    console::on_interrupt(move || remote.stop());
+    let finished = run.run(|progress| {
         bar.set_position(progress.frames);
         if let Some(estimate) = progress.records.first().and_then(|r| r.estimate.as_ref()) {
             bar.set_message(estimate.state.as_str());
@@ -40,6 +41,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
         tracker: args.tracker.clone(),
         detect: args.detect.clone(),
+        many: flag(args.many, true),
         out: args.out.clone(),
         video: flag(args.no_video, false),
         plots: flag(args.plots, true),
@@ -47,8 +49,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         from: args.from,
         to: args.to,
         fps: args.fps,
-        seed: args.seed,
-        parameters: args.settings.iter().map(|s| parse_setting(s)).collect::<Result<_, _>>()?,
+        parameters: settings(&args.settings)?,
     };
     Ok(file.overridden_by(options))
 }

@@ -1,15 +1,20 @@
 use super::print;
 use crate::args::Trackers;
+use pursuit::RunError;
+use pursuit::config::DETECTOR_PREFIX;
 use pursuit::trackers::registry;
-use pursuit::tracking::parameters::template_at;
+use pursuit::tracking::parameters::{Parameter, template_at};
+use pursuit::tracking::{DetectorEntry, TrackerEntry};
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::process::ExitCode;
 
 /// `pursuit trackers [NAME]`.
 pub fn run(args: &Trackers) -> anyhow::Result<ExitCode> {
-    let text = match &args.name {
-        Some(name) => template(name)?,
-        None => list()?,
+    let text = match (&args.name, args.json) {
+        (Some(name), false) => template(name)?,
+        (None, false) => list()?,
+        (name, true) => serde_json::to_string_pretty(&schema(name.as_deref())?)? + "\n",
     };
     print(text.as_bytes())
 }
@@ -28,14 +33,19 @@ fn list() -> anyhow::Result<String> {
     Ok(text)
 }
 
+/// The tracker and the detector of that name; there is one of them at least.
+fn find(name: &str) -> Result<(Option<&'static TrackerEntry>, Option<&'static DetectorEntry>), RunError> {
+    let detector = registry::detector(name).ok();
+    match registry::tracker(name) {
+        Ok(tracker) => Ok((Some(tracker), detector)),
+        Err(e) if detector.is_none() => Err(e.into()),
+        Err(_) => Ok((None, detector)),
+    }
+}
+
 /// A configuration file with every parameter; a name that is a tracker and a detector starts the tracker by the detector.
 fn template(name: &str) -> anyhow::Result<String> {
-    let detector = registry::detectors().iter().find(|d| d.name == name);
-    let tracker = match registry::tracker(name) {
-        Ok(tracker) => Some(tracker),
-        Err(e) if detector.is_none() => return Err(pursuit::RunError::from(e).into()),
-        Err(_) => None,
-    };
+    let (tracker, detector) = find(name)?;
     let mut text = String::new();
     if let Some(tracker) = tracker {
         writeln!(text, "# {}\ntracker = \"{name}\"", tracker.summary)?;
@@ -43,12 +53,31 @@ fn template(name: &str) -> anyhow::Result<String> {
     if let Some(detector) = detector {
         writeln!(text, "# Finds the target where no box is given: {}\ndetect = \"{name}\"", detector.summary)?;
     }
-    let parameters = match (tracker, detector) {
-        (Some(tracker), _) => template_at(&tracker.default_recipe().schema(), "parameters"),
-        (None, Some(detector)) => template_at(&detector.schema(), "parameters"),
-        (None, None) => String::new(),
-    };
-    write!(text, "\n[parameters]\n{}", parameters.trim_end())?;
-    text.push('\n');
+    let mut section =
+        |path: &str, schema: &[Parameter]| writeln!(text, "\n[{path}]\n\n{}", template_at(schema, path).trim_end());
+    if let Some(tracker) = tracker {
+        section("parameters", &tracker.default_recipe().schema())?;
+    }
+    if let Some(detector) = detector {
+        section(&format!("parameters.{DETECTOR_PREFIX}"), &detector.schema())?;
+    }
     Ok(text)
+}
+
+/// Everything that is known of the trackers and detectors, or of those of one name.
+fn schema(name: Option<&str>) -> Result<Value, RunError> {
+    if let Some(name) = name {
+        find(name)?;
+    }
+    let asked = |entry: &str| name.is_none_or(|name| name == entry);
+    let trackers = registry::trackers().iter().filter(|t| asked(t.name)).map(|t| {
+        let recipe = t.default_recipe();
+        let needs = recipe.needs();
+        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "needs_color": needs.color,
+            "parameters": recipe.schema() })
+    });
+    let detectors = registry::detectors().iter().filter(|d| asked(d.name)).map(|d| {
+        json!({ "name": d.name, "summary": d.summary, "default_tracker": d.default_tracker, "parameters": d.schema() })
+    });
+    Ok(json!({ "trackers": trackers.collect::<Vec<_>>(), "detectors": detectors.collect::<Vec<_>>() }))
 }

@@ -65,6 +65,14 @@ impl Source for Annotated {
         self.source.next_frame()
     }
 
+    fn is_seekable(&self) -> bool {
+        self.source.is_seekable()
+    }
+
+    fn seek(&mut self, index: u64) -> Result<()> {
+        self.source.seek(index)
+    }
+
     fn stop_handle(&self) -> Option<StopHandle> {
         self.source.stop_handle()
     }

@@ -92,6 +92,17 @@ impl Source for FolderSource {
         self.next += 1;
         frame.map(Some)
     }
+
+    fn is_seekable(&self) -> bool {
+        true
+    }
+
+    fn seek(&mut self, index: u64) -> Result<()> {
+        self.info.check_seek(index)?;
+        // There are as many rows, so the number fits.
+        (self.next, self.finished) = (index as usize, false);
+        Ok(())
+    }
 }
 
 /// JPEG and PNG files of a folder (by extension; hidden files left out) in natural order.

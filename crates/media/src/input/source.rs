@@ -1,4 +1,4 @@
-use crate::{Result, Truth};
+use crate::{MediaError, Result, Truth};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
 use std::sync::Arc;
@@ -14,6 +14,21 @@ pub trait Source: Send {
     /// [`MediaError::Broken`](crate::MediaError::Broken) when the input breaks off. Everything that could be decoded has
     /// been delivered by then, and what was delivered stays valid; later calls return `None`.
     fn next_frame(&mut self) -> Result<Option<Frame>>;
+
+    /// Whether [`seek`](Self::seek) can succeed.
+    fn is_seekable(&self) -> bool {
+        false
+    }
+
+    /// Goes to frame `index`, forward or back: [`next_frame`](Self::next_frame) delivers that frame next, with the number
+    /// and the time it has whenever it is read.
+    ///
+    /// # Errors
+    /// [`MediaError::NotSeekable`] when the source can only be read from front to back (cameras, streams, most video files)
+    /// or has no such frame; it then goes on where it was.
+    fn seek(&mut self, index: u64) -> Result<()> {
+        Err(MediaError::not_seekable(&self.info().name, index, "it can only be read from front to back"))
+    }
 
     /// A way to end the source from another thread while [`next_frame`](Self::next_frame) waits for something that may
     /// never come. `None` for sources that never wait for long.
@@ -53,6 +68,14 @@ impl<S: Source + ?Sized> Source for Box<S> {
         (**self).next_frame()
     }
 
+    fn is_seekable(&self) -> bool {
+        (**self).is_seekable()
+    }
+
+    fn seek(&mut self, index: u64) -> Result<()> {
+        (**self).seek(index)
+    }
+
     fn stop_handle(&self) -> Option<StopHandle> {
         (**self).stop_handle()
     }
@@ -78,6 +101,20 @@ pub struct SourceInfo {
 }
 
 impl SourceInfo {
+    /// Refuses to go to a frame that is known not to exist.
+    ///
+    /// # Errors
+    /// [`MediaError::NotSeekable`] with the number of frames there are.
+    pub fn check_seek(&self, index: u64) -> Result<()> {
+        match self.frame_count {
+            Some(count) if index >= count => {
+                let reason = format!("it has {count} frames, counted from 0");
+                Err(MediaError::not_seekable(&self.name, index, reason))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The true box of frame `index`; [`Truth::Unknown`] where nothing is said.
     pub fn truth_at(&self, index: u64) -> Truth {
         let row = self.truth.as_ref().and_then(|t| t.get(usize::try_from(index).ok()?));

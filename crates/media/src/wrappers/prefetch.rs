@@ -15,6 +15,7 @@ use std::thread::JoinHandle;
 pub struct Prefetch {
     shared: Arc<Shared>,
     info: SourceInfo,
+    seekable: bool,
     stop: Option<StopHandle>,
     thread: Option<JoinHandle<()>>,
 }
@@ -34,6 +35,10 @@ struct State {
     queue: VecDeque<Result<Frame>>,
     finished: bool,
     unwanted: bool,
+    /// Whether the thread has ended.
+    gone: bool,
+    /// Where to go before the next frame is decoded.
+    seek: Option<u64>,
 }
 
 /// Running counts of a [`Prefetch`], shared: clones see later changes.
@@ -65,11 +70,11 @@ impl Prefetch {
     /// [`MediaError::Unreadable`] when the system gives no thread.
     pub fn new(source: Box<dyn Source>, capacity: usize) -> Result<Self> {
         let shared = Arc::new(Shared::default());
-        let (info, stop) = (source.info().clone(), source.stop_handle());
-        let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), live: info.live };
+        let (info, stop, seekable) = (source.info().clone(), source.stop_handle(), source.is_seekable());
+        let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), live: info.live, seekable };
         let thread = std::thread::Builder::new().name("decoder".to_owned()).spawn(move || producer.run(source));
         let thread = thread.map_err(|e| MediaError::unreadable(&info.name, format!("no thread to decode on ({e})")))?;
-        Ok(Self { shared, info, stop, thread: Some(thread) })
+        Ok(Self { shared, info, seekable, stop, thread: Some(thread) })
     }
 
     /// Counts that stay readable after the source has been given away.
@@ -87,7 +92,9 @@ impl Source for Prefetch {
         let waiting = |state: &mut State| state.queue.is_empty() && !state.finished;
         let waited = self.shared.filled.wait_while(self.shared.lock(), waiting);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
-        let (item, unwanted) = (state.queue.pop_front(), state.unwanted);
+        // A source that can be entered anywhere keeps its thread when it has come to its end.
+        let at_end = state.finished && self.seekable && !state.gone;
+        let (item, unwanted) = (state.queue.pop_front(), state.unwanted || at_end);
         drop(state);
         self.shared.drained.notify_one();
         match item {
@@ -103,6 +110,26 @@ impl Source for Prefetch {
                 _ => Ok(None),
             },
         }
+    }
+
+    fn is_seekable(&self) -> bool {
+        self.seekable
+    }
+
+    fn seek(&mut self, index: u64) -> Result<()> {
+        if !self.seekable {
+            return Err(MediaError::not_seekable(&self.info.name, index, "it can only be read from front to back"));
+        }
+        self.info.check_seek(index)?;
+        let mut state = self.shared.lock();
+        if state.unwanted || state.gone {
+            return Err(MediaError::not_seekable(&self.info.name, index, "it has been stopped"));
+        }
+        state.queue.clear();
+        (state.seek, state.finished) = (Some(index), false);
+        drop(state);
+        self.shared.drained.notify_one();
+        Ok(())
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {
@@ -143,23 +170,47 @@ struct Producer {
     shared: Arc<Shared>,
     capacity: usize,
     live: bool,
+    seekable: bool,
 }
 
 impl Producer {
     fn run(self, mut source: Box<dyn Source>) {
         let stats = self.shared.stats.clone();
         loop {
+            let target = self.shared.lock().seek.take();
+            if let Some(index) = target
+                && let Err(error) = source.seek(index)
+            {
+                if !(self.put(Err(error)) && self.wait_for_seek()) {
+                    break;
+                }
+                continue;
+            }
             let item = match source.next_frame() {
+                Ok(None) if self.wait_for_seek() => continue,
                 Ok(None) => break,
                 Ok(Some(frame)) => Ok(frame),
                 Err(error) => Err(error),
             };
             stats.0.decoded.fetch_add(u64::from(item.is_ok()), Ordering::Relaxed);
             let last = item.is_err();
-            if !self.put(item) || last {
+            if !self.put(item) || (last && !self.wait_for_seek()) {
                 break;
             }
         }
+    }
+
+    /// At the end of the input: waits until somebody goes elsewhere. `false` when nobody can or will.
+    fn wait_for_seek(&self) -> bool {
+        if !self.seekable {
+            return false;
+        }
+        let mut state = self.shared.lock();
+        state.finished = state.seek.is_none();
+        self.shared.filled.notify_all();
+        let waiting = |state: &mut State| state.seek.is_none() && !state.unwanted;
+        let state = self.shared.drained.wait_while(state, waiting).unwrap_or_else(PoisonError::into_inner);
+        !state.unwanted
     }
 
     /// Whether anybody still wants frames.
@@ -171,10 +222,12 @@ impl Producer {
                 self.shared.stats.0.dropped.fetch_add(1, Ordering::Relaxed);
             }
         } else {
-            let full = |state: &mut State| state.queue.len() >= self.capacity && !state.unwanted;
+            let full =
+                |state: &mut State| state.queue.len() >= self.capacity && !state.unwanted && state.seek.is_none();
             state = self.shared.drained.wait_while(state, full).unwrap_or_else(PoisonError::into_inner);
         }
-        if !state.unwanted {
+        // What was decoded before somebody went elsewhere is of no use there.
+        if !state.unwanted && state.seek.is_none() {
             state.queue.push_back(item);
         }
         let wanted = !state.unwanted;
@@ -187,7 +240,9 @@ impl Producer {
 impl Drop for Producer {
     /// However the thread ends, nobody waits for it.
     fn drop(&mut self) {
-        self.shared.lock().finished = true;
+        let mut state = self.shared.lock();
+        (state.finished, state.gone) = (true, true);
+        drop(state);
         self.shared.filled.notify_all();
     }
 }

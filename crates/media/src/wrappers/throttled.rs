@@ -36,6 +36,17 @@ impl<S: Source> Source for Throttled<S> {
         Ok(frame)
     }
 
+    fn is_seekable(&self) -> bool {
+        self.source.is_seekable()
+    }
+
+    /// Real time begins anew at that frame.
+    fn seek(&mut self, index: u64) -> Result<()> {
+        self.source.seek(index)?;
+        self.start = None;
+        Ok(())
+    }
+
     fn stop_handle(&self) -> Option<StopHandle> {
         self.source.stop_handle()
     }

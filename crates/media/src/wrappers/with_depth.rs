@@ -46,6 +46,22 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
         frame.map(Some).map_err(|e| MediaError::broken(&self.depth.info().name, index, e.to_string()))
     }
 
+    fn is_seekable(&self) -> bool {
+        self.source.is_seekable() && self.depth.is_seekable()
+    }
+
+    fn seek(&mut self, index: u64) -> Result<()> {
+        if !self.is_seekable() {
+            let reason = "it, or its depth, can only be read from front to back";
+            return Err(MediaError::not_seekable(&self.info().name, index, reason));
+        }
+        // Both know beforehand how many frames they have: neither goes anywhere unless both can.
+        self.source.info().check_seek(index)?;
+        self.depth.info().check_seek(index)?;
+        self.source.seek(index)?;
+        self.depth.seek(index)
+    }
+
     fn stop_handle(&self) -> Option<StopHandle> {
         let handles = [self.source.stop_handle(), self.depth.stop_handle()];
         Some(StopHandle::new(move || handles.iter().flatten().for_each(StopHandle::stop)))

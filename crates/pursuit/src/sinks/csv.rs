@@ -2,7 +2,7 @@ use super::{LineFile, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The columns of `trajectory.csv`.
@@ -68,8 +68,8 @@ impl Sink for CsvSink {
         self.file.flush()
     }
 
-    fn path(&self) -> &Path {
-        &self.file.path
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.path.clone()]
     }
 }
 

@@ -3,7 +3,7 @@ use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use serde_json::{Map, Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Writes `trajectory.jsonl`: one JSON object a line, with the columns of the CSV grouped, the covariance and the
@@ -35,8 +35,8 @@ impl Sink for JsonlSink {
         self.file.flush()
     }
 
-    fn path(&self) -> &Path {
-        &self.file.path
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.path.clone()]
     }
 }
 

@@ -1,4 +1,4 @@
-//! Where the results of a run go: one file each, written as the run goes, complete up to the last frame.
+//! Where the results of a run go. Files are written as the run goes, complete up to the last frame.
 
 mod csv;
 mod format;
@@ -31,17 +31,19 @@ pub trait Sink: Send {
     /// may lag by the length of its queue).
     ///
     /// # Errors
-    /// [`RunError::Output`] when the file cannot be written; what was written before is kept.
+    /// [`RunError::Output`] when it cannot be written; what was written before is kept.
     fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError>;
 
-    /// Closes the file properly.
+    /// Nothing more comes: closes files properly.
     ///
     /// # Errors
     /// As [`write`](Self::write).
     fn finish(&mut self) -> Result<(), RunError>;
 
-    /// The file written.
-    fn path(&self) -> &Path;
+    /// The files written; none for a sink that is a screen, a socket or a pan-tilt head.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 }
 
 /// The sink of the overlay video, where it is wanted and this build can.

@@ -3,7 +3,7 @@ use crate::{Record, RunError};
 use pursuit_imaging::Frame;
 use pursuit_tracking::TrackState;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Writes `trajectory.txt` as MOTChallenge wants it: `frame,id,left,top,width,height,conf,-1,-1,-1`, frames, boxes' corners
@@ -42,7 +42,7 @@ impl Sink for MotSink {
         self.file.flush()
     }
 
-    fn path(&self) -> &Path {
-        &self.file.path
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.path.clone()]
     }
 }

@@ -75,8 +75,8 @@ impl Sink for OverlaySink {
         self.join()
     }
 
-    fn path(&self) -> &Path {
-        &self.path
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
     }
 }
 

@@ -57,8 +57,8 @@ impl Sink for ParquetSink {
         }
     }
 
-    fn path(&self) -> &Path {
-        &self.path
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
     }
 }
 

@@ -1,5 +1,171 @@
 //! Many targets at once.
+//!
+//! A [`MultiTracker`] is asked once a frame and says what is known of every target. It has three fillings:
+//! [`TargetSet`], targets given by hand, each followed by a tracker of its own; [`Associating`], the four phases *predict,
+//! associate, update, births and deaths* around a detector that is asked at every frame; and [`Acquiring`], one target that
+//! a detector finds.
 
-mod independent;
+mod acquiring;
+mod assignment;
+mod associating;
+mod clock;
+mod hypothesis;
+mod params;
+mod target;
+mod target_set;
 
-pub use independent::{TargetId, TargetSet};
+pub use acquiring::Acquiring;
+pub use associating::Associating;
+pub use clock::{Clock, Elapsed, Reading, WallClock};
+pub use params::{AcquisitionParams, AssociationParams};
+pub use target_set::TargetSet;
+
+use crate::{Detector, Estimate, Forecast, Recipe, Result, TrackingError};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use serde::{Deserialize, Serialize};
+
+/// Identifies a target within its [`MultiTracker`]; counted from 1, never reused there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct TargetId(pub u64);
+
+impl std::fmt::Display for TargetId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// What one step says about one target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// The target.
+    pub id: TargetId,
+    /// What is known of it; `None` while it is still being looked for.
+    pub estimate: Option<Estimate>,
+    /// Whether it was started in this frame; its estimate is then the box it was started on.
+    pub started: bool,
+    /// How long this target's own work took.
+    pub elapsed: Elapsed,
+}
+
+/// Follows any number of targets, frame by frame.
+///
+/// ```
+/// # use pursuit_tracking::{MultiTracker, Recipe, Result, TargetSet, Track};
+/// # use pursuit_geometry::BBox;
+/// # use pursuit_imaging::Frame;
+/// # fn follow(recipe: &dyn Recipe, frames: &[Frame], boxes: &[BBox]) -> Result<()> {
+/// let mut targets = TargetSet::new();
+/// for bbox in boxes {
+///     targets.add(recipe, &frames[0], *bbox)?;
+/// }
+/// let mut tracks: Vec<Track> = Vec::new();
+/// for frame in &frames[1..] {
+///     targets.step(frame, &mut tracks)?;
+///     for track in &tracks {
+///         println!("{} {:?}", track.id, track.estimate.as_ref().map(|e| e.bbox));
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub trait MultiTracker: Send {
+    /// Looks at the next frame and puts what is known of every target into `tracks` (what was there before is dropped), in
+    /// order of their ids. Frames must come in order of time; their spacing is free.
+    ///
+    /// # Errors
+    /// A frame of another size or kind than the first. Losing a target is no error.
+    fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()>;
+
+    /// Starts following the target inside `bbox` of `frame`, the frame looked at last.
+    ///
+    /// # Errors
+    /// As [`Recipe::init`]; everything is then as before.
+    fn add(&mut self, recipe: &dyn Recipe, frame: &Frame, bbox: BBox) -> Result<TargetId>;
+
+    /// Stops following a target.
+    ///
+    /// # Errors
+    /// [`TrackingError::UnknownTarget`] when there is none of that id.
+    fn remove(&mut self, id: TargetId) -> Result<()>;
+
+    /// Puts a target onto `bbox` of `frame`, the frame looked at last; it keeps its id and its parameters.
+    ///
+    /// # Errors
+    /// As [`Tracker::reinit`](crate::Tracker::reinit); [`TrackingError::UnknownTarget`] when there is none of that id.
+    fn reinit(&mut self, id: TargetId, frame: &Frame, bbox: BBox) -> Result<()>;
+
+    /// Changes parameters of one target, or of all, while running; what is known of the targets stays.
+    ///
+    /// # Errors
+    /// As [`Tracker::change`](crate::Tracker::change); [`TrackingError::UnknownTarget`] when there is none of that id.
+    /// Nothing is changed then.
+    fn change(&mut self, id: Option<TargetId>, changes: &toml::Table) -> Result<()>;
+
+    /// Where a target will be `seconds` after the frame looked at last, by its motion alone.
+    ///
+    /// # Errors
+    /// As [`Tracker::forecast`](crate::Tracker::forecast); [`TrackingError::UnknownTarget`] when there is none of that id.
+    fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast>;
+
+    /// The ids of the targets that are followed, in ascending order.
+    fn ids(&self) -> Vec<TargetId>;
+
+    /// Everything needed to go on later, for the `restore` of the same type.
+    ///
+    /// # Errors
+    /// When the state cannot be written down.
+    fn save(&self) -> Result<Vec<u8>>;
+}
+
+/// Makes recipes by name when a saved state is restored; a registry is one.
+pub type RecipeOf<'a> = &'a dyn Fn(&str) -> Result<Box<dyn Recipe>>;
+
+/// Time that stands still or runs backwards (flaky cameras do that) counts as this many seconds.
+const SHORTEST_STEP_S: f64 = 1e-3;
+
+/// The time of the frame looked at last, and the size that frames must have.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct LastFrame {
+    time_s: f64,
+    width: usize,
+    height: usize,
+}
+
+impl LastFrame {
+    fn of(frame: &Frame) -> Self {
+        Self { time_s: frame.time_s(), width: frame.size().width, height: frame.size().height }
+    }
+
+    /// Seconds from `last` to `frame`, > 0, after checking that the sizes agree; the shortest step when there is no last.
+    fn advance(last: &mut Option<Self>, frame: &Frame) -> Result<f64> {
+        let now = Self::of(frame);
+        let Some(before) = last else {
+            *last = Some(now);
+            return Ok(SHORTEST_STEP_S);
+        };
+        if (before.width, before.height) != (now.width, now.height) {
+            let expected = pursuit_geometry::Size::new(before.width, before.height);
+            return Err(TrackingError::FrameSize { index: frame.index(), expected, actual: frame.size() });
+        }
+        let dt_s = now.time_s - before.time_s;
+        if now.time_s.is_finite() {
+            before.time_s = now.time_s;
+        }
+        // Written so that NaN counts as the shortest step.
+        Ok(if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S })
+    }
+}
+
+/// Asks `detector` and keeps what can be used: finite boxes that overlap the frame, confidences in `[0, 1]`.
+fn usable_detections(
+    detector: &mut dyn Detector,
+    frame: &Frame,
+    followed: &[crate::Followed],
+) -> Result<Vec<crate::Detection>> {
+    let mut detections = detector.detect(frame, followed)?;
+    detections.retain(|d| {
+        d.bbox.is_finite() && d.bbox.clipped_to(frame.size()).is_some() && (0.0..=1.0).contains(&d.confidence)
+    });
+    Ok(detections)
+}

@@ -1,7 +1,8 @@
-//! `run.json`: what was run, with what, on what, and how it went.
+//! What `run.json` holds: what was run, with what, on what, and how it went.
 
-use crate::accuracy::Accuracy;
-use crate::{RunError, TimingSummary};
+use crate::RunError;
+pub use crate::timing::{Timing, TimingSummary};
+pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_tracking::TrackState;
 use serde::Serialize;
 use std::path::Path;
@@ -20,8 +21,6 @@ pub struct RunFile {
     pub input: InputFacts,
     /// The tracker with every parameter.
     pub recipe: RecipeFacts,
-    /// Seed of everything random, where one was given.
-    pub seed: Option<u64>,
     /// The machine.
     pub host: HostFacts,
     /// Frames looked at.

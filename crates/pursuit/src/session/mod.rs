@@ -1,0 +1,378 @@
+//! The one run loop, by steps.
+
+mod command;
+
+pub use command::{Command, Remote, Reply};
+
+use crate::run::{StateCounts, Timing, TimingFacts};
+use crate::sinks::Sink;
+use crate::{Record, RunError};
+use command::Inbox;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_media::Source;
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
+use pursuit_tracking::{
+    Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState, TrackingError, check_box,
+};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The one run loop: source → trackers → sinks, a frame a step.
+///
+/// Sinks are called in order for every frame and may block: that is the back-pressure (a live source drops frames
+/// meanwhile, and counts them). Between two steps [`Command`]s are obeyed, from the owner ([`apply`](Self::apply)) or from
+/// elsewhere ([`remote`](Self::remote)).
+///
+/// ```
+/// use pursuit::tracking::TrackState;
+/// use pursuit::{BBox, Session, open, recipe};
+///
+/// let source = open("scene:drift?seed=7&duration=1")?;
+/// let first = source.info().truth_at(0).bbox().expect("the scene begins with its target");
+/// let mut session = Session::new(source, recipe("mosse")?).starting_on(vec![first]);
+/// while let Some(progress) = session.step()? {
+///     let record = &progress.records[0];
+///     assert_eq!(record.estimate.as_ref().map(|e| e.state), Some(TrackState::Tracking));
+/// }
+/// assert_eq!(session.finish().frames, 30);
+/// # Ok::<(), pursuit::RunError>(())
+/// ```
+pub struct Session {
+    source: Box<dyn Source>,
+    recipe: Box<dyn Recipe>,
+    targets: Box<dyn MultiTracker>,
+    /// Whether the targets' trackers are made by the recipe, so that its parameters are theirs.
+    by_recipe: bool,
+    /// What is to be put onto the next frame.
+    pending: Vec<Placement>,
+    sinks: Vec<Box<dyn Sink>>,
+    inbox: Inbox,
+    remote: Remote,
+    paused: bool,
+    ended: Option<Ended>,
+    /// The frame looked at last; none before the first, and after going elsewhere.
+    frame: Option<Arc<Frame>>,
+    tracks: Vec<Track>,
+    records: Vec<Record>,
+    began: Instant,
+    counts: Counts,
+}
+
+/// What is known after a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    /// Frames looked at so far.
+    pub frames: u64,
+    /// The frame looked at.
+    pub frame: &'a Arc<Frame>,
+    /// What is known of each target in this frame, in order of their ids.
+    pub records: &'a [Record],
+}
+
+/// How a session ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Frames looked at.
+    pub frames: u64,
+    /// Frames of all targets by state.
+    pub states: StateCounts,
+    /// How long things took.
+    pub timing: TimingFacts,
+    /// Whether it was stopped from outside.
+    pub interrupted: bool,
+    /// What ended it early: a broken input, or an output that cannot be written.
+    pub failure: Option<RunError>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ended {
+    Input,
+    Stopped,
+    Failed,
+}
+
+/// A box for the next frame.
+enum Placement {
+    Add(Option<Box<dyn Recipe>>, BBox),
+    Move(TargetId, BBox),
+}
+
+#[derive(Default)]
+struct Counts {
+    states: StateCounts,
+    update: Timing,
+    decode: Timing,
+    frames: u64,
+}
+
+impl Session {
+    /// A session without targets yet, whose trackers `recipe` makes.
+    pub fn new(source: Box<dyn Source>, recipe: Box<dyn Recipe>) -> Self {
+        let (inbox, remote) = command::channel(source.stop_handle());
+        Self {
+            source,
+            recipe,
+            targets: Box::new(TargetSet::new()),
+            by_recipe: true,
+            pending: Vec::new(),
+            sinks: Vec::new(),
+            inbox,
+            remote,
+            paused: false,
+            ended: None,
+            frame: None,
+            tracks: Vec::new(),
+            records: Vec::new(),
+            began: Instant::now(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// One target for each box, in the first frame.
+    #[must_use]
+    pub fn starting_on(mut self, boxes: Vec<BBox>) -> Self {
+        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, bbox)));
+        self
+    }
+
+    /// One target, which `detector` finds and which is made sure of while it is followed.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn finding(mut self, detector: Box<dyn Detector>, params: AcquisitionParams) -> Result<Self, RunError> {
+        self.targets = Box::new(Acquiring::new(detector, self.recipe.boxed_clone(), params)?);
+        Ok(self)
+    }
+
+    /// Any other way to follow targets.
+    #[must_use]
+    pub fn following(self, targets: Box<dyn MultiTracker>) -> Self {
+        Self { targets, by_recipe: false, ..self }
+    }
+
+    /// Where results go, in this order.
+    #[must_use]
+    pub fn with_sinks(self, sinks: Vec<Box<dyn Sink>>) -> Self {
+        Self { sinks, ..self }
+    }
+
+    /// Commands and stops the session from anywhere, any thread or a signal handler.
+    pub fn remote(&self) -> Remote {
+        self.remote.clone()
+    }
+
+    /// Whether [`run`](Self::run) waits for [`Command::Resume`]. [`step`](Self::step) goes a frame on all the same.
+    pub const fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// The frame looked at last; none before the first, and after [`Command::Seek`].
+    pub const fn frame(&self) -> Option<&Arc<Frame>> {
+        self.frame.as_ref()
+    }
+
+    /// The targets, to look at.
+    pub fn targets(&self) -> &dyn MultiTracker {
+        &*self.targets
+    }
+
+    /// Obeys what came from [`remote`](Self::remote), looks at the next frame, and hands the results to the sinks. `None`
+    /// once the input has ended or the session was stopped.
+    ///
+    /// # Errors
+    /// An input that breaks off, a frame that cannot be used, an output that cannot be written; the session is over then.
+    pub fn step(&mut self) -> Result<Option<Progress<'_>>, RunError> {
+        self.obey();
+        if self.ended.is_some() {
+            return Ok(None);
+        }
+        match self.look() {
+            Ok(None) => {
+                self.ended = Some(if self.remote.is_stopped() { Ended::Stopped } else { Ended::Input });
+                Ok(None)
+            }
+            Ok(Some(())) => Ok(self.progress()),
+            Err(e) => {
+                self.ended = Some(Ended::Failed);
+                Err(e)
+            }
+        }
+    }
+
+    /// Runs until the input ends, something breaks, or it is stopped; closes every sink properly in any case.
+    pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Outcome {
+        let failure = loop {
+            self.obey();
+            while self.paused && self.ended.is_none() {
+                self.wait();
+            }
+            match self.step() {
+                Ok(Some(progress)) => observe(progress),
+                Ok(None) => break None,
+                Err(e) => break Some(e),
+            }
+        };
+        self.close(failure)
+    }
+
+    /// Closes every sink properly, and says how it went.
+    pub fn finish(self) -> Outcome {
+        self.close(None)
+    }
+
+    fn close(mut self, mut failure: Option<RunError>) -> Outcome {
+        for sink in &mut self.sinks {
+            // The first thing that went wrong is the one to report; a sink that failed before fails again here.
+            let finished = sink.finish();
+            failure = failure.or(finished.err());
+        }
+        let timing = TimingFacts {
+            update_ms: self.counts.update.summary(),
+            decode_ms: self.counts.decode.summary(),
+            total_s: self.began.elapsed().as_secs_f64(),
+        };
+        let interrupted = self.ended == Some(Ended::Stopped);
+        Outcome { frames: self.counts.frames, states: self.counts.states, timing, interrupted, failure }
+    }
+
+    /// Reads a frame and does everything that a frame asks for; `None` after the last.
+    fn look(&mut self) -> Result<Option<()>, RunError> {
+        let (frame, waited) = Elapsed::of(&WallClock::default(), || self.source.next_frame());
+        let Some(frame) = frame? else { return Ok(None) };
+        self.counts.decode.add(waited.wall_ms);
+        let frame = Arc::new(frame);
+        self.targets.step(&frame, &mut self.tracks)?;
+        for placement in std::mem::take(&mut self.pending) {
+            self.place(&frame, placement)?;
+        }
+        self.frame = Some(frame.clone());
+        self.counts.frames += 1;
+        self.records.clear();
+        for track in self.tracks.drain(..) {
+            self.counts.states.add(track.estimate.as_ref().map_or(TrackState::Lost, |e| e.state));
+            if track.estimate.is_some() && !track.started {
+                self.counts.update.add(track.elapsed.wall_ms);
+            }
+            self.records.push(Record::new(&frame, track));
+        }
+        for sink in &mut self.sinks {
+            sink.write(&frame, &self.records)?;
+        }
+        Ok(Some(()))
+    }
+
+    /// Starts or moves a target in this frame, and says so in place of what the step said of it.
+    fn place(&mut self, frame: &Frame, placement: Placement) -> Result<(), TrackingError> {
+        let (targets, own) = (&mut self.targets, &*self.recipe);
+        let (bbox, (id, elapsed)) = match placement {
+            Placement::Add(recipe, bbox) => {
+                let recipe = recipe.as_deref().unwrap_or(own);
+                (bbox, Elapsed::of(&WallClock::default(), || targets.add(recipe, frame, bbox)))
+            }
+            Placement::Move(id, bbox) => {
+                let moved = || targets.reinit(id, frame, bbox).map(|()| id);
+                (bbox, Elapsed::of(&WallClock::default(), moved))
+            }
+        };
+        let id = id?;
+        let estimate = Some(Estimate::started(frame.time_s(), bbox, 1.0));
+        self.tracks.retain(|t| t.id != id);
+        let at = self.tracks.partition_point(|t| t.id < id);
+        self.tracks.insert(at, Track { id, estimate, started: true, elapsed });
+        Ok(())
+    }
+
+    fn progress(&self) -> Option<Progress<'_>> {
+        let frame = self.frame.as_ref()?;
+        Some(Progress { frames: self.counts.frames, frame, records: &self.records })
+    }
+
+    /// Obeys one command now, between two steps.
+    ///
+    /// A box belongs to the frame looked at last. Before the first frame, and after [`Command::Seek`], it belongs to the
+    /// frame that comes next: then [`Command::Add`] has no id to return yet.
+    ///
+    /// # Errors
+    /// A target that there is not, a box or a parameter that cannot be used, a source that can only be read from front to
+    /// back; everything is then as before.
+    pub fn apply(&mut self, command: Command) -> Result<Option<TargetId>, RunError> {
+        match command {
+            Command::Add { bbox, recipe } => return self.add(recipe, bbox),
+            Command::Remove(id) => self.targets.remove(id)?,
+            Command::Reinit { target, bbox } => self.reinit(target, bbox)?,
+            Command::Change { target, parameters } => self.change(target, &parameters)?,
+            Command::Pause => self.paused = true,
+            Command::Resume => self.paused = false,
+            Command::Seek(frame) => self.seek(frame)?,
+        }
+        Ok(None)
+    }
+
+    fn add(&mut self, recipe: Option<Box<dyn Recipe>>, bbox: BBox) -> Result<Option<TargetId>, RunError> {
+        let Some(frame) = &self.frame else {
+            self.pending.push(Placement::Add(recipe, bbox));
+            return Ok(None);
+        };
+        let recipe = recipe.as_deref().unwrap_or(&*self.recipe);
+        Ok(Some(self.targets.add(recipe, frame, bbox)?))
+    }
+
+    fn reinit(&mut self, target: TargetId, bbox: BBox) -> Result<(), RunError> {
+        if !self.targets.ids().contains(&target) {
+            return Err(TrackingError::UnknownTarget { id: target.0 }.into());
+        }
+        match &self.frame {
+            Some(frame) => {
+                check_box(frame, bbox)?;
+                self.targets.reinit(target, frame, bbox)?;
+            }
+            None => self.pending.push(Placement::Move(target, bbox)),
+        }
+        Ok(())
+    }
+
+    fn change(&mut self, target: Option<TargetId>, parameters: &toml::Table) -> Result<(), RunError> {
+        // Targets added later are to have the changes too.
+        let recipe = match target {
+            None if self.by_recipe => Some(self.recipe.with(parameters)?),
+            _ => None,
+        };
+        self.targets.change(target, parameters)?;
+        if let Some(recipe) = recipe {
+            self.recipe = recipe;
+        }
+        Ok(())
+    }
+
+    fn seek(&mut self, frame: u64) -> Result<(), RunError> {
+        self.source.seek(frame)?;
+        self.frame = None;
+        if self.ended == Some(Ended::Input) {
+            self.ended = None;
+        }
+        Ok(())
+    }
+
+    /// Obeys everything that has come from elsewhere.
+    fn obey(&mut self) {
+        while let Some(request) = self.inbox.next() {
+            request.answer(|command| self.apply(command));
+        }
+        self.heed_stop();
+    }
+
+    /// Waits for a command from elsewhere, and obeys it.
+    fn wait(&mut self) {
+        if let Some(request) = self.inbox.wait() {
+            request.answer(|command| self.apply(command));
+        }
+        self.heed_stop();
+    }
+
+    fn heed_stop(&mut self) {
+        if self.remote.is_stopped() && self.ended.is_none() {
+            self.ended = Some(Ended::Stopped);
+        }
+    }
+}

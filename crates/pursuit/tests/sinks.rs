@@ -1,0 +1,184 @@
+//! Every sink: what it writes, that it closes its file, that it says when it cannot.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
+
+mod common;
+
+use common::{Memory, at, blank};
+use pursuit::sinks::{CsvSink, JsonlSink, MotSink, Sink, TRAJECTORY_COLUMNS};
+use pursuit::tracking::{BoxCovariance, Diagnostics, Estimate, TargetId, TrackState};
+use pursuit::{Record, RunError};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+fn record(target: u64, estimate: Option<Estimate>) -> Record {
+    Record { frame: 4, time_s: 0.16, target: TargetId(target), estimate, update_ms: Some(1.25) }
+}
+
+/// A measured target, a lost one, and one that is still sought.
+fn records() -> Vec<Record> {
+    let measured = Estimate {
+        prediction: Some(at(1.5)),
+        measurement: Some(at(2.5)),
+        covariance: Some(BoxCovariance::identity() * 2.0),
+        diagnostics: Diagnostics::default().with("psr", 9.5),
+        ..Estimate::started(0.16, at(2.0), 0.875)
+    };
+    let lost = Estimate { state: TrackState::Lost, measurement: None, ..Estimate::started(0.16, at(7.0), 0.0) };
+    vec![record(1, Some(measured)), record(2, Some(lost)), Record { update_ms: None, ..record(3, None) }]
+}
+
+/// What a sink leaves in its file after two frames.
+fn written(make: impl FnOnce(&Path) -> Box<dyn Sink>) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file");
+    let mut sink = make(&path);
+    assert_eq!(sink.files(), std::slice::from_ref(&path));
+    let frame = Arc::new(blank(4));
+    sink.write(&frame, &records()).unwrap();
+    let after_one = std::fs::read(&path).unwrap();
+    sink.write(&Arc::new(blank(5)), &[]).unwrap();
+    sink.finish().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    assert!(bytes.starts_with(&after_one));
+    bytes
+}
+
+fn text(make: impl FnOnce(&Path) -> Box<dyn Sink>) -> String {
+    String::from_utf8(written(make)).unwrap()
+}
+
+#[test]
+fn csv_has_a_row_for_every_target_and_an_empty_cell_for_what_is_not_known() {
+    let text = text(|path| Box::new(CsvSink::create(path).unwrap()));
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], TRAJECTORY_COLUMNS.join(","));
+    assert_eq!(
+        lines[1..],
+        [
+            "4,0.160000,1,tracking,2.000,10.000,8.000,8.000,0.8750,1.500,10.000,8.000,8.000,2.500,10.000,8.000,8.000,1.2500",
+            "4,0.160000,2,lost,7.000,10.000,8.000,8.000,0.0000,,,,,,,,,1.2500",
+            "4,0.160000,3,lost,,,,,,,,,,,,,,",
+        ]
+    );
+}
+
+#[test]
+fn csv_goes_to_any_writer_and_is_flushed_frame_by_frame() {
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+    impl std::io::Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let out = Shared::default();
+    let mut sink = CsvSink::to_writer(Path::new("here"), Box::new(out.clone())).unwrap();
+    assert_eq!(sink.files(), [PathBuf::from("here")]);
+    let lines = || String::from_utf8(out.0.lock().unwrap().clone()).unwrap().lines().count();
+    assert_eq!(lines(), 1);
+    sink.write(&Arc::new(blank(4)), &records()).unwrap();
+    assert_eq!(lines(), 4);
+}
+
+#[test]
+fn json_lines_have_everything() {
+    let text = text(|path| Box::new(JsonlSink::create(path).unwrap()));
+    let lines: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    assert_eq!(lines.len(), 3);
+    assert_eq!(
+        lines[0],
+        serde_json::json!({
+            "frame": 4, "time_s": 0.16, "target": 1, "state": "tracking", "box": [2.0, 10.0, 8.0, 8.0], "score": 0.875,
+            "prediction": [1.5, 10.0, 8.0, 8.0], "measurement": [2.5, 10.0, 8.0, 8.0],
+            "covariance": [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 2.0]],
+            "diagnostics": {"psr": 9.5}, "update_ms": 1.25
+        })
+    );
+    assert_eq!((&lines[1]["state"], &lines[1]["measurement"]), (&"lost".into(), &serde_json::Value::Null));
+    assert_eq!(
+        (&lines[2]["state"], &lines[2]["box"], &lines[2]["target"]),
+        (&"lost".into(), &serde_json::Value::Null, &3.into())
+    );
+}
+
+#[test]
+fn mot_counts_from_one_and_has_measured_targets_alone() {
+    let text = text(|path| Box::new(MotSink::create(path).unwrap()));
+    assert_eq!(text, "5,1,3.000,11.000,8.000,8.000,0.8750,-1,-1,-1\n");
+}
+
+/// The grey values of the rows of the overlay's frames.
+#[cfg(all(feature = "encode", feature = "h264"))]
+fn overlay(frames: &[Vec<Record>]) -> Vec<Vec<Vec<u8>>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("overlay.mp4");
+    let mut sink = pursuit::sinks::OverlaySink::create(&path, Some(25.0)).unwrap();
+    assert_eq!(sink.files(), std::slice::from_ref(&path));
+    for (k, records) in frames.iter().enumerate() {
+        sink.write(&Arc::new(blank(k as u64)), records).unwrap();
+    }
+    sink.finish().unwrap();
+    sink.finish().unwrap();
+    let mut video = pursuit::open(&path.to_string_lossy()).unwrap();
+    let mut seen = Vec::new();
+    while let Some(frame) = video.next_frame().unwrap() {
+        seen.push(frame.gray().rows().map(<[u8]>::to_vec).collect());
+    }
+    seen
+}
+
+#[cfg(all(feature = "encode", feature = "h264"))]
+#[test]
+fn the_overlay_shows_every_frame_and_marks_what_is_known() {
+    let far = |left: f64, state| Estimate { state, measurement: None, ..Estimate::started(0.0, at(left), 0.5) };
+    let frames =
+        overlay(&[vec![], vec![record(1, Some(far(30.0, TrackState::Tracking)))], vec![record(1, None)], vec![]]);
+    assert_eq!(frames.len(), 4);
+    let marked = |frame: &[Vec<u8>]| frame.iter().flatten().filter(|v| v.abs_diff(30) > 40).count();
+    assert_eq!((marked(&frames[0]), marked(&frames[3])), (0, 0), "nothing is known, nothing is drawn");
+    assert!(marked(&frames[1]) > 20 && marked(&frames[2]) > 20);
+    // The left edge of the box, in the middle of its height.
+    let edge = (28..33).map(|x| frames[1][14][x]).max().unwrap();
+    assert!(edge > 90, "{edge}");
+}
+
+#[test]
+fn a_file_that_cannot_be_made_is_named() {
+    let nowhere = Path::new("/nowhere/at/all/file");
+    let failures: Vec<RunError> = vec![
+        CsvSink::create(nowhere).err().unwrap(),
+        JsonlSink::create(nowhere).err().unwrap(),
+        MotSink::create(nowhere).err().unwrap(),
+        #[cfg(feature = "encode")]
+        pursuit::sinks::OverlaySink::create(nowhere, None).err().unwrap(),
+    ];
+    for failure in failures {
+        assert_eq!(failure.exit_code(), 4);
+        assert!(failure.to_string().contains("/nowhere/at/all/file"), "{failure}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_an_error_of_the_frame_that_did_not_fit() {
+    let full = Path::new("/dev/full");
+    if !full.exists() {
+        eprintln!("skipped: there is no /dev/full here");
+        return;
+    }
+    assert!(CsvSink::create(full).is_err(), "the header does not fit");
+    let mut sink = MotSink::create(full).unwrap();
+    let failure = sink.write(&Arc::new(blank(4)), &records()).unwrap_err();
+    assert!(failure.to_string().contains("what was written before is kept"), "{failure}");
+    let mut sink = JsonlSink::create(full).unwrap();
+    assert!(sink.write(&Arc::new(blank(4)), &records()).is_err());
+}
+
+#[test]
+fn a_sink_needs_no_file() {
+    assert!(Memory::default().files().is_empty());
+}

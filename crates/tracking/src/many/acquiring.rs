@@ -1,0 +1,357 @@
+use super::hypothesis::{Evidence, Hypothesis};
+use super::{
+    AcquisitionParams, Clock, Elapsed, LastFrame, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock,
+    usable_detections,
+};
+use crate::parameters::Parameters;
+use crate::{Detection, Detector, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The name that errors and saved states bear.
+const NAME: &str = "acquiring";
+
+/// One target that a detector finds, made sure of while it is followed already.
+///
+/// Whatever the detector sees first is followed at once, and so are its rivals, each by a tracker of its own, while the
+/// detector is asked at every frame. A sequential probability ratio test weighs each hypothesis against clutter: detected
+/// again where it is followed, and moving. The leader is what is reported. It is confirmed, or a rival takes over, or it is
+/// lost and the search begins anew. A confirmed target is followed as any other; when it has been lost for long, the
+/// detector is asked again.
+pub struct Acquiring {
+    params: AcquisitionParams,
+    detector: Box<dyn Detector>,
+    recipe: Box<dyn Recipe>,
+    /// The confirmed target, and those that a user added.
+    targets: TargetSet,
+    /// The target sought; `None` once a user has removed it.
+    sought: Option<TargetId>,
+    /// What the target may be, the leader first.
+    hypotheses: Vec<Hypothesis>,
+    /// How long the confirmed target has been lost, in seconds.
+    lost_s: f64,
+    last: Option<LastFrame>,
+    clock: Arc<dyn Clock>,
+}
+
+impl Acquiring {
+    /// Seeks what `detector` finds, to follow it by trackers of `recipe`.
+    ///
+    /// # Errors
+    /// [`TrackingError::Parameter`] for a parameter out of range.
+    pub fn new(detector: Box<dyn Detector>, recipe: Box<dyn Recipe>, params: AcquisitionParams) -> Result<Self> {
+        Self::timed_by(Arc::new(WallClock::default()), detector, recipe, params)
+    }
+
+    /// The same; what the trackers take is told by `clock`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn timed_by(
+        clock: Arc<dyn Clock>,
+        detector: Box<dyn Detector>,
+        recipe: Box<dyn Recipe>,
+        params: AcquisitionParams,
+    ) -> Result<Self> {
+        params.validate(NAME)?;
+        let mut targets = TargetSet::timed_by(clock.clone());
+        let sought = Some(targets.reserve());
+        let hypotheses = Vec::new();
+        Ok(Self { params, detector, recipe, targets, sought, hypotheses, lost_s: 0.0, last: None, clock })
+    }
+
+    /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first.
+    pub fn hypotheses(&self) -> impl Iterator<Item = (BBox, f64)> + '_ {
+        self.hypotheses.iter().map(|h| (h.bbox, h.evidence.nats))
+    }
+
+    /// Whether the target is confirmed.
+    pub fn is_confirmed(&self) -> bool {
+        self.sought.is_some_and(|id| self.targets.contains(id))
+    }
+
+    /// As [`save`](MultiTracker::save) left it, with `detector` in place of the one it had: what a detector has learned is
+    /// not saved. `recipe_of` knows the recipes of trackers by name.
+    ///
+    /// # Errors
+    /// Bytes that another version or nobody wrote, or a tracker that `recipe_of` does not know.
+    pub fn restore(saved: &[u8], detector: Box<dyn Detector>, recipe_of: RecipeOf<'_>) -> Result<Self> {
+        let saved: Saved = snapshot::read(NAME, saved)?;
+        let problem = |problem: String| TrackingError::Snapshot { tracker: NAME.to_owned(), problem };
+        let parameters = saved.recipe.1.parse().map_err(|e: toml::de::Error| problem(e.to_string()))?;
+        let recipe = recipe_of(&saved.recipe.0)?.with(&parameters)?;
+        let mut hypotheses = Vec::new();
+        for (evidence, bbox, tracker) in saved.hypotheses {
+            let tracker = recipe_of(snapshot::owner(&tracker)?)?.restore(&tracker)?;
+            hypotheses.push(Hypothesis { tracker, evidence, bbox, answer: None });
+        }
+        let mut restored = Self::new(detector, recipe, saved.params)?;
+        restored.targets = TargetSet::restore(&saved.targets, recipe_of)?;
+        (restored.sought, restored.hypotheses) = (saved.sought, hypotheses);
+        (restored.lost_s, restored.last) = (saved.lost_s, saved.last);
+        Ok(restored)
+    }
+
+    /// Goes on with every hypothesis, asks the detector, and weighs.
+    fn weigh(&mut self, frame: &Frame, dt_s: f64, tracked: &[Followed]) -> Result<()> {
+        let (params, clock) = (&self.params, &*self.clock);
+        let one = |hypothesis: &mut Hypothesis| {
+            let (updated, elapsed) = Elapsed::of(clock, || hypothesis.update(frame, dt_s, params));
+            if let Some(answer) = &mut hypothesis.answer {
+                answer.elapsed = elapsed;
+            }
+            updated
+        };
+        match self.hypotheses.as_mut_slice() {
+            [hypothesis] => one(hypothesis)?,
+            hypotheses => hypotheses.par_iter_mut().with_max_len(1).try_for_each(one)?,
+        }
+        let believed = self.hypotheses.iter().map(|h| Followed { bbox: h.bbox, measured: true });
+        let followed: Vec<Followed> = believed.chain(tracked.iter().copied()).collect();
+        let detections = usable_detections(&mut *self.detector, frame, &followed)?;
+        let claimed = self.claim(&detections);
+        self.start_further(frame, &detections, &claimed)?;
+        self.rank();
+        Ok(())
+    }
+
+    /// Gives every detection to the hypothesis that overlaps it most, the stronger hypothesis first; returns which
+    /// detections were taken.
+    fn claim(&mut self, detections: &[Detection]) -> Vec<bool> {
+        let mut claimed = vec![false; detections.len()];
+        for hypothesis in &mut self.hypotheses {
+            let overlap = |i: usize| detections[i].bbox.iou(&hypothesis.bbox);
+            let free = (0..detections.len()).filter(|i| !claimed[*i] && overlap(*i) >= self.params.overlap);
+            // Of equals the detector's better one, which comes first.
+            let best = free.reduce(|a, b| if overlap(b) > overlap(a) { b } else { a });
+            hypothesis.evidence.look(best.and_then(|i| detections.get(i)), &self.params);
+            if let Some(i) = best {
+                claimed[i] = true;
+            }
+        }
+        claimed
+    }
+
+    /// Starts hypotheses on detections that nobody claims, the detector's best first.
+    fn start_further(&mut self, frame: &Frame, detections: &[Detection], claimed: &[bool]) -> Result<()> {
+        for (detection, _) in
+            detections.iter().zip(claimed).filter(|(d, claimed)| !**claimed && d.confidence >= self.params.start_from)
+        {
+            let known = |h: &Hypothesis| h.bbox.iou(&detection.bbox) >= self.params.overlap;
+            if self.hypotheses.len() < self.params.most_hypotheses && !self.hypotheses.iter().any(known) {
+                let clock = &*self.clock;
+                let start = || Hypothesis::start(&*self.recipe, frame, detection, &self.params);
+                let (hypothesis, elapsed) = Elapsed::of(clock, start);
+                let mut hypothesis = hypothesis?;
+                if let Some(answer) = &mut hypothesis.answer {
+                    answer.elapsed = elapsed;
+                }
+                self.hypotheses.push(hypothesis);
+            }
+        }
+        Ok(())
+    }
+
+    /// Drops what is refuted or lost, and puts a rival first that is clearly stronger than the leader. The leader itself is
+    /// kept while there is nothing better, unless its tracker has lost it.
+    fn rank(&mut self) {
+        let params = &self.params;
+        let mut place = 0;
+        self.hypotheses.retain(|h| {
+            let leads = place == 0;
+            place += 1;
+            !h.is_lost() && (leads || !h.evidence.is_refuted(params))
+        });
+        let nats = |h: &Hypothesis| h.evidence.nats;
+        let Some(leader) = self.hypotheses.first().map(nats) else { return };
+        let strongest = (1..self.hypotheses.len())
+            .reduce(|a, b| if nats(&self.hypotheses[b]) > nats(&self.hypotheses[a]) { b } else { a });
+        if let Some(strongest) = strongest.filter(|i| nats(&self.hypotheses[*i]) > leader + params.lead) {
+            self.hypotheses[..=strongest].rotate_right(1);
+        }
+    }
+
+    /// Whether the leader is taken for the target; `again`: of one that was lost more is asked.
+    fn is_sure(&self, again: bool) -> bool {
+        self.hypotheses.first().is_some_and(|leader| {
+            let evidence = &leader.evidence;
+            let undisputed = evidence.age_s >= self.params.trial_s && !evidence.is_refuted(&self.params);
+            evidence.is_confirmed(&self.params) || (undisputed && !again)
+        })
+    }
+
+    /// Seeks the target, and says what is known of it.
+    fn seek(
+        &mut self,
+        id: TargetId,
+        frame: &Frame,
+        dt_s: f64,
+        tracked: &[Followed],
+        again: bool,
+    ) -> Result<Option<Track>> {
+        let (weighed, elapsed) = {
+            let clock = self.clock.clone();
+            Elapsed::of(&*clock, || self.weigh(frame, dt_s, tracked))
+        };
+        weighed?;
+        let sure = self.is_sure(again);
+        let answer = self.hypotheses.first_mut().and_then(|h| h.answer.take());
+        if sure {
+            let leader = self.hypotheses.swap_remove(0);
+            self.targets.put(id, leader.tracker);
+            self.hypotheses.clear();
+            self.lost_s = 0.0;
+        } else if again {
+            return Ok(None);
+        }
+        Ok(Some(match answer {
+            Some(a) => Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed },
+            None => Track { id, estimate: None, started: false, elapsed },
+        }))
+    }
+}
+
+impl MultiTracker for Acquiring {
+    fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
+        let dt_s = LastFrame::advance(&mut self.last, frame)?;
+        self.targets.step(frame, tracks)?;
+        let Some(id) = self.sought else { return Ok(()) };
+        let at = tracks.iter().position(|t| t.id == id);
+        let lost = at.and_then(|at| tracks[at].estimate.as_ref()).is_some_and(|e| e.state == TrackState::Lost);
+        self.lost_s = if lost { self.lost_s + dt_s } else { 0.0 };
+        if at.is_some() && self.lost_s <= self.params.seek_again_after_s {
+            self.hypotheses.clear();
+            return Ok(());
+        }
+        let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
+        let tracked: Vec<Followed> =
+            seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect();
+        match (self.seek(id, frame, dt_s, &tracked, at.is_some())?, at) {
+            (Some(track), Some(at)) => tracks[at] = track,
+            (Some(track), None) => {
+                let at = tracks.partition_point(|t| t.id < id);
+                tracks.insert(at, track);
+            }
+            (None, _) => {}
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, recipe: &dyn Recipe, frame: &Frame, bbox: BBox) -> Result<TargetId> {
+        self.targets.add(recipe, frame, bbox)
+    }
+
+    fn remove(&mut self, id: TargetId) -> Result<()> {
+        if self.sought != Some(id) {
+            return self.targets.remove(id);
+        }
+        self.sought = None;
+        self.hypotheses.clear();
+        if self.targets.contains(id) { self.targets.remove(id) } else { Ok(()) }
+    }
+
+    fn reinit(&mut self, id: TargetId, frame: &Frame, bbox: BBox) -> Result<()> {
+        if self.sought != Some(id) || self.targets.contains(id) {
+            return self.targets.reinit(id, frame, bbox);
+        }
+        self.targets.put(id, self.recipe.init(frame, bbox)?);
+        self.hypotheses.clear();
+        Ok(())
+    }
+
+    fn change(&mut self, id: Option<TargetId>, changes: &toml::Table) -> Result<()> {
+        // Trackers started later are to have the changes too.
+        let recipe = self.recipe.with(changes)?;
+        let mut trackers = Vec::new();
+        for hypothesis in self.hypotheses.iter().filter(|_| id.is_none() || id == self.sought) {
+            let mut tracker = hypothesis.tracker.boxed_clone();
+            tracker.change(changes)?;
+            trackers.push(tracker);
+        }
+        if id.is_none() || id.is_some_and(|id| self.sought != Some(id) || self.targets.contains(id)) {
+            self.targets.change(id, changes)?;
+        }
+        if id.is_none() || id == self.sought {
+            self.recipe = recipe;
+        }
+        for (hypothesis, tracker) in self.hypotheses.iter_mut().zip(trackers) {
+            hypothesis.tracker = tracker;
+        }
+        Ok(())
+    }
+
+    fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast> {
+        match self.hypotheses.first() {
+            Some(leader) if self.sought == Some(id) && !self.targets.contains(id) => leader.tracker.forecast(seconds),
+            _ => self.targets.forecast(id, seconds),
+        }
+    }
+
+    fn ids(&self) -> Vec<TargetId> {
+        let mut ids = self.targets.ids();
+        ids.extend(self.sought.filter(|id| !self.targets.contains(*id)));
+        ids.sort_unstable();
+        ids
+    }
+
+    fn save(&self) -> Result<Vec<u8>> {
+        let hypotheses =
+            self.hypotheses.iter().map(|h| Ok((h.evidence, h.bbox, h.tracker.save()?))).collect::<Result<_>>()?;
+        let raw = Raw {
+            params: self.params.clone(),
+            recipe: (self.recipe.name().to_owned(), self.recipe.parameters()?.to_string()),
+            targets: self.targets.save()?,
+            sought: self.sought,
+            hypotheses,
+            lost_s: self.lost_s,
+            last: self.last,
+        };
+        snapshot::write(NAME, &raw)
+    }
+}
+
+/// The state written down: each hypothesis with its tracker's own bytes.
+#[derive(Serialize, Deserialize)]
+struct Raw {
+    params: AcquisitionParams,
+    /// Name and parameters (TOML).
+    recipe: (String, String),
+    /// The set's own bytes.
+    targets: Vec<u8>,
+    sought: Option<TargetId>,
+    hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
+    lost_s: f64,
+    last: Option<LastFrame>,
+}
+
+/// A [`Raw`] that has been checked.
+#[derive(Deserialize)]
+#[serde(try_from = "Raw")]
+struct Saved {
+    params: AcquisitionParams,
+    recipe: (String, String),
+    targets: Vec<u8>,
+    sought: Option<TargetId>,
+    hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
+    lost_s: f64,
+    last: Option<LastFrame>,
+}
+
+impl TryFrom<Raw> for Saved {
+    type Error = &'static str;
+
+    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
+        let Raw { params, recipe, targets, sought, hypotheses, lost_s, last } = raw;
+        let sound = |e: &Evidence| e.nats.is_finite() && e.start.is_finite() && e.age_s.is_finite();
+        if !hypotheses.iter().all(|(e, b, _)| sound(e) && b.is_finite())
+            || !lost_s.is_finite()
+            || last.is_some_and(|l| !l.time_s.is_finite())
+        {
+            return Err("a time, a box or evidence is not a finite number");
+        }
+        Ok(Self { params, recipe, targets, sought, hypotheses, lost_s, last })
+    }
+}
