@@ -1,4 +1,4 @@
-use crate::motion::{Motion, MotionFilter, Sight};
+use crate::motion::{CameraShift, Motion, MotionFilter, Sight};
 use crate::policy::{Evidence, Policy, Verdict};
 use crate::roles::{Localizer, Measurement, Prior, Search};
 use crate::search::{Found, Proposer, Situation};
@@ -21,6 +21,7 @@ pub struct SingleTarget<L> {
     localizer: L,
     policy: Policy,
     motion: Motion,
+    camera: CameraShift,
     state: TrackState,
     last_believed: BBox,
     frame_size: (usize, usize),
@@ -43,6 +44,7 @@ impl<L: Localizer> SingleTarget<L> {
             localizer,
             policy: Policy::new(groups.policy.clone()),
             motion,
+            camera: camera_from(groups, frame, &bbox),
             state: TrackState::Tracking,
             last_believed: bbox,
             frame_size: (width, height),
@@ -66,6 +68,7 @@ impl<L: Localizer> SingleTarget<L> {
         if frame.time_s().is_finite() {
             self.time_s = frame.time_s();
         }
+        self.compensate(frame);
         let prior = self.motion.predict(dt_s).map_err(failed(&self.name, index))?;
         let situation = self.situation(frame, &prior);
         let found = self.look(frame, &situation)?;
@@ -91,6 +94,15 @@ impl<L: Localizer> SingleTarget<L> {
             velocity: self.motion.velocity().filter(|_| !lost),
             diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
         })
+    }
+
+    /// Moves what is believed with the picture, where the camera's motion is compensated.
+    fn compensate(&mut self, frame: &Frame) {
+        if let Some((dx, dy)) = self.camera.at(frame, &self.motion.bbox()) {
+            self.motion.carry((dx, dy));
+            self.proposer.carry((dx, dy));
+            self.last_believed = self.last_believed.translated(dx, dy);
+        }
     }
 
     fn situation<'a>(&self, frame: &Frame, prior: &'a Prior) -> Situation<'a> {
@@ -155,6 +167,13 @@ impl<L: Localizer> SingleTarget<L> {
     }
 }
 
+/// The compensation of the camera's motion, having seen the frame that the target is started on.
+fn camera_from(groups: &GroupParams, frame: &Frame, bbox: &BBox) -> CameraShift {
+    let mut camera = CameraShift::new(groups.motion.camera);
+    camera.at(frame, bbox);
+    camera
+}
+
 /// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
 /// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there, and
 /// nobody should steer by it.
@@ -180,11 +199,14 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
     fn peek(&mut self, frame: &Frame) -> Result<Option<Measurement>> {
         let dt_s = self.time_since_last(frame)?;
         let (motion, proposer) = (self.motion.clone(), self.proposer.clone());
+        let (camera, last_believed) = (self.camera.clone(), self.last_believed);
+        self.compensate(frame);
         let looked = self.motion.predict(dt_s).map_err(failed(&self.name, frame.index())).and_then(|prior| {
             let situation = self.situation(frame, &prior);
             self.look(frame, &situation)
         });
         (self.motion, self.proposer) = (motion, proposer);
+        (self.camera, self.last_believed) = (camera, last_believed);
         looked
     }
 
@@ -198,6 +220,8 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
         self.motion.restart(bbox);
         self.policy.restart();
         self.proposer.restart(&bbox);
+        self.camera = CameraShift::new(self.motion.params().camera);
+        self.camera.at(frame, &bbox);
         self.state = TrackState::Tracking;
         self.last_believed = bbox;
         self.frame_size = (frame.size().width, frame.size().height);
@@ -213,6 +237,7 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
         };
         let changed = groups.with_changes(&self.name, changes)?;
         if changed.motion != groups.motion {
+            self.camera = CameraShift::new(changed.motion.camera);
             self.motion.change(changed.motion).map_err(failed(&self.name, 0))?;
         }
         self.policy.change(changed.policy);

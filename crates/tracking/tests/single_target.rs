@@ -277,3 +277,41 @@ fn saved_loops_go_on_alike() {
         assert_eq!(restored.update(&frame(k)).unwrap(), tracker.update(&frame(k)).unwrap(), "{k}");
     }
 }
+
+/// Smooth texture, moved by `shift` pixels to the right and half as many down.
+fn textured(k: u64, shift: f64) -> Frame {
+    let wave = |x: f64, y: f64| (x * 0.11).sin() * (y * 0.13).cos() + (x * 0.037 + y * 0.051).sin() + (y * 0.071).sin();
+    let image =
+        Image::from_fn(WIDTH, HEIGHT, |x, y| (128.0 + 38.0 * wave(x as f64 - shift, y as f64 - shift / 2.0)) as u8);
+    Frame::new(k, k as f64 / 10.0, image.unwrap())
+}
+
+#[test]
+fn a_camera_that_moves_takes_the_expectation_with_it() {
+    for kind in ["flow", "phase"] {
+        let recipe = recipe(&format!("motion.camera = '{kind}'"));
+        let mut tracker = recipe.init(&textured(0, 0.0), at(100.0, 100.0)).unwrap();
+        // The target stands in the world; the picture jumps by 12 px in every frame.
+        for k in 1..6 {
+            let shift = 12.0 * k as f64;
+            let truth = at(100.0 + shift, 100.0 + shift / 2.0);
+            show(Some((truth, 0.9)), None);
+            let before = tracker.save().unwrap();
+            let peeked = tracker.peek(&textured(k, shift)).unwrap().unwrap();
+            assert_eq!(tracker.save().unwrap(), before, "{kind}");
+            let estimate = tracker.update(&textured(k, shift)).unwrap();
+            assert_eq!(Some(peeked.bbox), estimate.measurement);
+            let apart = estimate.prediction.unwrap().center().distance(truth.center());
+            assert!(apart < 2.0, "{kind}, frame {k}: {apart}");
+            let speed = estimate.velocity.unwrap();
+            assert!(speed.x.hypot(speed.y) < 25.0, "{kind}: it stands in the world: {speed:?}");
+        }
+        // Unseen, it is expected where the picture takes it.
+        show(None, None);
+        let coasted = tracker.update(&textured(6, 72.0)).unwrap().bbox;
+        assert!(coasted.center().distance(at(172.0, 136.0).center()) < 4.0, "{kind}: {coasted}");
+    }
+    let mut still = recipe("").init(&textured(0, 0.0), at(100.0, 100.0)).unwrap();
+    show(None, None);
+    assert_eq!(still.update(&textured(1, 12.0)).unwrap().prediction, Some(at(100.0, 100.0)));
+}

@@ -4,12 +4,14 @@
 //! forecast without changing.
 
 mod bounce;
+mod camera;
 mod center;
 mod constant_velocity;
 mod params;
 mod partial_occlusion;
 
 pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
+pub use camera::{CameraCompensation, CameraShift};
 pub use center::CenterFilter;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 pub use params::{BounceParams, MotionModel, MotionParams};
@@ -70,6 +72,8 @@ pub trait MotionFilter {
 pub struct Motion {
     params: MotionParams,
     model: Model,
+    /// How far the picture has moved since the model was started: the model sees a camera that stands still.
+    offset: (f64, f64),
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,12 +103,28 @@ impl Motion {
             }
             _ => Model::Center(Box::new(CenterFilter::new(&params, bbox)?)),
         };
-        Ok(Self { params, model })
+        Ok(Self { params, model, offset: (0.0, 0.0) })
     }
 
     /// Its parameters.
     pub const fn params(&self) -> &MotionParams {
         &self.params
+    }
+
+    /// The camera's motion moved the picture, and the target with it, by `(dx, dy)` pixels.
+    pub fn carry(&mut self, (dx, dy): (f64, f64)) {
+        self.offset = (self.offset.0 + dx, self.offset.1 + dy);
+    }
+
+    /// A box as the model sees it, moved into the picture.
+    fn in_picture(&self, bbox: &BBox) -> BBox {
+        // A camera that stands still changes no bit.
+        if self.offset == (0.0, 0.0) { *bbox } else { bbox.translated(self.offset.0, self.offset.1) }
+    }
+
+    /// A box in the picture as the model sees it.
+    fn in_model(&self, bbox: &BBox) -> BBox {
+        if self.offset == (0.0, 0.0) { *bbox } else { bbox.translated(-self.offset.0, -self.offset.1) }
     }
 
     /// Goes on with other parameters from the box believed now; what was known of its velocity is forgotten.
@@ -155,19 +175,22 @@ impl Motion {
 
 impl MotionFilter for Motion {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        self.filter_mut().predict(dt_s)
+        let prior = self.filter_mut().predict(dt_s)?;
+        Ok(Prior { bbox: self.in_picture(&prior.bbox), ..prior })
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
-        self.filter_mut().correct(sight)
+        let bbox = self.in_model(&sight.bbox);
+        self.filter_mut().correct(&Sight { bbox, ..*sight })
     }
 
     fn restart(&mut self, bbox: BBox) {
+        let bbox = self.in_model(&bbox);
         self.filter_mut().restart(bbox);
     }
 
     fn bbox(&self) -> BBox {
-        self.filter().bbox()
+        self.in_picture(&self.filter().bbox())
     }
 
     fn covariance(&self) -> Option<BoxCovariance> {

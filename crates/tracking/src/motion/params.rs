@@ -1,5 +1,7 @@
 //! The group `[motion]`.
 
+use super::camera::CameraCompensation;
+
 crate::choices! {
     /// How the target's motion is modelled.
     pub enum MotionModel {
@@ -36,6 +38,8 @@ crate::parameters! {
     pub struct MotionParams {
         /// The model.
         pub model: MotionModel = MotionModel::ConstantVelocity, source "ours";
+        /// How the camera's motion is found and taken out before the target's is predicted.
+        pub camera: CameraCompensation = CameraCompensation::None, source "ours";
         /// How suddenly the target moves: spectral density of its white acceleration. Of `imm` that of its agile mode.
         pub acceleration: f64 = 100.0, in above(0.0), unit "sizes²/s³", source "ours";
         /// Of `constant-acceleration`: spectral density of the white jerk.

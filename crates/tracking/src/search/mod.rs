@@ -104,6 +104,11 @@ impl Proposer {
         self.last = (bbox.center().x, bbox.center().y);
     }
 
+    /// The camera's motion moved the picture by `(dx, dy)` pixels.
+    pub fn carry(&mut self, (dx, dy): (f64, f64)) {
+        self.last = (self.last.0 + dx, self.last.1 + dy);
+    }
+
     /// The part of the frame in which the target moves on; what is found outside of it came from elsewhere.
     pub fn neighbourhood(&self, situation: &Situation<'_>) -> BBox {
         match self.gate(situation) {
