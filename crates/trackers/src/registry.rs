@@ -96,8 +96,12 @@ pub const fn trackers() -> &'static [TrackerEntry] {
 
 /// Every detector.
 pub const fn detectors() -> &'static [DetectorEntry] {
-    const DETECTORS: &[DetectorEntry] =
-        &[DetectorEntry::of::<BallDetectorParams>("ball", "a round thing of one colour", "ball")];
+    const DETECTORS: &[DetectorEntry] = &[DetectorEntry::of::<BallDetectorParams>(
+        "ball",
+        "round regions of a given colour, or of any strong colour",
+        "ball",
+        crate::ball::detected_motion,
+    )];
     DETECTORS
 }
 

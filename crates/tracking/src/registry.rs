@@ -1,5 +1,6 @@
 //! What a registry holds: trackers and detectors by name. The lists themselves stand where the algorithms are.
 
+use crate::motion::MotionParams;
 use crate::parameters::{Parameter, Parameters};
 use crate::{Detector, Recipe, Result, TrackingError};
 use std::fmt;
@@ -57,6 +58,7 @@ pub struct DetectorEntry {
     pub summary: &'static str,
     /// The tracker to use for what it finds unless the user names one.
     pub default_tracker: &'static str,
+    motion: fn() -> MotionParams,
     schema: fn() -> Vec<Parameter>,
     detector: fn(&'static str, &toml::Table) -> Result<Box<dyn Detector>>,
 }
@@ -71,19 +73,26 @@ pub trait DetectorRecipe: Parameters {
 }
 
 impl DetectorEntry {
-    /// The entry of the detector whose parameters are `P`.
+    /// The entry of the detector whose parameters are `P`; `motion` says how what it finds moves.
     pub const fn of<P: DetectorRecipe>(
         name: &'static str,
         summary: &'static str,
         default_tracker: &'static str,
+        motion: fn() -> MotionParams,
     ) -> Self {
         Self {
             name,
             summary,
             default_tracker,
+            motion,
             schema: || P::default().schema(),
             detector: |name, table| P::default().with(name, table)?.detector(),
         }
+    }
+
+    /// How what it finds moves, and how exactly it finds it: the defaults where many targets are followed.
+    pub fn motion(&self) -> MotionParams {
+        (self.motion)()
     }
 
     /// Every parameter with its default.

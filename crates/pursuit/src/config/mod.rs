@@ -127,12 +127,17 @@ impl RunConfig {
         };
         let settings = Settings::split(&self.parameters, &Participants { trackers: &[tracker], detector, many })?;
         let for_tracker = settings.trackers.first().cloned().unwrap_or_default();
+        let many = AssociationParams::default();
+        let many = match detector {
+            Some(detector) => AssociationParams { motion: detector.motion(), ..many },
+            None => many,
+        };
         let detector = detector.map(|d| d.detector(&settings.detector)).transpose()?;
         Ok(Methods {
             recipe: tracker.recipe(&for_tracker)?,
             detector,
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
-            many: AssociationParams::default().with(MANY_PREFIX, &settings.many)?,
+            many: many.with(MANY_PREFIX, &settings.many)?,
         })
     }
 }

@@ -217,7 +217,7 @@ mod tests {
         assert!(message.starts_with("tracker `kcf` has no parameter `colour`; it has: "), "{message}");
         assert!(message.contains("motion.…") && message.contains("; detector `ball` has: color"), "{message}");
         let message = refusal("motion.modle = 'x'", &["kcf"], None);
-        assert!(message.contains("`motion.modle`; it has: in `motion` model, acceleration"), "{message}");
+        assert!(message.contains("`motion.modle`; it has: in `motion` model, camera, acceleration"), "{message}");
         let message = refusal("colour = 'x'", &["kcf", "mosse"], None);
         assert_eq!(message, "none of the trackers kcf, mosse has a parameter `colour`");
         for (settings, words) in [

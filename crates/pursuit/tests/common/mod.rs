@@ -19,8 +19,8 @@ pub fn at(x: f64) -> BBox {
 
 /// Blank frames, 40 ms apart, that can be entered anywhere; it breaks off where told.
 pub struct Book {
-    info: SourceInfo,
-    next: u64,
+    pub info: SourceInfo,
+    pub next: u64,
     pub broken_at: Option<u64>,
 }
 

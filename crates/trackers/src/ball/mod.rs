@@ -54,3 +54,8 @@ pub fn ball(name: &'static str) -> TrackerRecipe<BallParams> {
     };
     TrackerRecipe { name, localizer: BallParams::default(), groups }
 }
+
+/// How balls that were detected move: the detector's boxes are less exact than the tracker's.
+pub(crate) fn detected_motion() -> MotionParams {
+    MotionParams { position_noise: 0.03, size_noise: 0.1, noise_floor_px: 0.5, ..MotionParams::ball() }
+}
