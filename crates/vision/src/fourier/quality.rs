@@ -4,7 +4,13 @@ use super::highest;
 /// rest, the sidelobe, which leaves out a square of `2·exclude + 1` cells about the peak (the paper: 5, of 64 × 64). The
 /// plane has rows of `width` and wraps around. A flat plane, or one without a sidelobe, gives 0.
 pub fn peak_to_sidelobe_ratio(plane: &[f32], width: usize, exclude: usize) -> f64 {
-    let (px, py, peak) = highest(plane, width);
+    let (px, py, _) = highest(plane, width);
+    sidelobe_ratio(plane, width, (px, py), exclude)
+}
+
+/// As [`peak_to_sidelobe_ratio`], of the peak in the cell (`px`, `py`).
+pub(crate) fn sidelobe_ratio(plane: &[f32], width: usize, (px, py): (usize, usize), exclude: usize) -> f64 {
+    let Some(&peak) = plane.get(py * width + px) else { return 0.0 };
     let height = plane.len() / width.max(1);
     let near = |i: usize, p: usize, n: usize| {
         let d = i.abs_diff(p);

@@ -4,6 +4,7 @@
 mod fit;
 mod phase;
 mod sparse;
+mod vote;
 
 pub use fit::{GlobalMotion, MotionKind, RobustFit, RobustFitParams};
 pub use phase::{PhaseCorrelation, PhaseShift};

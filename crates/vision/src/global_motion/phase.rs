@@ -1,7 +1,10 @@
+use super::vote::{self, Shift, elect};
 use crate::VisionError;
 use crate::error::require_size;
 use crate::flow::Pyramid;
-use crate::fourier::{Complex32, FftScratch, RealFft2, good_size, highest, parabola_peak, peak_to_sidelobe_ratio};
+use crate::fourier::{
+    Complex32, FftScratch, RealFft2, good_size, highest, parabola_peak, sidelobe_ratio, signed_shift,
+};
 use pursuit_geometry::Size;
 use pursuit_imaging::ImageView;
 
@@ -22,9 +25,9 @@ pub struct PhaseShift {
 /// pyramids; owns plans and scratch.
 ///
 /// The normalised cross-power spectrum is weighted with a Gaussian, so that the peak is a Gaussian about a cell wide
-/// whose top lies between cells. The accuracy is a tenth of a pixel of the level used; shifts up to a third of the
-/// picture are found. An object that covers a third of the picture and moves by itself may win: its outline moves with
-/// it. Where that can happen [`SparseMotion`](super::SparseMotion) is the one to ask.
+/// whose top lies between cells. An object that moves by itself has its own peak, which may be the higher one, for its
+/// outline moves with it: blocks of the picture vote among the highest peaks, and the shift that most of the picture made
+/// is the one told.
 #[derive(Debug, Clone)]
 pub struct PhaseCorrelation {
     longest_side: usize,
@@ -42,12 +45,20 @@ struct Work {
     /// Weight of every bin.
     weights: Vec<f32>,
     plane: Vec<f32>,
+    /// The plane less the peaks already taken.
+    rest: Vec<f32>,
     spectra: [Vec<Complex32>; 2],
     scratch: FftScratch,
 }
 
 /// Standard deviation of the peak, cells.
 const PEAK_SIGMA: f64 = 0.75;
+/// Cells that two peaks are apart at least: nearer ones belong to one motion.
+const APART: usize = 2;
+/// Peaks lower than this, relative to the highest, do not stand for election.
+const LEAST_PEAK: f32 = 0.2;
+/// Cells about the peak that do not belong to the sidelobe.
+const SIDELOBE: usize = 5;
 
 impl PhaseCorrelation {
     /// An estimator that works on the largest level whose sides are not above `longest_side` pixels (at least 32);
@@ -122,6 +133,7 @@ impl Work {
             down,
             weights,
             plane: vec![0.0; size.area()],
+            rest: vec![0.0; size.area()],
             spectra: [spectrum.clone(), spectrum],
             scratch: FftScratch::default(),
             plan,
@@ -148,14 +160,50 @@ impl Work {
         }
         self.plan.inverse(a, &mut self.plane, &mut self.scratch);
         let Size { width, height } = self.plan.size();
-        let (x, y, _) = highest(&self.plane, width);
+        let (x, y) = self.elected(first, second);
         let peak = parabola_peak(&self.plane, width, x, y);
         let signed = |v: f64, n: usize| if 2.0 * v >= n as f64 { v - n as f64 } else { v };
-        let peak_to_sidelobe = peak_to_sidelobe_ratio(&self.plane, width, 5);
+        let peak_to_sidelobe = sidelobe_ratio(&self.plane, width, (x, y), SIDELOBE);
         // All bins in phase make a peak of 1.
         let value = peak.value * self.plane.len() as f64 / f64::from(total);
         Some(PhaseShift { dx: signed(peak.x, width), dy: signed(peak.y, height), peak: value, peak_to_sidelobe })
     }
+
+    /// The cell of that peak of the plane for which most blocks of the picture vote.
+    fn elected(&mut self, first: ImageView<'_, u8>, second: ImageView<'_, u8>) -> (usize, usize) {
+        let Size { width, height } = self.plan.size();
+        let (mut cells, mut shifts) = ([(0, 0); vote::MOST], [Shift::default(); vote::MOST]);
+        let mut known = 0;
+        self.rest.copy_from_slice(&self.plane);
+        let (_, _, top) = highest(&self.plane, width);
+        while known < vote::MOST {
+            let (x, y, value) = highest(&self.rest, width);
+            if value < LEAST_PEAK * top || value <= 0.0 {
+                break;
+            }
+            if is_peak(&self.plane, width, (x, y)) {
+                cells[known] = (x, y);
+                shifts[known] = (signed_shift(x, width), signed_shift(y, height));
+                known += 1;
+            }
+            for (x, y) in around((x, y), APART, self.plan.size()) {
+                self.rest[y * width + x] = f32::NEG_INFINITY;
+            }
+        }
+        cells[elect(first, second, &shifts[..known])]
+    }
+}
+
+/// The cells at most `far` columns and rows away from one, in a plane that wraps around.
+fn around((x, y): (usize, usize), far: usize, size: Size) -> impl Iterator<Item = (usize, usize)> {
+    let rows = (0..=2 * far).map(move |j| (y + j + far * (size.height - 1)) % size.height);
+    rows.flat_map(move |y| (0..=2 * far).map(move |i| ((x + i + far * (size.width - 1)) % size.width, y)))
+}
+
+/// Whether no neighbour of the cell is higher.
+fn is_peak(plane: &[f32], width: usize, (x, y): (usize, usize)) -> bool {
+    let size = Size::new(width, plane.len() / width);
+    around((x, y), 1, size).all(|(i, j)| plane[j * width + i] <= plane[y * width + x])
 }
 
 /// The middle of `image` less its mean, under the window.

@@ -96,6 +96,13 @@ fn phase_correlation_finds_the_shift_of_the_picture() {
     let (dx, dy) = (5.0 + 77.0 / 256.0, -3.5);
     assert!((got.dx - dx).abs() < 0.35 && (got.dy - dy).abs() < 0.35, "{got:?} {dx} {dy}");
     assert!(got.peak > 0.1 && got.peak <= 1.01 && got.peak_to_sidelobe > 10.0, "{got:?}");
+    // An object that covers 30 % of the picture and goes its own way.
+    let [from, to] = pyramids(&pair(SHIFTED, true));
+    for longest_side in [160, 320] {
+        let got = PhaseCorrelation::new(longest_side).estimate(&from, &to).unwrap().unwrap();
+        assert!((got.dx - dx).abs() < 0.35 && (got.dy - dy).abs() < 0.35, "{got:?} {dx} {dy}");
+        assert!(got.peak > 0.02 && got.peak_to_sidelobe > 5.0, "{got:?}");
+    }
     // At full resolution, and far.
     let mut phase = PhaseCorrelation::new(1000);
     let far = pair([256, 0, 500_000 - 60 * 256, 0, 256, 300_000 + 41 * 256], false);
