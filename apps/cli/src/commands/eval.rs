@@ -3,7 +3,7 @@ use crate::args::{Eval, Global};
 use crate::console;
 use pursuit::RunError;
 use pursuit::config::parse_setting;
-use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
+use pursuit::evaluation::{Entry, EvalOptions, Progress, evaluate, text_table};
 use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
@@ -50,7 +50,7 @@ fn build_id() -> String {
 }
 
 /// The trackers named, or all, with their parameters.
-fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
+fn contestants(args: &Eval) -> Result<Vec<Entry>, RunError> {
     let all = || registry::trackers().iter().map(|t| t.name.to_owned()).collect();
     let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
     let settings = args.settings.iter().map(|s| parse_setting(s)).collect::<Result<Vec<_>, _>>()?;
@@ -65,7 +65,7 @@ fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
             Some((k.strip_prefix(name.as_str())?.strip_prefix('.')?.to_owned(), v.clone()))
         };
         let parameters = settings.iter().filter_map(own).collect();
-        Ok(Contestant::from(registry::tracker(name)?.recipe(&parameters)?))
+        Ok(Entry::from(registry::tracker(name)?.recipe(&parameters)?))
     };
     names.iter().map(contestant).collect()
 }
