@@ -66,7 +66,7 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn of(chart: &'a Chart, top: f64) -> Self {
-        // What stands above the data makes the picture higher; it does not press the data flat.
+        // Title and legend add to the height, so that the data keep theirs.
         let height = chart.height + top - 12.0;
         let (width, bottom) = (chart.width, height - BELOW);
         let wanted_y = ((bottom - top) / 46.0) as usize;

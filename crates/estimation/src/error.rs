@@ -130,11 +130,13 @@ pub enum EstimationError {
 pub type Result<T> = std::result::Result<T, EstimationError>;
 
 /// Refuses a value that is not finite or does not satisfy `holds`.
+#[inline]
 pub(crate) fn require(name: &'static str, value: f64, holds: bool, expected: &'static str) -> Result<()> {
     if value.is_finite() && holds { Ok(()) } else { Err(EstimationError::Parameter { name, value, expected }) }
 }
 
 /// Refuses a time step that is not a positive finite number of seconds.
+#[inline]
 pub(crate) fn require_time_step(dt_s: f64) -> Result<()> {
     if dt_s.is_finite() && dt_s > 0.0 { Ok(()) } else { Err(EstimationError::TimeStep { dt_s }) }
 }

@@ -92,16 +92,14 @@ impl<const N: usize> Transition<N> {
         })
     }
 
-    /// A step of `[x, y, vx, vy, …]` by `dt_s` that leaves all other components where they are.
+    /// A step of `[x, y, vx, vy, …]` by `dt_s` that leaves all other components where they are. The caller has seen that
+    /// `dt_s` and `noise` are finite and `noise` a covariance.
     #[inline]
-    pub(crate) fn moving_centre(dt_s: f64, noise: SMatrix<f64, N, N>) -> Result<Self> {
-        if !is_finite(&noise) {
-            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
-        }
+    pub(crate) fn moving_centre(dt_s: f64, noise: SMatrix<f64, N, N>) -> Self {
         let mut matrix = SMatrix::<f64, N, N>::identity();
         matrix[(0, 2)] = dt_s;
         matrix[(1, 3)] = dt_s;
-        Ok(Self { matrix, noise, offset: SVector::zeros(), shear: Shear::moving_centre(dt_s, noise.trace()) })
+        Self { matrix, noise, offset: SVector::zeros(), shear: Shear::moving_centre(dt_s, noise.trace()) }
     }
 
     /// The same step with the known displacement `B u` (a control input) added to the mean.

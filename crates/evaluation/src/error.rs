@@ -38,6 +38,14 @@ pub enum EvaluationError {
         /// What is wrong and what would mend it.
         reason: String,
     },
+    /// A part of the results that its format cannot hold.
+    #[error("{what} cannot be encoded: {reason}")]
+    Encoding {
+        /// What was to be written.
+        what: String,
+        /// What the encoder says.
+        reason: String,
+    },
     /// An option that makes no sense.
     #[error("{0}")]
     Option(String),
@@ -52,8 +60,27 @@ impl EvaluationError {
         Self::Output { path: path.to_owned(), reason: reason.to_string() }
     }
 
-    /// Whether the trouble is with writing results; what is left is trouble with reading or with options.
+    pub(crate) fn encoding(what: impl Into<String>, reason: impl std::fmt::Display) -> Self {
+        Self::Encoding { what: what.into(), reason: reason.to_string() }
+    }
+
+    /// Whether results could not be written; the other variants are about reading and about options.
     pub const fn is_output(&self) -> bool {
-        matches!(self, Self::Output { .. })
+        matches!(self, Self::Output { .. } | Self::Encoding { .. })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_encoded_is_trouble_with_the_output_and_says_what_it_was() {
+        let error = EvaluationError::encoding("a picture of the report", "too wide");
+        assert_eq!(error.to_string(), "a picture of the report cannot be encoded: too wide");
+        assert!(error.is_output());
+        assert!(EvaluationError::output(Path::new("results.json"), "disk full").is_output());
+        assert!(!EvaluationError::Option("no tracker".to_owned()).is_output());
+        assert!(!EvaluationError::dataset(Path::new("gt.txt"), 3, "not a number").is_output());
     }
 }

@@ -1,76 +1,14 @@
-//! The whole of it: sequences × trackers, what is missing is run, everything is scored.
+//! Sequences × trackers: what is missing is run, everything is scored.
 
-use crate::film::Film;
+use crate::frame_cache::FrameCache;
 use crate::protocol::Pass;
-use crate::run::{parameters_of, run_pass};
+use crate::run::{Passes, parameters_of, run_pass};
 use crate::store::Store;
-use crate::summary::{Outcome, tracker_results};
-use crate::{Dataset, EvaluationError, Protocol, Result, Results, RunRecord, Sequence, Trajectory};
-use pursuit_media::OpenOptions;
-use pursuit_tracking::Recipe;
+use crate::summary::{SequenceOutcome, tracker_results};
+use crate::{Dataset, Entry, EvalOptions, EvaluationError, Result, Results, RunRecord, Sequence, Trajectory};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-
-/// A tracker that takes part: a recipe under the name it has in the results.
-pub struct Contestant {
-    /// Its name in folders, tables and plots.
-    pub name: String,
-    /// What makes it.
-    pub recipe: Box<dyn Recipe>,
-}
-
-impl From<Box<dyn Recipe>> for Contestant {
-    fn from(recipe: Box<dyn Recipe>) -> Self {
-        Self { name: recipe.name().to_owned(), recipe }
-    }
-}
-
-/// What to evaluate, and how.
-pub struct EvalOptions {
-    /// Folders to search for sequences, or single sequences.
-    pub datasets: Vec<PathBuf>,
-    /// Who takes part.
-    pub trackers: Vec<Contestant>,
-    /// What is run.
-    pub protocol: Protocol,
-    /// Comma-separated patterns of the sequences wanted; all without.
-    pub sequences: Option<String>,
-    /// Sequences worked on at once, each by one thread. Results do not depend on it; on a busy machine speeds may.
-    pub jobs: usize,
-    /// Where results are kept: `boxes/`, `results.json`, `report.html`. Protocols may share a folder.
-    pub out: PathBuf,
-    /// What made the run (a version, a build's hash): results that another build left are run again.
-    pub build: String,
-    /// Memory that decoded frames may take, in bytes; longer sequences are decoded again for every tracker.
-    pub frame_memory_bytes: u64,
-    /// Whether `report.html` is written.
-    pub report: bool,
-    /// Whether the report shows frames of the sequences (which are decoded once more for it).
-    pub thumbnails: bool,
-    /// How frames are opened.
-    pub open: OpenOptions,
-}
-
-impl EvalOptions {
-    /// The defaults: everything below `datasets`, one pass, one job, 1.5 GB of frames, a report with pictures.
-    pub fn new(datasets: Vec<PathBuf>, trackers: Vec<Contestant>, out: PathBuf) -> Self {
-        Self {
-            datasets,
-            trackers,
-            protocol: Protocol::Ope,
-            sequences: None,
-            jobs: 1,
-            out,
-            build: env!("CARGO_PKG_VERSION").to_owned(),
-            frame_memory_bytes: 1_500_000_000,
-            report: true,
-            thumbnails: true,
-            open: OpenOptions::default(),
-        }
-    }
-}
 
 /// News of an evaluation in progress.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,9 +53,6 @@ pub enum Progress {
     Reporting,
 }
 
-/// What one tracker left on one sequence.
-pub(crate) type Passes = Vec<(Trajectory, RunRecord)>;
-
 /// Runs what is missing, scores everything, and writes `results.json` and `report.html`.
 ///
 /// Setting `stop` ends it after the current frame: what is complete is kept and scored, and the same call goes on later.
@@ -130,28 +65,28 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     let mut problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
     let runs = dataset.sequences.len() * options.trackers.len();
     progress(Progress::Found { sequences: dataset.sequences.len(), runs, problems: problems.clone() });
-    let session =
-        Session { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
-    let finished = session.run_all(&dataset.sequences, &mut problems)?;
+    let evaluation =
+        Evaluation { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
+    let finished = evaluation.run_all(&dataset.sequences, &mut problems)?;
 
     let mut results = Results { protocol: options.protocol, problems, ..Results::default() };
     results.interrupted = stop.load(Ordering::Relaxed);
     let mut kept: BTreeMap<String, BTreeMap<String, Passes>> = BTreeMap::new();
-    for contestant in &options.trackers {
+    for entry in &options.trackers {
         let mut outcomes = BTreeMap::new();
         for (sequence, by_tracker) in dataset.sequences.iter().zip(&finished) {
-            let Some(passes) = by_tracker.get(&contestant.name) else { continue };
-            outcomes.insert(sequence.name().to_owned(), Outcome::new(options.protocol, sequence, passes));
-            kept.entry(contestant.name.clone()).or_default().insert(sequence.name().to_owned(), passes.clone());
+            let Some(passes) = by_tracker.get(&entry.name) else { continue };
+            outcomes.insert(sequence.name().to_owned(), SequenceOutcome::new(options.protocol, sequence, passes));
+            kept.entry(entry.name.clone()).or_default().insert(sequence.name().to_owned(), passes.clone());
         }
-        let parameters = parameters_of(&*contestant.recipe)?;
-        results.trackers.insert(contestant.name.clone(), tracker_results(parameters, outcomes));
+        let parameters = parameters_of(&*entry.recipe)?;
+        results.trackers.insert(entry.name.clone(), tracker_results(parameters, outcomes));
     }
-    session.store.write_results(&results)?;
+    evaluation.store.write_results(&results)?;
     if options.report {
         progress(Progress::Reporting);
         let page = crate::report::page(options, &dataset.sequences, &results, &kept, stop);
-        session.store.write_report(options.protocol, &page)?;
+        evaluation.store.write_report(options.protocol, &page)?;
     }
     Ok(results)
 }
@@ -177,7 +112,7 @@ fn find(options: &EvalOptions) -> Result<Dataset> {
 }
 
 /// What all threads of an evaluation share.
-struct Session<'a> {
+struct Evaluation<'a> {
     options: &'a EvalOptions,
     store: Store,
     progress: &'a (dyn Fn(Progress) + Sync),
@@ -188,7 +123,7 @@ struct Session<'a> {
 
 type ByTracker = BTreeMap<String, Passes>;
 
-impl Session<'_> {
+impl Evaluation<'_> {
     /// Works through the sequences on `jobs` threads; what comes out does not depend on who did what when.
     /// Sequences that cannot be opened are added to `problems`; only when there is no other is that an error.
     fn run_all(&self, sequences: &[Sequence], problems: &mut Vec<String>) -> Result<Vec<ByTracker>> {
@@ -199,12 +134,12 @@ impl Session<'_> {
             while !self.stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
                 let i = next.fetch_add(1, Ordering::Relaxed);
                 let (Some(sequence), Some(slot)) = (sequences.get(i), slots.get(i)) else { break };
-                let outcome = self.run_sequence(sequence);
-                match &outcome {
+                let passes = self.run_sequence(sequence);
+                match &passes {
                     Err(e @ EvaluationError::Frames { .. }) => self.leave_out(e),
                     other => drop(failed.fetch_or(other.is_err(), Ordering::Relaxed)),
                 }
-                *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
+                *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(passes);
             }
         };
         std::thread::scope(|scope| {
@@ -221,7 +156,7 @@ impl Session<'_> {
                     first_left_out.get_or_insert(e);
                     ByTracker::new()
                 }
-                Some(outcome) => outcome?,
+                Some(passes) => passes?,
                 None => ByTracker::new(),
             });
         }
@@ -240,14 +175,14 @@ impl Session<'_> {
     /// All trackers on one sequence: what earlier calls left is read back, the rest is run.
     fn run_sequence(&self, sequence: &Sequence) -> Result<ByTracker> {
         let passes = self.options.protocol.passes(sequence);
-        let mut film = None;
+        let mut frames = None;
         let mut finished = ByTracker::new();
-        for contestant in &self.options.trackers {
-            let parameters = parameters_of(&*contestant.recipe)?;
+        for entry in &self.options.trackers {
+            let parameters = parameters_of(&*entry.recipe)?;
             let mut reused = true;
             let mut done = Passes::new();
             for pass in &passes {
-                let kept = self.store.read(&contestant.name, sequence, pass, |record| {
+                let kept = self.store.read(&entry.name, sequence, pass, |record| {
                     record.parameters == parameters
                         && record.build == self.options.build
                         && record.protocol.runs_like(self.options.protocol)
@@ -256,11 +191,11 @@ impl Session<'_> {
                     Some(run) => run,
                     None => {
                         reused = false;
-                        let film = match &mut film {
-                            Some(film) => film,
+                        let frames = match &mut frames {
+                            Some(frames) => frames,
                             empty => empty.insert(self.load(sequence)?),
                         };
-                        match self.run_and_keep(contestant, sequence, film, pass)? {
+                        match self.run_and_keep(entry, sequence, frames, pass)? {
                             Some(run) => run,
                             None => return Ok(finished),
                         }
@@ -268,35 +203,35 @@ impl Session<'_> {
                 };
                 done.push(run);
             }
-            self.announce(contestant, sequence, &done, reused);
-            finished.insert(contestant.name.clone(), done);
+            self.announce(entry, sequence, &done, reused);
+            finished.insert(entry.name.clone(), done);
         }
         Ok(finished)
     }
 
-    fn load<'f>(&'f self, sequence: &'f Sequence) -> Result<Film<'f>> {
+    fn load<'f>(&'f self, sequence: &'f Sequence) -> Result<FrameCache<'f>> {
         let budget = self.options.frame_memory_bytes / self.options.jobs.max(1) as u64;
-        Film::load(sequence, &self.options.open, budget, self.stop)
+        FrameCache::load(sequence, &self.options.open, budget, self.stop)
     }
 
     fn run_and_keep(
         &self,
-        contestant: &Contestant,
+        entry: &Entry,
         sequence: &Sequence,
-        film: &Film<'_>,
+        frames: &FrameCache<'_>,
         pass: &Pass,
     ) -> Result<Option<(Trajectory, RunRecord)>> {
-        let (recipe, build) = (&*contestant.recipe, &self.options.build);
-        let run = run_pass(recipe, sequence, film, pass, self.options.protocol, build, self.stop)?;
+        let (recipe, build) = (&*entry.recipe, &self.options.build);
+        let run = run_pass(recipe, sequence, frames, pass, self.options.protocol, build, self.stop)?;
         let Some((trajectory, record)) = run else { return Ok(None) };
         // What is scored is what the files say, so that scoring again gives the same figures to the last digit.
-        self.store.write(&contestant.name, sequence, pass, &trajectory, &record).map(Some)
+        self.store.write(&entry.name, sequence, pass, &trajectory, &record).map(Some)
     }
 
-    fn announce(&self, contestant: &Contestant, sequence: &Sequence, passes: &Passes, reused: bool) {
-        let score = Outcome::new(self.options.protocol, sequence, passes).score;
+    fn announce(&self, entry: &Entry, sequence: &Sequence, passes: &Passes, reused: bool) {
+        let score = SequenceOutcome::new(self.options.protocol, sequence, passes).score;
         (self.progress)(Progress::Finished {
-            tracker: contestant.name.clone(),
+            tracker: entry.name.clone(),
             sequence: sequence.name().to_owned(),
             reused,
             auc: score.auc,

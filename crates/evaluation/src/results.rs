@@ -5,7 +5,7 @@ use crate::{Protocol, UpdateTime};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The outcome of an evaluation.
+/// The figures of an evaluation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Results {
     /// Figures by tracker.

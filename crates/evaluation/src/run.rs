@@ -1,7 +1,7 @@
 //! One tracker on one sequence.
 
 use crate::clock::ThreadClock;
-use crate::film::Film;
+use crate::frame_cache::FrameCache;
 use crate::metrics::accuracy::overlap;
 use crate::metrics::supervised::SKIP_AFTER_FAILURE;
 use crate::metrics::{mean, quantile};
@@ -43,6 +43,9 @@ pub struct RunRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
+
+/// What one tracker left on one sequence: every pass of the protocol.
+pub(crate) type Passes = Vec<(Trajectory, RunRecord)>;
 
 /// Time of an update in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -96,7 +99,7 @@ struct Running<'a> {
 pub(crate) fn run_pass(
     recipe: &dyn Recipe,
     sequence: &Sequence,
-    film: &Film<'_>,
+    frames: &FrameCache<'_>,
     pass: &Pass,
     protocol: Protocol,
     build: &str,
@@ -120,7 +123,7 @@ pub(crate) fn run_pass(
         thread_ms: 0.0,
         error: None,
     };
-    let ending = film.show(pass.start, |i, frame| {
+    let ending = frames.show(pass.start, |i, frame| {
         if stop.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -154,8 +157,10 @@ pub(crate) fn run_pass(
 
 /// Every parameter of a recipe.
 pub(crate) fn parameters_of(recipe: &dyn Recipe) -> Result<serde_json::Value> {
-    let table = recipe.parameters().map_err(|e| EvaluationError::Option(e.to_string()))?;
-    serde_json::to_value(table).map_err(|e| EvaluationError::Option(e.to_string()))
+    let failed =
+        |e: &dyn std::fmt::Display| EvaluationError::encoding(format!("the parameters of {}", recipe.name()), e);
+    let table = recipe.parameters().map_err(|e| failed(&e))?;
+    serde_json::to_value(table).map_err(|e| failed(&e))
 }
 
 impl Running<'_> {

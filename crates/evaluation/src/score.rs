@@ -1,4 +1,4 @@
-//! From what was said and what is true to figures, for one pass.
+//! Figures of one pass, from its trajectory and the truth.
 
 use crate::metrics::accuracy::{believed, is_hit, overlap};
 use crate::metrics::calibration::Forecast;
@@ -67,7 +67,7 @@ impl Scored {
         let alive = output.is_some_and(|o| o.state == TrackState::Tracking);
         let score = output.map_or(0.0, |o| o.score);
         self.judged.push(Judged { visible, alive, overlap, score });
-        // What the box itself is worth, whatever the state: the score speaks of the box.
+        // Whatever state is reported: `score` is the probability that the box is right.
         self.forecasts.extend(output.map(|o| Forecast { score: o.score, hit: is_hit(truth, o) }));
     }
 }

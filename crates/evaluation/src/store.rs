@@ -27,7 +27,7 @@ impl Store {
         let record: RunRecord = serde_json::from_slice(&std::fs::read(boxes.with_extension("json")).ok()?).ok()?;
         let started_alike = record.starts.first().is_none_or(|s| *s == pass.start);
         let fits = fits(&record) && started_alike && record.frames <= sequence.truth().len();
-        // A damaged file is run again, not complained about.
+        // A damaged file counts as missing, so that the pass is run again.
         let trajectory = Trajectory::read(&boxes).ok().filter(|t| t.end() <= record.frames)?;
         fits.then_some((trajectory, record))
     }

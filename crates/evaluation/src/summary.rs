@@ -4,7 +4,7 @@ use crate::metrics::calibration::{Forecast, expected_calibration_error, reliabil
 use crate::metrics::long_term::{
     Judged, PrecisionRecall, best_f, false_alive, precision_recall, precision_recall_curve, reacquisition, thresholds,
 };
-use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Run, SENSITIVITY, Supervised};
+use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Fragment, SENSITIVITY, Supervised};
 use crate::metrics::{geometric_mean, mean, median, one_pass};
 use crate::results::{Curves, LongTermScore, MeanScore, SequenceScore, SupervisedScore, TrackerResults};
 use crate::score::{Scored, supervised};
@@ -16,7 +16,7 @@ const RESOLUTION: usize = 100;
 
 /// Everything about one tracker on one sequence: figures, and what the figures over all sequences are made of.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Outcome {
+pub(crate) struct SequenceOutcome {
     pub score: SequenceScore,
     success: Vec<f64>,
     precision: Vec<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Outcome {
     supervised: Vec<Supervised>,
 }
 
-impl Outcome {
+impl SequenceOutcome {
     /// From the passes of a protocol over a sequence; there is at least one.
     pub fn new(protocol: Protocol, sequence: &Sequence, passes: &[(Trajectory, RunRecord)]) -> Self {
         let scored: Vec<Scored> = passes.iter().map(|(t, r)| Scored::new(sequence, t, r)).collect();
@@ -72,8 +72,11 @@ impl Outcome {
 }
 
 /// The figures of a tracker over its sequences.
-pub(crate) fn tracker_results(parameters: serde_json::Value, outcomes: BTreeMap<String, Outcome>) -> TrackerResults {
-    let all: Vec<&Outcome> = outcomes.values().collect();
+pub(crate) fn tracker_results(
+    parameters: serde_json::Value,
+    outcomes: BTreeMap<String, SequenceOutcome>,
+) -> TrackerResults {
+    let all: Vec<&SequenceOutcome> = outcomes.values().collect();
     let over = |figure: fn(&SequenceScore) -> f64| mean(&all.iter().map(|o| figure(&o.score)).collect::<Vec<_>>());
     let rate = |figure: fn(&SequenceScore) -> Option<f64>| {
         geometric_mean(&all.iter().filter_map(|o| figure(&o.score)).collect::<Vec<_>>())
@@ -82,8 +85,8 @@ pub(crate) fn tracker_results(parameters: serde_json::Value, outcomes: BTreeMap<
     let calibration = reliability(&forecasts).to_vec();
     let with_long_term: Vec<&[Judged]> =
         all.iter().filter(|o| o.score.long_term.is_some()).map(|o| o.judged.as_slice()).collect();
-    let runs: Vec<Run> = all.iter().flat_map(|o| vot::runs(&o.supervised)).collect();
-    let eao = vot::eao_curve(&runs);
+    let fragments: Vec<Fragment> = all.iter().flat_map(|o| vot::fragments(&o.supervised)).collect();
+    let eao = vot::eao_curve(&fragments);
     let mean = MeanScore {
         auc: over(|s| s.auc),
         precision20: over(|s| s.precision20),
@@ -142,7 +145,7 @@ fn supervised_score(frames: &[Supervised]) -> SupervisedScore {
 }
 
 /// Weighted by length, as the toolkit's average accuracy and robustness.
-fn supervised_mean(all: &[&Outcome], eao: &[f64]) -> Option<SupervisedScore> {
+fn supervised_mean(all: &[&SequenceOutcome], eao: &[f64]) -> Option<SupervisedScore> {
     let parts: Vec<(&SupervisedScore, f64)> =
         all.iter().filter_map(|o| Some((o.score.supervised.as_ref()?, o.supervised.len() as f64))).collect();
     let frames: f64 = parts.iter().map(|(_, length)| length).sum();

@@ -14,7 +14,7 @@ fn every_sequence_can_be_evaluated() {
         return;
     }
     let out = tempfile::tempdir().unwrap();
-    let mut options = EvalOptions::new(vec![data], vec![Scripted::still().contestant()], out.path().to_owned());
+    let mut options = EvalOptions::new(vec![data], vec![Scripted::still().entry()], out.path().to_owned());
     options.sequences = Some("TLD_05*,OTB_Deer,OTB_Jogging*".to_owned());
     options.thumbnails = false;
     options.jobs = 2;

@@ -32,8 +32,7 @@ fn skipped(sequence: &Sequence) -> usize {
 /// All sequences can be played to their end.
 fn plays(root: &Path) {
     let out = tempfile::tempdir().unwrap();
-    let mut options =
-        EvalOptions::new(vec![root.to_owned()], vec![Scripted::still().contestant()], out.path().to_owned());
+    let mut options = EvalOptions::new(vec![root.to_owned()], vec![Scripted::still().entry()], out.path().to_owned());
     options.report = false;
     let results = evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap();
     for (name, score) in &results.trackers["still"].sequences {
@@ -260,8 +259,7 @@ fn damaged_truth_is_named_with_file_and_line_and_spoils_nothing_else() {
 fn a_place_without_sequences_says_what_one_looks_like() {
     let root = tempfile::tempdir().unwrap();
     let run = |path: &Path| {
-        let options =
-            EvalOptions::new(vec![path.to_owned()], vec![Scripted::still().contestant()], root.path().join("out"));
+        let options = EvalOptions::new(vec![path.to_owned()], vec![Scripted::still().entry()], root.path().join("out"));
         evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap_err().to_string()
     };
     assert!(run(root.path()).contains("frames.csv"));

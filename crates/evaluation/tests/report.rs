@@ -24,7 +24,7 @@ fn page(root: &Path, protocol: Protocol) -> String {
     write(&root.join("data/bad/groundtruth.txt"), "1,2,3\n");
     let moving = Scripted::new(EVIL, |frame, first| Some((first.translated((frame % 7) as f64, 0.0), Tracking, 0.5)));
     let failing = Scripted::new("failing", |frame, first| (frame < 20).then_some((first, Tracking, 0.9)));
-    let trackers = vec![Scripted::still().contestant(), moving.contestant(), failing.contestant()];
+    let trackers = vec![Scripted::still().entry(), moving.entry(), failing.entry()];
     let mut options = EvalOptions::new(vec![root.join("data")], trackers, root.join("out"));
     options.protocol = protocol;
     evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap();
@@ -88,7 +88,7 @@ fn the_page_is_whole_alone_and_escaped() {
 fn pictures_can_be_left_out() {
     let root = tempfile::tempdir().unwrap();
     page(root.path(), Protocol::Ope);
-    let still = vec![Scripted::still().contestant()];
+    let still = vec![Scripted::still().entry()];
     let mut options = EvalOptions::new(vec![root.path().join("data")], still, root.path().join("out"));
     options.thumbnails = false;
     evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap();

@@ -26,7 +26,7 @@ fn dataset(root: &Path) -> PathBuf {
 
 fn options(root: &Path, trackers: &[&Scripted]) -> EvalOptions {
     let mut options =
-        EvalOptions::new(vec![dataset(root)], trackers.iter().map(|t| t.contestant()).collect(), root.join("out"));
+        EvalOptions::new(vec![dataset(root)], trackers.iter().map(|t| t.entry()).collect(), root.join("out"));
     options.report = false;
     options
 }
@@ -92,7 +92,7 @@ fn a_second_call_runs_only_what_is_missing_and_says_the_same() {
 }
 
 fn super_options(options: &EvalOptions, tracker: &Scripted) -> EvalOptions {
-    let mut again = EvalOptions::new(options.datasets.clone(), vec![tracker.contestant()], options.out.clone());
+    let mut again = EvalOptions::new(options.datasets.clone(), vec![tracker.entry()], options.out.clone());
     again.report = false;
     again
 }
@@ -226,8 +226,7 @@ fn the_reset_protocol_starts_again_five_frames_after_a_failure() {
     let drifting = Scripted::new("drifting", |frame, first| {
         Some((if frame == 12 { first.translated(9.0, 0.0) } else { first }, Tracking, 1.0))
     });
-    let mut options =
-        EvalOptions::new(vec![root.path().join("data")], vec![drifting.contestant()], root.path().join("out"));
+    let mut options = EvalOptions::new(vec![root.path().join("data")], vec![drifting.entry()], root.path().join("out"));
     (options.protocol, options.report) = (Protocol::Reset, false);
     let results = run(&options);
     let score = results.trackers["drifting"].sequences["drift"].supervised.clone().unwrap();

@@ -85,8 +85,8 @@ fn supervised_metrics_equal_those_of_vot() {
         close("mean accuracy", accuracy / frames, &case["mean_accuracy"]);
         close("mean failures", failures, &case["mean_failures"]);
         close("mean robustness", supervised::reliability(failures, length, SENSITIVITY), &case["mean_robustness"]);
-        let runs: Vec<_> = sequences.iter().flat_map(|s| supervised::runs(s)).collect();
-        let curve = supervised::eao_curve(&runs);
+        let fragments: Vec<_> = sequences.iter().flat_map(|s| supervised::fragments(s)).collect();
+        let curve = supervised::eao_curve(&fragments);
         all_close("EAO curve", &curve, &case["eao_curve"]);
         close("EAO", supervised::expected_average_overlap(&curve, EAO_SPAN).unwrap(), &case["eao"]);
     }

@@ -54,8 +54,8 @@ enum Filter {
     Singer,
     Current,
     InputEstimation,
-    ImmVelocity,
-    ImmAcceleration,
+    ImmVelocity { quiet: f64, agile: f64 },
+    ImmAcceleration { quiet: f64, agile: f64 },
     ImmTurn,
     Gated,
     Jump,
@@ -85,9 +85,11 @@ impl Filter {
             Self::InputEstimation => {
                 Box::new(Input { filter: InputEstimator::new(four, 9.0)?, transition: velocity(1e-3)?, sensor })
             }
-            Self::ImmVelocity => Box::new(Models::new([velocity(1e-3)?, velocity(4.0)?], [0.95; 2], sensor, four)?),
-            Self::ImmAcceleration => {
-                let transitions = [forgetful(&velocity(1e-3)?)?, acceleration(0.3)?];
+            Self::ImmVelocity { quiet, agile } => {
+                Box::new(Models::new([velocity(quiet)?, velocity(agile)?], [0.95; 2], sensor, four)?)
+            }
+            Self::ImmAcceleration { quiet, agile } => {
+                let transitions = [forgetful(&velocity(quiet)?)?, acceleration(agile)?];
                 Box::new(Models::new(transitions, [0.95; 2], sensor_six, six)?)
             }
             Self::ImmTurn => {
@@ -204,8 +206,8 @@ pub fn which_filter(seeds: u32) -> Result<FilterComparison, ExperimentError> {
         ("Singer (α .2, σ_a .5)", Filter::Singer),
         ("current statistical (α .1, a_max 4)", Filter::Current),
         ("input estimation (10 steps)", Filter::InputEstimation),
-        ("IMM CV(.001) + CV(4)", Filter::ImmVelocity),
-        ("IMM CV(.001) + CA(.3)", Filter::ImmAcceleration),
+        ("IMM CV(.001) + CV(4)", Filter::ImmVelocity { quiet: 1e-3, agile: 4.0 }),
+        ("IMM CV(.001) + CA(.3)", Filter::ImmAcceleration { quiet: 1e-3, agile: 0.3 }),
         ("IMM CV(.001) + CV(4) + CT(±.06)", Filter::ImmTurn),
         ("gated LS-SVM, gao2007 (q/R .01)", Filter::Gated),
         ("jump, zhu2014 (Q .01 I)", Filter::Jump),
@@ -276,5 +278,39 @@ mod tests {
         let text = comparison.to_string();
         assert_eq!(text.lines().filter(|l| l.starts_with("| ")).count(), 24, "{text}");
         assert!(comparison.filters.iter().all(|f| f.predicted.iter().chain(&f.filtered).all(|v| v.is_finite())));
+    }
+
+    /// The geometric mean over the motions of the prediction's errors, on the seeds for tuning.
+    fn over_motions(filter: Filter) -> f64 {
+        let logarithms = Motion::ALL.map(|motion| {
+            let [predicted, _] = errors(motion, filter, TUNING_SEEDS, TUNING_STREAM).unwrap();
+            predicted.ln()
+        });
+        mean(logarithms).exp()
+    }
+
+    /// The least of a grid of quiet and agile densities, which it prints.
+    fn best_of_grid(name: &str, agile: [f64; 5], filter: fn(f64, f64) -> Filter) -> f64 {
+        println!("{name}: quiet density down, agile density {agile:?} across");
+        let mut best = f64::INFINITY;
+        for quiet in [1e-4, 3e-4, 1e-3, 3e-3, 1e-2] {
+            let row = agile.map(|agile| over_motions(filter(quiet, agile)));
+            println!("{quiet}: {row:.3?}");
+            best = row.into_iter().fold(best, f64::min);
+        }
+        best
+    }
+
+    #[test]
+    #[ignore = "release: 50 filters on 240 paths each"]
+    fn the_densities_of_the_interacting_models_are_near_the_best_of_a_grid() {
+        let velocity = |quiet, agile| Filter::ImmVelocity { quiet, agile };
+        let acceleration = |quiet, agile| Filter::ImmAcceleration { quiet, agile };
+        let best = best_of_grid("CV + CV", [0.25, 1.0, 4.0, 16.0, 64.0], velocity);
+        let ours = over_motions(velocity(1e-3, 4.0));
+        assert!(ours < 1.05 * best, "{ours} against {best}");
+        let best = best_of_grid("CV + CA", [0.02, 0.1, 0.3, 1.0, 4.0], acceleration);
+        let ours = over_motions(acceleration(1e-3, 0.3));
+        assert!(ours < 1.05 * best, "{ours} against {best}");
     }
 }

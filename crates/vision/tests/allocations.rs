@@ -1,4 +1,5 @@
 //! After warm-up the kernels allocate nothing.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;

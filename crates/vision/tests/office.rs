@@ -1,5 +1,6 @@
 //! The background models on real footage, where it is present: `<repository>/../shared/data/human/office`, with
 //! CDnet's masks (0 background, 50 shadow, 85 outside of the region, 170 unknown, 255 moving).
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_geometry::Size;
 use pursuit_imaging::{Image, Rgb8};

@@ -3,7 +3,7 @@ use crate::args::{Eval, Global};
 use crate::console;
 use pursuit::RunError;
 use pursuit::config::recipes;
-use pursuit::evaluation::{Contestant, EvalOptions, Progress, evaluate, text_table};
+use pursuit::evaluation::{Entry, EvalOptions, Progress, evaluate, text_table};
 use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 /// `pursuit eval DATASET…`.
 pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
-    let mut options = EvalOptions::new(args.datasets.clone(), contestants(args)?, args.out.clone());
+    let mut options = EvalOptions::new(args.datasets.clone(), entries(args)?, args.out.clone());
     options.protocol = args.protocol.parse().map_err(RunError::from)?;
     options.sequences = args.sequences.clone();
     options.jobs = args.jobs;
@@ -50,10 +50,10 @@ fn build_id() -> String {
 }
 
 /// The trackers named, or all, with their parameters.
-fn contestants(args: &Eval) -> Result<Vec<Contestant>, RunError> {
+fn entries(args: &Eval) -> Result<Vec<Entry>, RunError> {
     let all = || registry::trackers().iter().map(|t| t.name.to_owned()).collect();
     let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
-    Ok(recipes(&names, &settings(&args.settings)?)?.into_iter().map(Contestant::from).collect())
+    Ok(recipes(&names, &settings(&args.settings)?)?.into_iter().map(Entry::from).collect())
 }
 
 fn show(bar: &indicatif::ProgressBar, news: Progress) {

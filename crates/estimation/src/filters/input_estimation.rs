@@ -108,11 +108,12 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
-        let mut after = self.clone();
-        after.predict(transition, input)?;
-        let answer = after.update(measurement, value)?;
-        *self = after;
-        Ok(answer)
+        require_finite("the input's effect", input)?;
+        let mut prior = self.belief;
+        prior.predict(transition)?;
+        // As in `predict`: two predictions without an update between are a gap.
+        let kept = if self.pending.is_some() { 0 } else { self.filled };
+        self.correct(prior, kept, (*transition.matrix(), *input), measurement, value)
     }
 
     /// Moves the belief through time. An input acts on the step through `input` `G` (`[dt²/2, dt]` for the acceleration of a
@@ -142,33 +143,49 @@ impl<const M: usize, const N: usize, const U: usize, const W: usize> InputEstima
         measurement: &LinearMeasurement<M, N>,
         value: &SVector<f64, M>,
     ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
-        let mut belief = self.belief;
-        let gain = belief.gain(measurement)?;
-        let innovation = belief.update(measurement, value)?;
         // A second reading at the same time sees no more of the input than the first.
-        let (transition, input) = self.pending.unwrap_or((SMatrix::identity(), SMatrix::zeros()));
-        let record = Step {
+        let moved = self.pending.unwrap_or((SMatrix::identity(), SMatrix::zeros()));
+        self.correct(self.belief, self.filled, moved, measurement, value)
+    }
+
+    /// Corrects `prior`, to which `moved` (`F` and `G`) has led, and tests the first `kept` steps of the window and this one.
+    /// Nothing changes before everything that can fail has succeeded.
+    fn correct(
+        &mut self,
+        prior: Gaussian<N>,
+        kept: usize,
+        (transition, input): (SMatrix<f64, N, N>, SMatrix<f64, N, U>),
+        measurement: &LinearMeasurement<M, N>,
+        value: &SVector<f64, M>,
+    ) -> Result<(Innovation<M>, Option<SVector<f64, U>>)> {
+        let gain = prior.gain(measurement)?;
+        let mut belief = prior;
+        let innovation = belief.update(measurement, value)?;
+        let newest = Step {
             transition,
             input,
             keep: SMatrix::identity() - gain * measurement.matrix(),
             matrix: *measurement.matrix(),
             innovation,
         };
-        let mut steps = self.steps;
-        let mut filled = self.filled;
-        if filled == W {
-            steps.rotate_left(1);
-            filled -= 1;
-        }
-        steps[filled] = Some(record);
-        filled += 1;
-        let found = estimate(&steps[..filled], self.threshold);
+        let full = kept == W;
+        let found = estimate(&self.steps[usize::from(full)..kept], &newest, self.threshold);
         if let Some(Found { size, spread, effect }) = &found {
             // The state gains the input's effect, and the doubt about its size: without that the correction would be final.
             belief = Gaussian::computed(belief.mean() + effect * size, belief.covariance() + sandwich(effect, spread))?;
-            (steps, filled) = ([None; W], 0);
         }
-        *self = Self { belief, threshold: self.threshold, steps, filled, pending: None };
+        self.belief = belief;
+        self.pending = None;
+        if found.is_some() || kept == 0 {
+            self.forget();
+        }
+        if found.is_none() {
+            if full {
+                self.steps.rotate_left(1);
+            }
+            self.filled = kept + usize::from(!full);
+            self.steps[self.filled - 1] = Some(newest);
+        }
         Ok((innovation, found.map(|found| found.size)))
     }
 
@@ -200,16 +217,18 @@ struct Found<const N: usize, const U: usize> {
 /// it predicts the next position worse than no correction does.
 const LEAST: usize = 3;
 
-/// The most significant of the inputs that may have set in at any of the steps, if it exceeds the threshold.
+/// The most significant of the inputs that may have set in at any of the steps, the earlier ones or the newest, if it
+/// exceeds the threshold.
 fn estimate<const M: usize, const N: usize, const U: usize>(
-    steps: &[Option<Step<M, N, U>>],
+    earlier: &[Option<Step<M, N, U>>],
+    newest: &Step<M, N, U>,
     threshold: f64,
 ) -> Option<Found<N, U>> {
     let mut best = None;
     let mut highest = threshold;
-    let seen = steps.len() + 1;
-    for onset in 0..seen.saturating_sub(LEAST) {
-        if let Some((significance, found)) = since(&steps[onset..])
+    let onsets = (earlier.len() + 2).saturating_sub(LEAST);
+    for onset in 0..onsets {
+        if let Some((significance, found)) = since(&earlier[onset..], newest)
             && significance > highest
         {
             (highest, best) = (significance, Some(found));
@@ -220,13 +239,14 @@ fn estimate<const M: usize, const N: usize, const U: usize>(
 
 /// The input that set in at the first of the steps, and its own χ².
 fn since<const M: usize, const N: usize, const U: usize>(
-    steps: &[Option<Step<M, N, U>>],
+    earlier: &[Option<Step<M, N, U>>],
+    newest: &Step<M, N, U>,
 ) -> Option<(f64, Found<N, U>)> {
     // A unit input since the onset shifts the prior by B_k (B ← F (I − K H) B + G) and the innovation by H B_k.
     let mut effect = SMatrix::<f64, N, U>::zeros();
     let mut information = SMatrix::<f64, U, U>::zeros();
     let mut evidence = SVector::<f64, U>::zeros();
-    for step in steps.iter().flatten() {
+    for step in earlier.iter().flatten().chain(std::iter::once(newest)) {
         let prior_effect = step.transition * effect + step.input;
         let seen = step.matrix * prior_effect;
         let weighted = step.innovation.divide(&seen.transpose());

@@ -4,7 +4,8 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{require, require_time_step};
-use crate::{LinearMeasurement, MotionModel, Result, Transition};
+use crate::matrix::is_finite;
+use crate::{EstimationError, LinearMeasurement, MotionModel, Result, Transition};
 
 use super::ConstantVelocity;
 
@@ -37,12 +38,13 @@ impl StepBox {
 }
 
 impl MotionModel<6> for StepBox {
+    #[inline]
     fn over(&self, dt_s: f64) -> Result<Transition<6>> {
         require_time_step(dt_s)?;
         for variance in self.variances {
             require("a process noise variance", variance, variance >= 0.0, "zero or more")?;
         }
-        Transition::moving_centre(dt_s, SMatrix::from_diagonal(&SVector::from(self.variances)))
+        Ok(Transition::moving_centre(dt_s, SMatrix::from_diagonal(&SVector::from(self.variances))))
     }
 }
 
@@ -68,18 +70,24 @@ impl PhysicalBox {
 }
 
 impl MotionModel<6> for PhysicalBox {
+    #[inline]
     fn over(&self, dt_s: f64) -> Result<Transition<6>> {
         let (_, centre) = ConstantVelocity::<2>::white(self.acceleration_density).axis(dt_s)?;
         require("size_density", self.size_density, self.size_density >= 0.0, "zero or more")?;
+        let size = self.size_density * dt_s;
+        // The five numbers of the noise are looked at here, not the 36 of the matrix.
+        if !(is_finite(&centre) && size.is_finite()) {
+            return Err(EstimationError::Overflow { what: "the transition of a motion model" });
+        }
         let mut noise = SMatrix::<f64, 6, 6>::zeros();
         for axis in 0..2 {
             noise[(axis, axis)] = centre[(0, 0)];
             noise[(axis, axis + 2)] = centre[(0, 1)];
             noise[(axis + 2, axis)] = centre[(1, 0)];
             noise[(axis + 2, axis + 2)] = centre[(1, 1)];
-            noise[(axis + 4, axis + 4)] = self.size_density * dt_s;
+            noise[(axis + 4, axis + 4)] = size;
         }
-        Transition::moving_centre(dt_s, noise)
+        Ok(Transition::moving_centre(dt_s, noise))
     }
 }
 

@@ -1,4 +1,4 @@
-//! How well a run goes while it goes: the figures of a run's record, added up frame by frame in constant memory.
+//! Accuracy against the truth, accumulated frame by frame in constant memory: the figures of a run's record.
 
 use crate::{Output, Truth};
 use pursuit_geometry::{BBox, Point};

@@ -1,4 +1,4 @@
-//! Is `score` what it says: the probability that the box overlaps the target by at least one half?
+//! Calibration of `score`, the probability that the box overlaps the target by at least one half.
 //!
 //! Expected calibration error with equal-width bins (Naeini, Cooper, Hauskrecht 2015; Guo et al. 2017, eq. 3).
 

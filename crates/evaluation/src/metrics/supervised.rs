@@ -57,47 +57,47 @@ pub fn reliability(failures: f64, frames: f64, sensitivity: f64) -> f64 {
 
 /// A stretch from a start to a failure or to the end.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct Fragment {
     /// Overlap of every frame; 0 in the frame of the start.
     pub overlaps: Vec<f64>,
     /// Whether it ended in a failure.
     pub failed: bool,
 }
 
-/// The runs of a supervised trajectory.
-pub fn runs(frames: &[Supervised]) -> Vec<Run> {
-    let mut runs = Vec::new();
+/// The fragments of a supervised trajectory.
+pub fn fragments(frames: &[Supervised]) -> Vec<Fragment> {
+    let mut fragments = Vec::new();
     let mut current: Option<Vec<f64>> = None;
     for frame in frames {
         match frame {
             Supervised::Init => {
                 let unfinished = current.replace(vec![0.0]);
-                runs.extend(unfinished.map(|overlaps| Run { overlaps, failed: false }));
+                fragments.extend(unfinished.map(|overlaps| Fragment { overlaps, failed: false }));
             }
             Supervised::Overlap(overlap) => {
-                if let Some(run) = &mut current {
-                    run.push(*overlap);
+                if let Some(fragment) = &mut current {
+                    fragment.push(*overlap);
                 }
             }
-            Supervised::Failure => runs.extend(current.take().map(|overlaps| Run { overlaps, failed: true })),
+            Supervised::Failure => fragments.extend(current.take().map(|overlaps| Fragment { overlaps, failed: true })),
             Supervised::Skipped => {}
         }
     }
-    runs.extend(current.map(|overlaps| Run { overlaps, failed: false }));
-    runs
+    fragments.extend(current.map(|overlaps| Fragment { overlaps, failed: false }));
+    fragments
 }
 
 /// Expected average overlap for every run length (index = frames after the start).
 ///
 /// A run that failed counts with zeros from its failure on; one that reached the end counts up to its length only.
-pub fn eao_curve(runs: &[Run]) -> Vec<f64> {
-    let longest = runs.iter().map(|r| r.overlaps.len()).max().unwrap_or(0);
+pub fn eao_curve(fragments: &[Fragment]) -> Vec<f64> {
+    let longest = fragments.iter().map(|r| r.overlaps.len()).max().unwrap_or(0);
     let (mut sums, mut counts) = (vec![0.0; longest], vec![0usize; longest]);
-    for run in runs {
-        let reach = if run.failed { longest } else { run.overlaps.len() };
+    for fragment in fragments {
+        let reach = if fragment.failed { longest } else { fragment.overlaps.len() };
         let mut total = 0.0;
         for length in 0..reach {
-            let overlap = run.overlaps.get(length).copied().unwrap_or(0.0);
+            let overlap = fragment.overlaps.get(length).copied().unwrap_or(0.0);
             // The frame of the start is not averaged over, except that it is all there is of length 0.
             total += if length == 0 { 0.0 } else { overlap };
             sums[length] += if length == 0 { overlap } else { total / length as f64 };
@@ -130,9 +130,9 @@ mod tests {
     #[test]
     fn the_curve_pads_failed_runs_with_zeros_and_leaves_finished_ones_out() {
         let frames = [Init, Overlap(0.6), Failure, Skipped, Init, Overlap(1.0), Overlap(0.5), Overlap(0.9)];
-        let runs = runs(&frames);
-        assert_eq!(runs.iter().map(|r| (r.overlaps.len(), r.failed)).collect::<Vec<_>>(), [(2, true), (4, false)]);
-        let curve = eao_curve(&runs);
+        let fragments = fragments(&frames);
+        assert_eq!(fragments.iter().map(|r| (r.overlaps.len(), r.failed)).collect::<Vec<_>>(), [(2, true), (4, false)]);
+        let curve = eao_curve(&fragments);
         let expected = [0.0, 0.8, (0.3 + 0.75) / 2.0, (0.2 + 0.8) / 2.0];
         assert!(curve.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{curve:?}");
         assert_eq!(expected_average_overlap(&curve, (1, 2)), Some((0.8 + 0.525) / 2.0));
@@ -161,16 +161,20 @@ mod tests {
     #[test]
     fn a_start_ends_the_run_before_it() {
         let found =
-            runs(&[Skipped, Overlap(0.4), Init, Overlap(0.5), Init, Overlap(0.7), Failure, Overlap(0.1), Failure]);
-        let run = |overlaps: &[f64], failed| Run { overlaps: overlaps.to_vec(), failed };
-        assert_eq!(found, [run(&[0.0, 0.5], false), run(&[0.0, 0.7], true)], "what lies outside of runs is left out");
-        assert_eq!(runs(&[]), []);
+            fragments(&[Skipped, Overlap(0.4), Init, Overlap(0.5), Init, Overlap(0.7), Failure, Overlap(0.1), Failure]);
+        let fragment = |overlaps: &[f64], failed| Fragment { overlaps: overlaps.to_vec(), failed };
+        assert_eq!(
+            found,
+            [fragment(&[0.0, 0.5], false), fragment(&[0.0, 0.7], true)],
+            "what lies outside of fragments is left out"
+        );
+        assert_eq!(fragments(&[]), []);
     }
 
     #[test]
     fn curves_average_over_the_runs_that_reach() {
-        let run = |overlaps: &[f64], failed| Run { overlaps: overlaps.to_vec(), failed };
-        let curve = eao_curve(&[run(&[0.0, 0.4], false), run(&[0.0, 0.8, 0.6, 1.0], false)]);
+        let fragment = |overlaps: &[f64], failed| Fragment { overlaps: overlaps.to_vec(), failed };
+        let curve = eao_curve(&[fragment(&[0.0, 0.4], false), fragment(&[0.0, 0.8, 0.6, 1.0], false)]);
         let expected = [0.0, 0.6, 0.7, 0.8];
         assert!(curve.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12) && curve.len() == 4, "{curve:?}");
         assert!(eao_curve(&[]).is_empty());

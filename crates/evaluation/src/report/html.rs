@@ -1,4 +1,4 @@
-//! The little that is needed to write HTML by hand.
+//! HTML: escaping, Base64, table cells.
 
 pub(super) use pursuit_charts::escape;
 

@@ -1,19 +1,19 @@
-//! `report.html`: one file that needs nothing else, readable by day, by night and on a phone.
+//! `report.html`: one file without external resources, with light and dark styles and a layout for narrow screens.
 
 mod html;
 mod pictures;
 mod sections;
 
-use crate::evaluate::{EvalOptions, Passes};
-use crate::film::Film;
+use crate::frame_cache::FrameCache;
 use crate::metrics::accuracy::overlap;
-use crate::{Results, Sequence, Trajectory};
+use crate::run::Passes;
+use crate::{EvalOptions, Results, Sequence, Trajectory};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// A tracker's run over one sequence, as the report shows it.
-pub(crate) struct Entry<'a> {
+/// What a tracker said of one sequence, with the rank that gives it its colour in the report.
+pub(crate) struct RankedTrajectory<'a> {
     /// The tracker.
     name: &'a str,
     /// Its rank, which chooses its colour.
@@ -24,7 +24,7 @@ pub(crate) struct Entry<'a> {
     frames: usize,
 }
 
-impl Entry<'_> {
+impl RankedTrajectory<'_> {
     /// Every frame with a true box, with the overlap reached.
     fn judged_frames(&self, sequence: &Sequence) -> Vec<(usize, f64)> {
         let start = sequence.first_visible().map_or(0, |(i, _)| i);
@@ -43,15 +43,15 @@ pub(crate) fn page(
     stop: &AtomicBool,
 ) -> String {
     let ranking = ranking(results);
-    let entries: Vec<Vec<Entry<'_>>> = sequences.iter().map(|s| entries_of(s, &ranking, kept)).collect();
-    let pictures = if options.thumbnails { all_pictures(options, sequences, &entries, stop) } else { Vec::new() };
+    let trajectories: Vec<Vec<RankedTrajectory<'_>>> = sequences.iter().map(|s| ranked(s, &ranking, kept)).collect();
+    let pictures = if options.thumbnails { all_pictures(options, sequences, &trajectories, stop) } else { Vec::new() };
     let mut page = sections::head(results, sequences.len());
     page.push_str(&sections::leaderboard(results, &ranking));
     page.push_str(&sections::curves(results, &ranking));
     page.push_str(&sections::sequence_table(results, &ranking, sequences));
-    for (i, (sequence, entries)) in sequences.iter().zip(&entries).enumerate() {
+    for (i, (sequence, trajectories)) in sequences.iter().zip(&trajectories).enumerate() {
         let pictures = pictures.get(i).map_or("", String::as_str);
-        page.push_str(&sections::drill_down(i, sequence, results, entries, pictures));
+        page.push_str(&sections::drill_down(i, sequence, results, trajectories, pictures));
     }
     page.push_str(&sections::foot(results));
     page
@@ -64,23 +64,23 @@ fn ranking(results: &Results) -> Vec<&str> {
     names.into_iter().map(|(name, _)| name).collect()
 }
 
-fn entries_of<'a>(
+fn ranked<'a>(
     sequence: &Sequence,
     ranking: &[&'a str],
     kept: &'a BTreeMap<String, BTreeMap<String, Passes>>,
-) -> Vec<Entry<'a>> {
-    let entry = |(number, name): (usize, &&'a str)| {
+) -> Vec<RankedTrajectory<'a>> {
+    let ranked = |(number, name): (usize, &&'a str)| {
         let (trajectory, record) = kept.get(*name)?.get(sequence.name())?.first()?;
-        Some(Entry { name, number, trajectory, frames: record.frames })
+        Some(RankedTrajectory { name, number, trajectory, frames: record.frames })
     };
-    ranking.iter().enumerate().filter_map(entry).collect()
+    ranking.iter().enumerate().filter_map(ranked).collect()
 }
 
 /// Pictures of all sequences, on as many threads as the runs had. A sequence whose frames cannot be had again has none.
 fn all_pictures(
     options: &EvalOptions,
     sequences: &[Sequence],
-    entries: &[Vec<Entry<'_>>],
+    trajectories: &[Vec<RankedTrajectory<'_>>],
     stop: &AtomicBool,
 ) -> Vec<String> {
     let slots: Vec<Mutex<String>> = sequences.iter().map(|_| Mutex::default()).collect();
@@ -88,11 +88,13 @@ fn all_pictures(
     let work = || {
         while !stop.load(Ordering::Relaxed) {
             let i = next.fetch_add(1, Ordering::Relaxed);
-            let (Some(sequence), Some(entries), Some(slot)) = (sequences.get(i), entries.get(i), slots.get(i)) else {
+            let (Some(sequence), Some(trajectories), Some(slot)) =
+                (sequences.get(i), trajectories.get(i), slots.get(i))
+            else {
                 break;
             };
-            let film = Film::undecoded(sequence, &options.open);
-            let html = pictures::worst_frames(sequence, entries, &film);
+            let frames = FrameCache::undecoded(sequence, &options.open);
+            let html = pictures::worst_frames(sequence, trajectories, &frames);
             *slot.lock().unwrap_or_else(PoisonError::into_inner) =
                 html.unwrap_or_else(|e| format!("<p class=\"error\">{}</p>", html::escape(&e.to_string())));
         }

@@ -1,8 +1,8 @@
 //! The frames in which trackers did worst, as small JPEGs inside the page, truth and estimates drawn over them.
 
-use super::Entry;
+use super::RankedTrajectory;
 use super::html::{base64, escape};
-use crate::film::Film;
+use crate::frame_cache::FrameCache;
 use crate::metrics::accuracy::{believed, overlap};
 use crate::{EvaluationError, Result, Sequence};
 use pursuit_geometry::BBox;
@@ -20,18 +20,22 @@ const PER_TRACKER: usize = 2;
 const PER_SEQUENCE: usize = 6;
 /// The window shown is this many times as large as what it must hold.
 const MARGIN: f64 = 1.7;
-/// No less than this part of the frame is shown: a picture without surroundings says nothing.
+/// No less than this part of the frame is shown: without surroundings one cannot see where the target is.
 const LEAST_PART: f64 = 0.22;
 
 /// Pictures of a sequence's worst frames as HTML; empty where there is nothing to show.
-pub(super) fn worst_frames(sequence: &Sequence, entries: &[Entry<'_>], film: &Film<'_>) -> Result<String> {
-    let wanted = choose(sequence, entries);
+pub(super) fn worst_frames(
+    sequence: &Sequence,
+    trajectories: &[RankedTrajectory<'_>],
+    frames: &FrameCache<'_>,
+) -> Result<String> {
+    let wanted = choose(sequence, trajectories);
     let Some(last) = wanted.last().copied() else { return Ok(String::new()) };
     let mut html = String::new();
     let mut failed = None;
-    film.show(0, |i, frame| {
+    frames.show(0, |i, frame| {
         if wanted.contains(&i) {
-            match picture(sequence, entries, i, &frame) {
+            match picture(sequence, trajectories, i, &frame) {
                 Ok(figure) => html.push_str(&figure),
                 Err(e) => failed = Some(e),
             }
@@ -39,21 +43,21 @@ pub(super) fn worst_frames(sequence: &Sequence, entries: &[Entry<'_>], film: &Fi
         if i >= last || failed.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     match failed {
-        Some(reason) => Err(EvaluationError::Option(reason)),
+        Some(reason) => Err(EvaluationError::encoding("a picture of the report", reason)),
         None => Ok(html),
     }
 }
 
 /// The worst frames of every tracker, well apart, in order of time.
-fn choose(sequence: &Sequence, entries: &[Entry<'_>]) -> Vec<usize> {
+fn choose(sequence: &Sequence, trajectories: &[RankedTrajectory<'_>]) -> Vec<usize> {
     let apart = (sequence.truth().len() / 10).max(3);
     let mut chosen: Vec<usize> = Vec::new();
     for round in 0..PER_TRACKER {
-        for entry in entries {
+        for ranked in trajectories {
             if chosen.len() >= PER_SEQUENCE {
                 break;
             }
-            let mut frames = entry.judged_frames(sequence);
+            let mut frames = ranked.judged_frames(sequence);
             frames.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
             let far = |i: usize| chosen.iter().all(|c| c.abs_diff(i) >= apart);
             let next = frames.iter().map(|(i, _)| *i).find(|i| far(*i));
@@ -66,10 +70,15 @@ fn choose(sequence: &Sequence, entries: &[Entry<'_>]) -> Vec<usize> {
     chosen
 }
 
-fn picture(sequence: &Sequence, entries: &[Entry<'_>], index: usize, frame: &Frame) -> Result<String, String> {
+fn picture(
+    sequence: &Sequence,
+    trajectories: &[RankedTrajectory<'_>],
+    index: usize,
+    frame: &Frame,
+) -> Result<String, String> {
     let truth = sequence.truth().get(index).and_then(|t| t.bbox());
     let boxes: Vec<(usize, BBox)> =
-        entries.iter().filter_map(|e| Some((e.number, believed(e.trajectory.get(index))?))).collect();
+        trajectories.iter().filter_map(|e| Some((e.number, believed(e.trajectory.get(index))?))).collect();
     let window = window(frame, truth, &boxes);
     let jpeg = encode(frame, window)?;
     let (left, top, width, height) = window.ltwh();
@@ -93,16 +102,16 @@ fn picture(sequence: &Sequence, entries: &[Entry<'_>], index: usize, frame: &Fra
     }
     html.push_str("</svg><figcaption>");
     let _ = write!(html, "<b>frame {index}</b>");
-    for entry in entries {
+    for ranked in trajectories {
         let truth = sequence.truth().get(index).copied().unwrap_or(crate::Truth::Unknown);
-        let output = entry.trajectory.get(index);
+        let output = ranked.trajectory.get(index);
         let (iou, state) = (overlap(&truth, output), output.map_or("no output", |o| o.state.as_str()));
         let _ = write!(
             html,
             r#" <span class="series t{}" data-t="{}"><i class="dot"></i>{} {iou:.2} {state}</span>"#,
-            entry.number % 8,
-            entry.number,
-            escape(entry.name)
+            ranked.number % 8,
+            ranked.number,
+            escape(ranked.name)
         );
     }
     html.push_str("</figcaption></figure>\n");
@@ -151,6 +160,6 @@ fn encode(frame: &Frame, window: BBox) -> Result<Vec<u8>, String> {
     let mut jpeg = Vec::new();
     jpeg_encoder::Encoder::new(&mut jpeg, JPEG_QUALITY)
         .encode(&pixels, WIDTH as u16, HEIGHT as u16, jpeg_encoder::ColorType::Rgb)
-        .map_err(|e| format!("a picture for the report could not be made: {e}"))?;
+        .map_err(|e| e.to_string())?;
     Ok(jpeg)
 }

@@ -1,6 +1,6 @@
 //! The parts of the page.
 
-use super::Entry;
+use super::RankedTrajectory;
 use super::html::{escape, figure};
 use crate::results::{SequenceScore, TrackerResults};
 use crate::{Results, Sequence, Truth};
@@ -229,10 +229,10 @@ pub(super) fn drill_down(
     number: usize,
     sequence: &Sequence,
     results: &Results,
-    entries: &[Entry<'_>],
+    trajectories: &[RankedTrajectory<'_>],
     pictures: &str,
 ) -> String {
-    let best = entries.first().and_then(|e| results.trackers.get(e.name)?.sequences.get(sequence.name()));
+    let best = trajectories.first().and_then(|e| results.trackers.get(e.name)?.sequences.get(sequence.name()));
     let summary = best.map_or_else(String::new, |s| format!("{:.3}", s.auc));
     let mut html = format!(
         "<details id=\"s{number}\"><summary><span>{}</span><span class=\"note\">{} frames · {summary}</span></summary>\n",
@@ -240,15 +240,15 @@ pub(super) fn drill_down(
         sequence.truth().len()
     );
     html.push_str("<figure class=\"plot wide\">");
-    html.push_str(&over_time(sequence, entries));
+    html.push_str(&over_time(sequence, trajectories));
     html.push_str("</figure>\n<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>tracker</th><th>AUC</th><th>P20</th>\
                    <th>SR50</th><th>fps</th><th>p99 ms</th><th>lost</th><th>F</th><th>false alive</th></tr></thead><tbody>\n");
-    for entry in entries {
-        let Some(score) = results.trackers.get(entry.name).and_then(|t| t.sequences.get(sequence.name())) else {
+    for ranked in trajectories {
+        let Some(score) = results.trackers.get(ranked.name).and_then(|t| t.sequences.get(sequence.name())) else {
             continue;
         };
         let long = score.long_term.as_ref();
-        let _ = write!(html, "<tr>{}", name_cell(entry.number, entry.name));
+        let _ = write!(html, "<tr>{}", name_cell(ranked.number, ranked.name));
         html.push_str(&[score.auc, score.precision20, score.success50].map(|v| figure(Some(v), 3)).concat());
         html.push_str(&figure(score.fps, 1));
         html.push_str(&figure(score.update.map(|u| u.p99_ms), 2));
@@ -272,14 +272,14 @@ pub(super) fn drill_down(
 }
 
 /// Overlap over time, the frames without the target shaded.
-fn over_time(sequence: &Sequence, entries: &[Entry<'_>]) -> String {
+fn over_time(sequence: &Sequence, trajectories: &[RankedTrajectory<'_>]) -> String {
     let length = sequence.truth().len();
-    let series = entries.iter().map(|entry| {
+    let series = trajectories.iter().map(|ranked| {
         let mut by_frame = vec![None; length];
-        for (i, overlap) in entry.judged_frames(sequence) {
+        for (i, overlap) in ranked.judged_frames(sequence) {
             by_frame[i] = Some(overlap);
         }
-        Series::line(entry.name, Color::Number(entry.number), thinned(&by_frame))
+        Series::line(ranked.name, Color::Number(ranked.number), thinned(&by_frame))
     });
     let frames = Axis::new("frame").whole().over(0.0, length.saturating_sub(1).max(1) as f64);
     let title = format!("overlap over time on {}", sequence.name());

@@ -1,7 +1,7 @@
 //! Trackers without eyes and data sets of a few pixels, for tests.
 #![allow(dead_code, clippy::unwrap_used)]
 
-use pursuit_evaluation::Contestant;
+use pursuit_evaluation::Entry;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::parameters::Parameter;
@@ -35,8 +35,8 @@ impl Scripted {
         Self::new("still", |_, first| Some((first, TrackState::Tracking, 0.9)))
     }
 
-    pub fn contestant(&self) -> Contestant {
-        Contestant { name: self.name.to_owned(), recipe: Box::new(self.clone()) }
+    pub fn entry(&self) -> Entry {
+        Entry { name: self.name.to_owned(), recipe: Box::new(self.clone()) }
     }
 
     pub fn updates(&self) -> usize {

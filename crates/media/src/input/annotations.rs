@@ -14,7 +14,7 @@ pub(crate) const LIST_NAME: &str = "frames.csv";
 /// The largest list read: a million frames with long names.
 const MAX_LIST_BYTES: u64 = 256 << 20;
 
-/// A frame index beyond this in a truth file is a slip of the pen, not a video.
+/// A frame index beyond this in a truth file is an error in the file: no video is that long.
 const MAX_INDEX: u64 = 1 << 24;
 
 /// Opens a folder with `frames.csv`: `index,image[,depth],x,y,w,h`, one row a frame in order; images are named relative to

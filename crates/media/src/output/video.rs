@@ -38,6 +38,7 @@ impl Default for VideoOptions {
 
 impl VideoOptions {
     /// The nominal rate, 30 where it is none.
+    #[cfg(feature = "encode")]
     pub(crate) fn sane_fps(&self) -> f64 {
         if self.nominal_fps > 0.0 && self.nominal_fps.is_finite() { self.nominal_fps.clamp(1.0, 240.0) } else { 30.0 }
     }

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Frames of one sequence, ready to be shown to one tracker after the other.
-pub(crate) struct Film<'a> {
+pub(crate) struct FrameCache<'a> {
     sequence: &'a Sequence,
     open: &'a OpenOptions,
     /// All frames, where they fit.
@@ -23,21 +23,21 @@ pub(crate) struct Ending {
     pub broken: Option<String>,
 }
 
-impl<'a> Film<'a> {
-    /// A film that is decoded as it is shown.
+impl<'a> FrameCache<'a> {
+    /// Nothing in memory: the frames are decoded whenever they are shown.
     pub const fn undecoded(sequence: &'a Sequence, open: &'a OpenOptions) -> Self {
         Self { sequence, open, decoded: None }
     }
 
     /// Decodes the whole sequence unless it needs more than `budget` bytes or `stop` is set.
     pub fn load(sequence: &'a Sequence, open: &'a OpenOptions, budget: u64, stop: &AtomicBool) -> Result<Self> {
-        let mut film = Self::undecoded(sequence, open);
+        let mut cache = Self::undecoded(sequence, open);
         if matches!(sequence.footage(), Footage::Memory(_)) {
-            return Ok(film);
+            return Ok(cache);
         }
         let (mut frames, mut size) = (Vec::new(), 0);
         let mut too_large = false;
-        let ending = film.decode(|_, frame| {
+        let ending = cache.decode(|_, frame| {
             size += frame.source_bytes() as u64;
             frames.push(frame);
             too_large = size > budget;
@@ -45,9 +45,9 @@ impl<'a> Film<'a> {
         })?;
         // Broken footage is decoded again by every pass, so that each meets the break itself.
         if !too_large && ending.broken.is_none() && !stop.load(Ordering::Relaxed) {
-            film.decoded = Some(frames);
+            cache.decoded = Some(frames);
         }
-        Ok(film)
+        Ok(cache)
     }
 
     /// Shows the frames from `start` on, each without any derived plane, so that every tracker pays for the planes it needs;
