@@ -38,7 +38,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     // Evaluation's report shows small pictures of frames.
     ("jpeg-encoder", &["pursuit-media", "pursuit-evaluation"]),
     ("parquet", &["pursuit"]),
-    ("serde_json", &["pursuit", "pursuit-evaluation", "pursuit-experiments", "pursuit-cli", "xtask"]),
+    ("serde_json", &["pursuit", "pursuit-ptz", "pursuit-evaluation", "pursuit-experiments", "pursuit-cli", "xtask"]),
     ("ort", &["pursuit-inference"]),
     ("rten", &["pursuit-inference"]),
 ];

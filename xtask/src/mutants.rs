@@ -10,8 +10,11 @@ use std::path::Path;
 const MODULES: &[(&str, &str, &[&str])] = &[
     ("loop", "pursuit-tracking", &["crates/tracking/src/single_target.rs"]),
     ("policy", "pursuit-tracking", &["crates/tracking/src/policy/**"]),
-    ("many", "pursuit-tracking", &["crates/tracking/src/target_set.rs"]),
-    ("session", "pursuit", &["crates/pursuit/src/session.rs"]),
+    ("search", "pursuit-tracking", &["crates/tracking/src/search/**"]),
+    ("motion", "pursuit-tracking", &["crates/tracking/src/motion/**"]),
+    ("parameters", "pursuit-tracking", &["crates/tracking/src/parameters/**", "crates/tracking/src/recipe.rs"]),
+    ("many", "pursuit-tracking", &["crates/tracking/src/many/**"]),
+    ("session", "pursuit", &["crates/pursuit/src/session/**", "crates/pursuit/src/config/**"]),
     ("sinks", "pursuit", &["crates/pursuit/src/sinks/**"]),
     ("metrics", "pursuit-evaluation", &["crates/evaluation/src/metrics/**"]),
     ("filters", "pursuit-estimation", &["crates/estimation/src/gaussian.rs", "crates/estimation/src/imm/**"]),
