@@ -274,7 +274,7 @@ impl LucasKanade {
             && column < image.width() as f64
             && row >= -(height as f64)
             && row < image.height() as f64;
-        inside.then(|| ((column as isize, row as isize), (left - column) as f32, (top - row) as f32))
+        inside.then_some(((column as isize, row as isize), (left - column) as f32, (top - row) as f32))
     }
 
     /// Σ d·∇I for the window of `second` centred at `at`, divided by the gain where that is estimated.

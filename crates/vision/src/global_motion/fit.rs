@@ -116,7 +116,7 @@ impl RobustFit {
         let limit = self.params.inlier_px * self.params.inlier_px;
         let mut best: Option<(f64, Affine)> = None;
         for _ in 0..self.params.trials {
-            let mut pick = || pairs.get((u64::from(generator.next_u32()) * pairs.len() as u64 >> 32) as usize);
+            let mut pick = || pairs.get(((u64::from(generator.next_u32()) * pairs.len() as u64) >> 32) as usize);
             let (Some(a), Some(b)) = (pick(), pick()) else { break };
             let sample = [a, b];
             let used = if self.params.kind == MotionKind::Translation { 1 } else { 2 };
