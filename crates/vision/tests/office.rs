@@ -6,7 +6,7 @@ use pursuit_geometry::Size;
 use pursuit_imaging::{Image, Rgb8};
 use pursuit_vision::background::{
     BackgroundModel, FOREGROUND, FixedBackground, Learning, Mog2, Mog2Params, RunningAverage, RunningAverageParams,
-    TemporalMedian, TemporalMedianParams, ThreeFrame, protect_boxes,
+    TemporalMedian, TemporalMedianParams, ThreeFrame, protect_foreground,
 };
 use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
 use pursuit_vision::regions::RegionFinder;
@@ -39,6 +39,9 @@ fn truth(folder: &Path, number: usize) -> Option<Image<u8>> {
     Image::from_vec(gray, info.width as usize, info.height as usize).ok()
 }
 
+/// Frames before anything is protected.
+const SETTLED: usize = 15;
+
 #[derive(Default)]
 struct Score {
     hits: f64,
@@ -63,13 +66,14 @@ impl Score {
     }
 }
 
-/// F-measures of the raw mask and of the mask opened and closed; with `feedback` the box of the largest region of people's
-/// size is protected in the next frame, as a tracker would.
+/// F-measures of the raw mask and of the mask opened and closed; with `feedback` the foreground of the largest region of
+/// people's size is protected in the next frame, as a tracker would, once the model has seen `SETTLED` frames.
 fn evaluate(folder: &Path, model: &mut dyn BackgroundModel<Rgb8>, feedback: bool) -> (f64, f64) {
     let (mut finder, mut protect) = (RegionFinder::default(), Image::filled(360, 240, 0).unwrap());
     let (mut raw, mut clean) = (Score::default(), Score::default());
     let (mut mask, mut scratch) = (Image::filled(1, 1, 0).unwrap(), MorphologyScratch::default());
     for number in 560..=1000 {
+        let feedback = feedback && number >= 560 + SETTLED;
         let learning = Learning { rate: None, protect: feedback.then(|| protect.view()) };
         model.apply(frame(folder, number).view(), &learning, &mut mask).unwrap();
         let truth = truth(folder, number);
@@ -80,9 +84,8 @@ fn evaluate(folder: &Path, model: &mut dyn BackgroundModel<Rgb8>, feedback: bool
         dilate(&mut mask, 4, &mut scratch).unwrap();
         erode(&mut mask, 3, &mut scratch).unwrap();
         truth.iter().for_each(|truth| clean.add(&mask, truth));
-        let largest =
-            finder.find(mask.view(), 300).iter().max_by_key(|r| r.area).map(|r| r.bounds.to_bbox().expanded(6.0));
-        protect_boxes(mask.size(), largest.as_slice(), &mut protect).unwrap();
+        let largest = finder.find(mask.view(), 300).iter().max_by_key(|r| r.area).map(|r| r.bounds.to_bbox());
+        protect_foreground(mask.view(), largest.as_slice(), &mut protect).unwrap();
     }
     (raw.f_measure(), clean.f_measure())
 }
@@ -93,14 +96,20 @@ fn models_find_the_person_in_the_office() {
     let Some(folder) = folder() else { return };
     let average = RunningAverageParams { rate: 0.002, ..Default::default() };
     let median = TemporalMedianParams { samples: 25, every: 25, ..Default::default() };
-    let mog2 = || Box::new(Mog2::new(Mog2Params::default()).unwrap());
+    let mog2 = |params| Box::new(Mog2::new(params).unwrap());
     let models: Vec<(&str, Box<dyn BackgroundModel<Rgb8>>, f64)> = vec![
-        ("fixed", Box::new(FixedBackground::from_first_frame(25)), 0.8),
-        ("running average", Box::new(RunningAverage::new(average).unwrap()), 0.6),
-        ("temporal median", Box::new(TemporalMedian::new(median).unwrap()), 0.6),
-        ("three frames", Box::new(ThreeFrame::new(25)), 0.0),
-        ("mog2", mog2(), 0.45),
-        ("mog2, the person protected", mog2(), 0.7),
+        // The light drifts, which a fixed background cannot follow; measured .443 and .496.
+        ("fixed", Box::new(FixedBackground::from_first_frame(25)), 0.48),
+        // .677, .737
+        ("running average", Box::new(RunningAverage::new(average).unwrap()), 0.72),
+        // .831, .862
+        ("temporal median", Box::new(TemporalMedian::new(median).unwrap()), 0.85),
+        // .127, .057: it sees only the edges of what moves, and nothing of a person who stands.
+        ("three frames", Box::new(ThreeFrame::new(25)), 0.1),
+        // .478, .503; OpenCV's with its defaults .477, .504: the person who stands is learnt.
+        ("mog2", mog2(Mog2Params::default()), 0.49),
+        // .909, .930
+        ("mog2, the person protected", mog2(Mog2Params::protected()), 0.9),
     ];
     for (name, mut model, least) in models {
         let (raw, clean) = evaluate(&folder, model.as_mut(), name.contains("protected"));

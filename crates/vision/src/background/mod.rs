@@ -102,5 +102,19 @@ pub fn protect_boxes(size: Size, boxes: &[BBox], mask: &mut Image<u8>) -> Result
     Ok(())
 }
 
+/// As [`protect_boxes`], but only the foreground of `mask` in the boxes is marked: the pixels of targets, not the background
+/// about them, which must go on being learnt. Else whatever the light changes there stays foreground for good, joins the
+/// target, and its box grows.
+///
+/// # Errors
+/// When a side of `mask` is 0 or too long.
+pub fn protect_foreground(mask: ImageView<'_, u8>, boxes: &[BBox], protect: &mut Image<u8>) -> Result<()> {
+    protect_boxes(mask.size(), boxes, protect)?;
+    for (y, row) in mask.rows().enumerate() {
+        protect.row_mut(y).iter_mut().zip(row).filter(|(_, v)| **v != FOREGROUND).for_each(|(p, _)| *p = 0);
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests;

@@ -41,22 +41,31 @@ pub struct Mog2Params {
 impl Default for Mog2Params {
     /// OpenCV's.
     fn default() -> Self {
-        Self {
-            history_frames: 500,
-            most_modes: 5,
-            background_distance: 16.0,
-            match_distance: 9.0,
-            background_ratio: 0.9,
-            initial_variance: 15.0,
-            least_variance: 4.0,
-            most_variance: 75.0,
-            complexity_reduction: 0.05,
-            shadow_ratio: Some(0.5),
-        }
+        Self::OPENCV
     }
 }
 
 impl Mog2Params {
+    /// For a tracker that protects the pixels of what it follows ([`protect_foreground`](super::protect_foreground)):
+    /// wider Gaussians, so that light that drifts is background and seldom connected with a target. Without protection
+    /// what stands still is background sooner than with OpenCV's values.
+    pub const fn protected() -> Self {
+        Self { background_distance: 36.0, match_distance: 25.0, ..Self::OPENCV }
+    }
+
+    const OPENCV: Self = Self {
+        history_frames: 500,
+        most_modes: 5,
+        background_distance: 16.0,
+        match_distance: 9.0,
+        background_ratio: 0.9,
+        initial_variance: 15.0,
+        least_variance: 4.0,
+        most_variance: 75.0,
+        complexity_reduction: 0.05,
+        shadow_ratio: Some(0.5),
+    };
+
     fn check(&self) -> Result<(), VisionError> {
         let positive = (f64::MIN_POSITIVE, f64::from(f32::MAX));
         require_range("history_frames", self.history_frames as f64, (1.0, f64::INFINITY), "at least 1")?;
@@ -257,7 +266,43 @@ impl State {
         }
     }
 
+    /// As [`Mixture::update`] where the heaviest Gaussian fits both ways, in place; `false`, and nothing changed, elsewhere.
+    fn update_first(&mut self, pixel: usize, value: &[f32; 3], rule: &Rule) -> bool {
+        let mut count = usize::from(self.counts[pixel]);
+        let variance = self.variances[pixel];
+        let off = |(means, v): (&Vec<f32>, &f32)| (means[pixel] - v).powi(2);
+        let distance: f32 = self.means.iter().zip(value).map(off).sum();
+        let near = rule.match_distance.min(rule.background_distance);
+        if count < 2 || distance >= near * variance || rule.background_ratio <= 0.0 {
+            return false;
+        }
+        let first = (1.0 - rule.rate) * self.weights[pixel] - rule.prune + rule.rate;
+        let k = rule.rate / first;
+        self.means.iter_mut().zip(value).for_each(|(means, v)| means[pixel] -= k * (means[pixel] - v));
+        let learnt = variance + k * (distance - variance);
+        self.variances[pixel] = learnt.max(rule.least_variance).min(rule.most_variance);
+        let others = &mut self.rest[pixel * self.others..][..count - 1];
+        let mut total = first;
+        let mut k = 1;
+        while k < count {
+            let weight = (1.0 - rule.rate) * others[k - 1].weight - rule.prune;
+            let pruned = weight < rule.prune;
+            others[k - 1].weight = if pruned { 0.0 } else { weight };
+            total += others[k - 1].weight;
+            count -= usize::from(pruned);
+            k += 1;
+        }
+        let scale = if total.abs() > f32::EPSILON { 1.0 / total } else { 0.0 };
+        self.weights[pixel] = first * scale;
+        others[..count - 1].iter_mut().for_each(|mode| mode.weight *= scale);
+        self.counts[pixel] = count as u8;
+        true
+    }
+
     fn judge<const C: usize>(&mut self, pixel: usize, value: &[f32; 3], rule: &Rule, learn: bool) -> u8 {
+        if learn && self.update_first(pixel, value, rule) {
+            return BACKGROUND;
+        }
         let mut mixture = self.mixture(pixel);
         let background = if learn {
             let background = mixture.update::<C>(value, rule);

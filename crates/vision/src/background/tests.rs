@@ -302,4 +302,8 @@ fn rates_in_seconds_and_boxes_to_masks() {
         assert_eq!(mask.row(y), row);
     }
     assert!(protect_boxes(Size::new(0, 5), &boxes, &mut mask).is_err());
+    let found = Image::from_fn(10, 5, |x, y| if y == 0 { SHADOW } else { (x as u8 % 2) * FOREGROUND }).unwrap();
+    protect_foreground(found.view(), &boxes, &mut mask).unwrap();
+    let set: Vec<usize> = (0..50).filter(|i| mask.as_slice()[*i] != 0).collect();
+    assert_eq!((set, mask.as_slice()[11]), (vec![11, 21, 31], 255));
 }

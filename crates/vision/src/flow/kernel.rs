@@ -64,13 +64,21 @@ fn sums<const SPREAD: bool>(patch: Patch<'_>, planes: Planes<'_>, offset: f32, l
         let template = intensity.as_chunks::<LANES>().0.iter().zip(gx.as_chunks::<LANES>().0);
         let rest = gy.as_chunks::<LANES>().0.iter().zip(planes.inside.as_chunks::<LANES>().0);
         for (((l, r), (i, gx)), (gy, inside)) in vectors.zip(template).zip(rest) {
+            // One short loop for each result: the compiler makes vectors of these, but not of one loop for all.
+            let (mut v, mut d) = ([0.0f32; LANES], [0.0f32; LANES]);
             for k in 0..LANES {
-                let v = l[k] + patch.across * (r[k] - l[k]);
-                let d = v - i[k];
-                x[k] += d * gx[k];
-                y[k] += d * gy[k];
-                if SPREAD {
-                    let v = (v - offset) * inside[k];
+                v[k] = l[k] + patch.across * (r[k] - l[k]);
+                d[k] = v[k] - i[k];
+            }
+            for k in 0..LANES {
+                x[k] += d[k] * gx[k];
+            }
+            for k in 0..LANES {
+                y[k] += d[k] * gy[k];
+            }
+            if SPREAD {
+                for k in 0..LANES {
+                    let v = (v[k] - offset) * inside[k];
                     value[k] += v;
                     square[k] += v * v;
                 }
@@ -118,4 +126,17 @@ fn blend_rows(patch: Patch<'_>, j: usize, n: usize, line: &mut [f32]) {
         }
     }
     line[n] = blend(top[n], bottom[n]);
+}
+
+/// A vector of row `j` of the patch from `column` on, blended across; `None` where the patch ends.
+#[inline(always)]
+pub(super) fn blend(patch: Patch<'_>, j: usize, column: usize) -> Option<[f32; LANES]> {
+    let from = j * patch.stride + column;
+    let pixels: &[u8; LANES + 1] = patch.pixels.get(from..from + LANES + 1)?.first_chunk()?;
+    let mut out = [0.0; LANES];
+    for k in 0..LANES {
+        let (left, right) = (f32::from(pixels[k]), f32::from(pixels[k + 1]));
+        out[k] = left + patch.across * (right - left);
+    }
+    Some(out)
 }

@@ -1,7 +1,7 @@
 //! Sparse optical flow: image pyramids, pyramidal Lucas-Kanade, and the median-flow estimate of a box's motion.
 //!
 //! A [`Pyramid`] is made once a frame and shared by everybody who follows points in it. Gradients are made per window by
-//! [`LucasKanade`], not per image: for some hundred points that is a tenth of the work, and border rules stay exact.
+//! [`LucasKanade`], not per image: a few hundred windows cover less than the picture does.
 
 mod kernel;
 mod lucas_kanade;

@@ -1,4 +1,4 @@
-use super::kernel::{LANES, Planes};
+use super::kernel::{LANES, Patch, Planes, blend};
 use crate::smoothing::reflected;
 use multiversion::multiversion;
 use pursuit_geometry::Size;
@@ -17,6 +17,8 @@ pub(super) struct Template {
     pixels: Vec<u8>,
     /// Two rows of each of intensity, ∂x and ∂y on whole pixels.
     lines: Vec<f32>,
+    /// The pixels of the window and one more on every side, at the sub-pixel position.
+    blended: Vec<f32>,
     pub mean: f32,
     pub variance: f32,
 }
@@ -59,6 +61,7 @@ impl Template {
             inside,
             pixels: vec![0; (stride + LANES + 2) * (window.height + 3)],
             lines: vec![0.0; 6 * (stride + LANES)],
+            blended: vec![0.0; (stride + LANES) * (window.height + 2)],
             mean: 0.0,
             variance: 0.0,
         }
@@ -78,7 +81,23 @@ impl Template {
     ///
     /// Gradients are Scharr's, in codes per pixel; beyond the image pixels are reflected and gradients are 0, as in
     /// OpenCV's implementation of Bouguet.
-    pub fn take(&mut self, image: &Image<u8>, (x, y): (isize, isize), across: f32, down: f32) {
+    pub fn take(&mut self, image: &Image<u8>, corner: (isize, isize), across: f32, down: f32) {
+        let (height, n) = (self.window.height, self.stride + LANES);
+        let (x, y) = (corner.0 - 1, corner.1 - 1);
+        let inside = x >= 0 && y >= 0 && x as usize + n < image.width() && y as usize + height + 2 < image.height();
+        if inside {
+            let pixels = &image.as_slice()[y as usize * image.width() + x as usize..];
+            let patch = Patch { pixels, stride: image.width(), across, down };
+            blend_all(patch, n, &mut self.blended);
+            let planes = [&mut self.intensity, &mut self.gradient_x, &mut self.gradient_y].map(Vec::as_mut_slice);
+            derive_blended(&self.blended, n, &self.inside, planes);
+        } else {
+            self.take_at_border(image, corner, across, down);
+        }
+    }
+
+    /// As [`take`](Self::take): gradients on whole pixels first, so that those beyond the image can be 0.
+    fn take_at_border(&mut self, image: &Image<u8>, (x, y): (isize, isize), across: f32, down: f32) {
         let height = self.window.height;
         // One vector more than a row of the planes, so that all is done in whole vectors.
         let n = self.stride + LANES;
@@ -196,6 +215,46 @@ fn derive(rows: [&[u8]; 3], intensity: &mut [f32], gx: &mut [f32], gy: &mut [f32
             intensity[k] = b[k + 1] as f32;
             gx[k] = (smooth(k + 2) - smooth(k)) as f32 * (1.0 / 32.0);
             gy[k] = (3 * (step(k) + step(k + 2)) + 10 * step(k + 1)) as f32 * (1.0 / 32.0);
+        }
+    }
+}
+
+/// The rows of `patch`, one more than `out` has, at its sub-pixel position; rows of `n` values.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn blend_all(patch: Patch<'_>, n: usize, out: &mut [f32]) {
+    for column in (0..n).step_by(LANES) {
+        let Some(mut above) = blend(patch, 0, column) else { return };
+        for (j, row) in out.chunks_exact_mut(n).enumerate() {
+            let Some(below) = blend(patch, j + 1, column) else { return };
+            let Some(out) = row.get_mut(column..).and_then(|row| row.first_chunk_mut::<LANES>()) else { return };
+            for k in 0..LANES {
+                out[k] = above[k] + patch.down * (below[k] - above[k]);
+            }
+            above = below;
+        }
+    }
+}
+
+/// Intensity and Scharr's derivatives of `blended`, whose rows of `n` values begin one row and one column before the
+/// window; gradients are 0 beyond the window's width.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+fn derive_blended(blended: &[f32], n: usize, inside: &[f32], [intensity, gx, gy]: [&mut [f32]; 3]) {
+    let stride = inside.len();
+    let outputs = intensity.chunks_exact_mut(stride).zip(gx.chunks_exact_mut(stride));
+    for (j, ((intensity, gx), gy)) in outputs.zip(gy.chunks_exact_mut(stride)).enumerate() {
+        let rows = [j, j + 1, j + 2].map(|r| &blended[r * n..(r + 1) * n]);
+        let vectors = intensity.as_chunks_mut::<LANES>().0.iter_mut().zip(gx.as_chunks_mut::<LANES>().0);
+        let vectors = vectors.zip(gy.as_chunks_mut::<LANES>().0).zip(inside.as_chunks::<LANES>().0);
+        for (at, (((intensity, gx), gy), inside)) in vectors.enumerate() {
+            let [a, b, c] = rows.map(|row| row[at * LANES..].first_chunk::<{ LANES + 2 }>());
+            let (Some(a), Some(b), Some(c)) = (a, b, c) else { return };
+            for k in 0..LANES {
+                intensity[k] = b[k + 1];
+                let (left, right) = (3.0 * (a[k] + c[k]) + 10.0 * b[k], 3.0 * (a[k + 2] + c[k + 2]) + 10.0 * b[k + 2]);
+                gx[k] = (right - left) * (inside[k] / 32.0);
+                let sides = (c[k] - a[k]) + (c[k + 2] - a[k + 2]);
+                gy[k] = (3.0 * sides + 10.0 * (c[k + 1] - a[k + 1])) * (inside[k] / 32.0);
+            }
         }
     }
 }
