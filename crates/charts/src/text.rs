@@ -18,13 +18,17 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// How wide `text` is in a sans-serif face of that size, to within a tenth. The widths are those of Helvetica, rounded up
-/// by class of character.
+/// By how much DejaVu Sans, the sans-serif face of many Linux systems, is wider than Helvetica.
+const WIDEST: f64 = 1.15;
+
+/// How wide `text` is at most in the sans-serif faces that a reader may have, at that size. The widths are those of
+/// Helvetica, rounded up by class of character, and enlarged to those of DejaVu Sans.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
     let em = |c: char| match c {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | ' ' | '·' => 0.28,
         'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '/' | '-' => 0.34,
         'm' | 'M' | 'w' | 'W' | '@' | '%' => 0.86,
+        '−' => 0.73,
         c if c.is_uppercase() => 0.70,
         c if c.is_ascii() => 0.56,
         // Not Latin: as wide as it is high, to be safe.
@@ -37,7 +41,7 @@ pub(crate) fn width(text: &str, size: f64) -> f64 {
         }
         _ => 0.58,
     };
-    size * text.chars().map(em).sum::<f64>()
+    size * WIDEST * text.chars().map(em).sum::<f64>()
 }
 
 /// Whether the character is one of East Asia's full-width ones (Hangul, kana, Han, full-width forms).
@@ -60,10 +64,19 @@ mod tests {
         // Sums of Helvetica's own widths: w .722, i .222, d .556, t .278, h .556 and so on.
         for (text, em) in [("width", 2.334), ("0123456789", 5.56), ("Illinois", 2.778), ("MMMM", 3.332), ("(−)", 1.25)]
         {
-            let got = width(text, 10.0);
+            let got = width(text, 10.0) / WIDEST;
             assert!((got / (10.0 * em) - 1.0).abs() < 0.16, "{text}: {got}");
         }
-        assert_eq!(width("漢字", 10.0), 20.0);
-        assert!((width("·", 10.0) - 2.8).abs() < 1e-9);
+        assert!((width("漢字", 10.0) - 23.0).abs() < 1e-9);
+        assert!((width("·", 10.0) - 3.22).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_text_is_wider_in_dejavu_sans() {
+        // Sums of DejaVu Sans's own widths: digits .636, minus .838, the point .318 and so on.
+        for (text, em) in [("−350", 2.746), ("predicted", 4.744), ("0.25", 2.226)] {
+            let got = width(text, 10.0);
+            assert!(got >= 10.0 * em && got < 11.5 * em, "{text}: {got}");
+        }
     }
 }
