@@ -286,7 +286,7 @@ mod tests {
             let [predicted, _] = errors(motion, filter, TUNING_SEEDS, TUNING_STREAM).unwrap();
             predicted.ln()
         });
-        mean(logarithms.into_iter()).exp()
+        mean(logarithms).exp()
     }
 
     /// The least of a grid of quiet and agile densities, which it prints.
