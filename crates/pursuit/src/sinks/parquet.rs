@@ -156,7 +156,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.parquet");
         let mut sink = ParquetSink::create(&path).unwrap();
-        let frame = Arc::new(Frame::new(0, 0.0, Pixels::Gray8(Image::from_fn(4, 4, |_, _| 0).unwrap())));
+        let frame = Arc::new(Frame::new(0, 0.0, Image::from_fn(4, 4, |_, _| 0_u8).unwrap()));
         // One more than a row group holds.
         for frame_number in 0..=ROWS_A_GROUP as u64 {
             let time_s = frame_number as f64 / 25.0;
