@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
-    use pursuit_imaging::{Image, Pixels};
+    use pursuit_imaging::Image;
     use pursuit_tracking::TargetId;
 
     #[test]
