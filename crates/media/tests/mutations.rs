@@ -1,5 +1,6 @@
 //! Spoiled copies of every fixture through every parser: no panic, no hang, bounded memory. The same every time; the
 //! fuzz targets under `fuzz/` search further from the same functions.
+#![cfg(feature = "h264")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
