@@ -121,7 +121,9 @@ fn a_motionless_scene_stays_put() {
         for k in 1..30 {
             let estimate = tracker.update(&color(k, Some(bbox))).unwrap();
             assert_eq!(estimate.state, TrackState::Tracking, "{name}");
-            assert!(estimate.bbox.iou(&bbox) > 0.95, "{name} frame {k}: {}", estimate.bbox);
+            // A network that regresses each side by itself is off by up to a pixel.
+            let least = if name == "nanotrack" { 0.9 } else { 0.95 };
+            assert!(estimate.bbox.iou(&bbox) > least, "{name} frame {k}: {}", estimate.bbox);
         }
     }
 }
@@ -200,8 +202,12 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
             let _ = tracker.update(&frame);
             kept = Some(tracker);
         });
-        // Filters on 43 channels over a large window take more.
-        let most = if ["bacf", "strcf", "pursuit", "nanotrack"].contains(&name) { 8 << 20 } else { 2 << 20 };
+        // Filters on 43 channels over a large window take more, a network's weights and planes more still.
+        let most = match name {
+            "nanotrack" => 24 << 20,
+            "bacf" | "strcf" | "pursuit" => 8 << 20,
+            _ => 2 << 20,
+        };
         assert!(counted.bytes_current < most, "{name}: {} bytes", counted.bytes_current);
         println!("{name}: {} bytes", counted.bytes_current);
     }
