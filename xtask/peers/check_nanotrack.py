@@ -3,8 +3,10 @@
 
     check_nanotrack.py [SEQUENCE ...]      names below ../shared/data/sot and sot2, all of a small choice without any
 
-Both see the same decoded frames. With the weights rounded to half precision, as we ship them, half of the first ten boxes must agree to
-half a pixel, all to two (where two points of the answer are as good, either may be taken), and the AUC to .01; what the rounding itself does is printed beside it. Skips, saying so, where the footage or the networks are absent.
+Both see the same decoded frames. With the weights rounded to half precision, as we ship them, the reference takes every step from our box of
+the frame before: half of its answers must agree to .02 px and 95 % to .2 px (where two points of the answer are as good, either may be
+taken). Left alone, the two part at such a point and may end elsewhere (UAV123_car16_1: AUC .52 or .66 by the processor), so AUC, ours and
+theirs on their own way, is printed and not judged. Skips, saying so, where the footage or the networks are absent.
 """
 import csv
 import json
@@ -148,6 +150,16 @@ def ours(program, frames, box):
     return [list(map(float, line.split()[:4])) for line in lines[:-1]], float(lines[-1])
 
 
+def steps(reference, frames, box, boxes):
+    """What the reference answers in each frame when it stands where we stood in the frame before."""
+    reference.start(frames[0], box)
+    answers = []
+    for frame, (left, top, width, height) in zip(frames[1:], boxes):
+        answers.append(reference.track(frame))
+        reference.center, reference.size = np.array([left + width / 2, top + height / 2]), np.array([width, height])
+    return answers
+
+
 def main():
     models = DATA / "models/nanotrack_v3"
     if not models.exists():
@@ -170,13 +182,14 @@ def main():
             theirs[rounded] = [reference.track(frame) for frame in frames[1:]]
             ms[rounded] = 1e3 * (time.perf_counter() - start) / max(1, len(frames) - 1)
         boxes, our_ms = ours(program, frames, truth[0])
-        apart = {r: np.abs(np.array(boxes) - np.array(b)).max(1) for r, b in theirs.items()}
+        answers = steps(Reference(models, True), frames, truth[0], boxes)
+        apart = np.sort(np.abs(np.array(boxes) - np.array(answers)).max(1))
+        median, most = apart[len(apart) // 2], apart[int(0.95 * len(apart))]
         areas = [auc([truth[0], *b], truth) for b in (boxes, theirs[True], theirs[False])]
         stored = peers["NanoTrack v3 onnxruntime"]["sequences"].get(name, {}).get("auc", math.nan)
-        print(f"{name:24s} first ten apart {apart[True][:10].max():.3f} px (released weights {apart[False][:10].max():.3f}), median"
-              f" {np.median(apart[True]):.3f} ({np.median(apart[False]):.3f}); AUC {areas[0]:.4f} ours, {areas[1]:.4f} theirs,"
-              f" {areas[2]:.4f} released weights, {stored:.4f} stored; ms a frame {our_ms:.2f} ours, {ms[True]:.2f} theirs", flush=True)
-        if not (np.median(apart[True][:10]) <= 0.5 and apart[True][:10].max() <= 2 and abs(areas[0] - areas[1]) <= 0.01):
+        print(f"{name:24s} one step apart: median {median:.4f} px, 95 % below {most:.4f}, most {apart[-1]:.2f}; AUC {areas[0]:.4f} ours,"
+              f" {areas[1]:.4f} theirs, {areas[2]:.4f} released weights, {stored:.4f} stored; ms a frame {our_ms:.2f} ours, {ms[True]:.2f} theirs", flush=True)
+        if not (median <= 0.02 and most <= 0.2):
             wrong.append(name)
     if wrong:
         sys.exit(f"disagree on {', '.join(wrong)}")
