@@ -60,6 +60,15 @@ pub struct RecipeFacts {
     pub parameters: toml::Table,
     /// The detector that starts it, where one does.
     pub detector: Option<String>,
+    /// Every parameter of that detector with its value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detector_parameters: Option<toml::Table>,
+    /// How the one target found was made sure of (`acquire.KEY`), where one was to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acquire: Option<toml::Table>,
+    /// How the targets found are told apart (`many.KEY`), where all are followed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub many: Option<toml::Table>,
     /// The boxes it was started on, left, top, width, height in pixels.
     pub boxes: Vec<[f64; 4]>,
 }

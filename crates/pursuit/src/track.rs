@@ -1,6 +1,6 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
-use crate::config::{Methods, RunConfig};
+use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
 use crate::session::{Outcome, Progress, Remote, Session};
@@ -10,6 +10,7 @@ use pursuit_geometry::{BBox, Truth};
 use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
+use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
 
 /// A run that has been checked and opened, about to start.
@@ -171,10 +172,16 @@ fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<
         Start::Boxes(boxes) | Start::Many(boxes) => boxes.as_slice(),
         Start::Detector => &[],
     };
+    let detects = !matches!(start, Start::Boxes(_));
+    let acquire = matches!(start, Start::Detector).then(|| methods.acquire.to_table(ACQUIRE_PREFIX));
+    let many = matches!(start, Start::Many(_)).then(|| methods.many.to_table(MANY_PREFIX));
     Ok(RecipeFacts {
         tracker: methods.recipe.name().to_owned(),
         parameters: methods.recipe.parameters()?,
-        detector: config.detect.clone().filter(|_| !matches!(start, Start::Boxes(_))),
+        detector: config.detect.clone().filter(|_| detects),
+        detector_parameters: methods.detector_parameters.clone().filter(|_| detects),
+        acquire: acquire.transpose()?,
+        many: many.transpose()?,
         boxes: boxes.iter().map(|b| b.ltwh().into()).collect(),
     })
 }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
 use pursuit::media::OpenOptions;
+use pursuit::run::RecipeFacts;
 use pursuit::{Finished, Run, RunConfig, RunError};
 use std::path::Path;
 
@@ -92,6 +93,13 @@ fn a_detector_finds_one_target_or_many() {
     let rows = std::fs::read_to_string(many.out.join("trajectory.csv")).unwrap();
     let first = rows.lines().nth(1).unwrap();
     assert!(first.starts_with("2,"), "a target is confirmed by its third detection: {first}");
+    // What was decided stands in the files, and nothing that took no part.
+    let (one, many) = (one.facts.recipe, many.facts.recipe);
+    let color =
+        |recipe: &RecipeFacts| recipe.detector_parameters.as_ref().unwrap()["color"].as_str().map(str::to_owned);
+    assert_eq!((color(&one), color(&many)), (Some("yellow".to_owned()), Some("yellow".to_owned())));
+    assert!(one.acquire.is_some_and(|a| !a.is_empty()) && one.many.is_none());
+    assert!(many.many.is_some_and(|m| m.contains_key("confirm_hits")) && many.acquire.is_none());
 }
 
 fn film(folder: &Path) {

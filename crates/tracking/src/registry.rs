@@ -60,6 +60,7 @@ pub struct DetectorEntry {
     pub default_tracker: &'static str,
     motion: fn() -> MotionParams,
     schema: fn() -> Vec<Parameter>,
+    parameters: fn(&'static str, &toml::Table) -> Result<toml::Table>,
     detector: fn(&'static str, &toml::Table) -> Result<Box<dyn Detector>>,
 }
 
@@ -86,6 +87,7 @@ impl DetectorEntry {
             default_tracker,
             motion,
             schema: || P::default().schema(),
+            parameters: |name, table| P::default().with(name, table)?.to_table(name),
             detector: |name, table| P::default().with(name, table)?.detector(),
         }
     }
@@ -98,6 +100,14 @@ impl DetectorEntry {
     /// Every parameter with its default.
     pub fn schema(&self) -> Vec<Parameter> {
         (self.schema)()
+    }
+
+    /// Every parameter with its value: defaults, with the values of `parameters` in their place.
+    ///
+    /// # Errors
+    /// [`TrackingError::Parameter`] for an unknown name or a bad value.
+    pub fn parameters(&self, parameters: &toml::Table) -> Result<toml::Table> {
+        (self.parameters)(self.name, parameters)
     }
 
     /// The detector: defaults, with the values of `parameters` in their place.

@@ -132,10 +132,12 @@ impl RunConfig {
             Some(detector) => AssociationParams { motion: detector.motion(), ..many },
             None => many,
         };
+        let detector_parameters = detector.map(|d| d.parameters(&settings.detector)).transpose()?;
         let detector = detector.map(|d| d.detector(&settings.detector)).transpose()?;
         Ok(Methods {
             recipe: tracker.recipe(&for_tracker)?,
             detector,
+            detector_parameters,
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
             many: many.with(MANY_PREFIX, &settings.many)?,
         })
@@ -148,6 +150,8 @@ pub struct Methods {
     pub recipe: Box<dyn Recipe>,
     /// Finds the target, or the targets.
     pub detector: Option<Box<dyn Detector>>,
+    /// Every parameter of the detector with its value.
+    pub detector_parameters: Option<toml::Table>,
     /// How one target found is made sure of.
     pub acquire: AcquisitionParams,
     /// How many targets are told apart.
