@@ -1,0 +1,44 @@
+//! The four phases: identities through crossings, births and deaths, false alarms and misses.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod commands;
+mod lives;
+mod street;
+
+use common::{at, empty, frame, frame_at, recipe, recipe_of, scripted, seen};
+use pursuit_geometry::BBox;
+use pursuit_tracking::many::{Associating, AssociationParams};
+use pursuit_tracking::{Detection, Estimate, MultiTracker, TargetId, Track, TrackState, TrackingError};
+use rand_core::Rng;
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+
+fn params() -> AssociationParams {
+    AssociationParams::default()
+}
+
+fn with(changes: &str) -> AssociationParams {
+    use pursuit_tracking::parameters::Parameters;
+    params().with("many", &changes.parse().unwrap()).unwrap()
+}
+
+fn many(script: impl Fn(u64) -> Vec<Detection> + Send + Sync + 'static, params: AssociationParams) -> Associating {
+    Associating::new(scripted(script), params).unwrap()
+}
+
+fn step(many: &mut Associating, k: u64) -> Vec<Track> {
+    let mut tracks = Vec::new();
+    many.step(&empty(k), &mut tracks).unwrap();
+    tracks
+}
+
+fn states(tracks: &[Track]) -> Vec<(u64, TrackState)> {
+    tracks.iter().map(|t| (t.id.0, t.estimate.as_ref().unwrap().state)).collect()
+}
+
+fn estimate(tracks: &[Track], id: u64) -> &Estimate {
+    tracks.iter().find(|t| t.id.0 == id).unwrap().estimate.as_ref().unwrap()
+}
