@@ -125,9 +125,12 @@ pub struct Track {
     /// Depth images (16-bit, millimetres) that belong to the input
     #[arg(long, value_name = "INPUT")]
     pub depth: Option<String>,
-    /// Folder for the results [default: pursuit-out/INPUT]
+    /// Folder for the results; an earlier run there is replaced [default: a new pursuit-out/INPUT, INPUT-2 …]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Replace the run in pursuit-out/INPUT in place of making a new folder
+    #[arg(long)]
+    pub overwrite: bool,
     /// Write no overlay video
     #[arg(long)]
     pub no_video: bool,

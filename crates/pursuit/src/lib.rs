@@ -29,6 +29,7 @@ mod follow;
 mod input;
 mod record;
 pub mod run;
+mod run_folder;
 pub mod session;
 pub mod sinks;
 mod timing;

@@ -3,6 +3,7 @@
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
+use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder};
 use crate::session::{Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
 use crate::{RunError, trajectory_plots};
@@ -11,7 +12,7 @@ use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
 use pursuit_tracking::parameters::Parameters;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -20,7 +21,7 @@ pub struct Run {
     stats: PrefetchStats,
     recipe: RecipeFacts,
     config: RunConfig,
-    out: PathBuf,
+    destination: Destination,
 }
 
 /// What starts a run that has both the truth's first box and a detector.
@@ -52,10 +53,10 @@ pub struct Finished {
 }
 
 impl Run {
-    /// Checks the configuration, opens the input and makes the folder.
+    /// Checks the configuration and where results are to go, and opens the input. Nothing is written yet.
     ///
     /// # Errors
-    /// Wrong usage, an input that cannot be read, a folder that cannot be made.
+    /// Wrong usage, an input that cannot be read, files in the way.
     pub fn prepare(config: RunConfig, options: &OpenOptions) -> Result<Self, RunError> {
         Self::prepare_with(config, options, Preference::Truth)
     }
@@ -66,13 +67,13 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
+        let destination =
+            Destination::new(config.out.as_deref(), config.overwrite == Some(true), name, config.files())?;
         let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
-        let out = config.out.clone().unwrap_or_else(|| default_folder(name));
-        std::fs::create_dir_all(&out).map_err(RunError::output(&out))?;
-        Ok(Self { session, info, stats, recipe, config, out })
+        Ok(Self { session, info, stats, recipe, config, destination })
     }
 
     /// How many frames there will be, where the input knows.
@@ -93,12 +94,15 @@ impl Run {
     /// Tracks until the input ends, something breaks, or it is stopped. Results are kept in any case.
     ///
     /// # Errors
-    /// Only when nothing could be started; what ends a run early is in [`Finished::outcome`].
-    pub fn run(self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
+    /// When the first frame cannot be used or the folder cannot be made: nothing is written then, and what was there stays.
+    /// What ends a run later is in [`Finished::outcome`].
+    pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
+        self.session.start()?;
         let mut facts = self.facts();
-        let run_json = self.out.join("run.json");
+        let folder = self.destination.open()?;
+        let run_json = folder.file(FACTS);
         facts.write(&run_json)?;
-        let sinks = self.sinks()?;
+        let sinks = create_sinks(&self.config, &self.info, &folder)?;
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
@@ -126,22 +130,12 @@ impl Run {
         let late = facts.write(&run_json).and_then(|()| {
             files.push(run_json);
             if self.config.plots == Some(true) {
-                files.extend(trajectory_plots::draw(&self.out.join("trajectory.csv"), &self.out.join("plots"))?);
+                files.extend(trajectory_plots::draw(&folder.file(Format::Csv.file_name()), &folder.file(PLOTS))?);
             }
             Ok(())
         });
         outcome.failure = outcome.failure.or(late.err());
-        Ok(Finished { out: self.out, files, facts, outcome })
-    }
-
-    fn sinks(&self) -> Result<Vec<Box<dyn Sink>>, RunError> {
-        let mut all = vec![Format::Csv.create(&self.out)?];
-        for format in formats(&self.config)?.into_iter().filter(|f| *f != Format::Csv) {
-            all.push(format.create(&self.out)?);
-        }
-        let fps = self.config.fps.or(self.info.fps);
-        all.extend(sinks::overlay(&self.out.join("overlay.mp4"), fps, self.config.video)?);
-        Ok(all)
+        Ok(Finished { out: folder.path().to_path_buf(), files, facts, outcome })
     }
 
     fn facts(&self) -> RunFile {
@@ -165,6 +159,16 @@ impl Run {
             accuracy: None,
         }
     }
+}
+
+fn create_sinks(config: &RunConfig, info: &SourceInfo, folder: &RunFolder) -> Result<Vec<Box<dyn Sink>>, RunError> {
+    let mut all = vec![Format::Csv.create(folder.path())?];
+    for format in formats(config)?.into_iter().filter(|f| *f != Format::Csv) {
+        all.push(format.create(folder.path())?);
+    }
+    let fps = config.fps.or(info.fps);
+    all.extend(sinks::overlay(&folder.file(OVERLAY), fps, config.video)?);
+    Ok(all)
 }
 
 fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<RecipeFacts, RunError> {
@@ -230,34 +234,4 @@ fn choose_start(
 
 fn formats(config: &RunConfig) -> Result<Vec<Format>, RunError> {
     config.formats.iter().map(|name| name.parse()).collect()
-}
-
-/// `pursuit-out/NAME`, with NAME made from the input's.
-fn default_folder(input: &str) -> PathBuf {
-    let last = input.trim_end_matches('/').rsplit(['/', '\\']).next().unwrap_or(input);
-    let stem = Path::new(last).file_stem().and_then(|s| s.to_str()).unwrap_or(last);
-    let safe: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
-    let safe = safe.trim_matches(['.', '-']);
-    Path::new("pursuit-out").join(if safe.is_empty() { "run" } else { safe })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::default_folder;
-    use std::path::Path;
-
-    #[test]
-    fn folders_are_named_after_inputs_and_stay_inside() {
-        for (input, folder) in [
-            ("a/b/clip.mp4", "clip"),
-            ("a/b/", "b"),
-            ("-", "run"),
-            ("..", "run"),
-            ("rtsp://host/stream?x=1", "stream-x-1"),
-            ("camera:0", "camera-0"),
-            ("scene:table-tennis?seed=1", "scene-table-tennis-seed-1"),
-        ] {
-            assert_eq!(default_folder(input), Path::new("pursuit-out").join(folder), "{input}");
-        }
-    }
 }

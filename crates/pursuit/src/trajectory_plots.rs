@@ -15,6 +15,16 @@ struct Curves {
 /// More points than this in one plot help nobody: longer runs are thinned evenly.
 const MOST_POINTS: usize = 20_000;
 
+/// What is drawn, each in a file of that name; of several targets, with the target's number behind it.
+const NAMES: [&str; 5] = ["x", "y", "width", "height", "score"];
+
+/// Whether [`draw`] gives a file this name.
+pub(crate) fn is_plot(file: &str) -> bool {
+    let Some(stem) = file.strip_suffix(".svg") else { return false };
+    let (name, target) = stem.split_once('-').unwrap_or((stem, "0"));
+    NAMES.contains(&name) && target.parse::<u64>().is_ok()
+}
+
 /// Draws the plots of every target into `folder` and returns the files written.
 ///
 /// # Errors

@@ -28,6 +28,39 @@ fn add(bbox: BBox) -> Command {
 }
 
 #[test]
+fn a_session_can_start_before_anything_is_written() {
+    let (targets, sink) = (Still::default(), Memory::default());
+    let (asked, taken) = (targets.asked.clone(), sink.taken.clone());
+    let session = Session::new(Box::new(book(3)), recipe("mosse").unwrap());
+    let mut session = session.following(Box::new(targets)).starting_on(vec![at(1.0)]);
+    session.start().unwrap();
+    session.start().unwrap();
+    assert_eq!((session.frame().unwrap().index(), session.targets().ids()), (0, vec![TargetId(1)]));
+    assert_eq!(asked.lock().unwrap()[..], ["step 0", "add 1 by mosse on 0"], "once is enough");
+    let mut session = session.with_sinks(vec![Box::new(sink)]);
+    let frames: Vec<u64> = std::iter::from_fn(|| step(&mut session)).map(|s| s.0).collect();
+    assert_eq!(frames, [0, 1, 2]);
+    assert_eq!(session.finish().frames, 3);
+    let taken: Vec<Option<u64>> = taken.lock().unwrap().iter().map(|t| t.as_ref().map(|t| t.0)).collect();
+    assert_eq!(taken, [Some(0), Some(1), Some(2), None]);
+
+    // A box that cannot be used is known at once, and the session is over; an empty input is no error.
+    let outside = BBox::from_ltwh(9000.0, 0.0, 5.0, 5.0);
+    let mut session = Session::new(Box::new(book(3)), recipe("mosse").unwrap()).starting_on(vec![outside]);
+    assert_eq!(session.start().unwrap_err().exit_code(), 2);
+    assert!(session.step().unwrap().is_none());
+    let mut session = Session::new(Box::new(book(0)), recipe("mosse").unwrap());
+    session.start().unwrap();
+    assert!(session.step().unwrap().is_none());
+
+    // Going elsewhere forgets what was looked at and not yet handed on.
+    let mut session = Session::new(Box::new(book(3)), recipe("mosse").unwrap());
+    session.start().unwrap();
+    session.apply(Command::Seek(2)).unwrap();
+    assert_eq!(std::iter::from_fn(|| step(&mut session)).map(|s| s.0).collect::<Vec<_>>(), [2]);
+}
+
+#[test]
 fn a_step_is_a_frame_and_every_sink_gets_it() {
     let (session, asked, taken) = session();
     let mut session = session.starting_on(vec![at(1.0), at(2.0), at(3.0)]);

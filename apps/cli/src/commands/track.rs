@@ -43,6 +43,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         detect: args.detect.clone(),
         many: flag(args.many, true),
         out: args.out.clone(),
+        overwrite: flag(args.overwrite, true),
         video: flag(args.no_video, false),
         plots: flag(args.plots, true),
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
@@ -50,6 +51,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         to: args.to,
         fps: args.fps,
         parameters: settings(&args.settings)?,
+        read_from: None,
     };
     Ok(file.overridden_by(options))
 }

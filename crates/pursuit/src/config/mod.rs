@@ -46,6 +46,9 @@ pub struct RunConfig {
     /// Folder for the results.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out: Option<PathBuf>,
+    /// Whether a run without a folder named replaces the last of its name, in place of making a new folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overwrite: Option<bool>,
     /// Whether to write the overlay video.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub video: Option<bool>,
@@ -67,6 +70,9 @@ pub struct RunConfig {
     /// Parameters of the tracker and the detector; see [`Settings::split`].
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub parameters: toml::Table,
+    /// The file that it was read from.
+    #[serde(skip)]
+    pub read_from: Option<PathBuf>,
 }
 
 impl RunConfig {
@@ -77,7 +83,8 @@ impl RunConfig {
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let wrong = |problem: String| RunError::usage(format!("configuration {}: {problem}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
-        toml::from_str(&text).map_err(|e| wrong(e.to_string().trim_end().to_owned()))
+        let config: Self = toml::from_str(&text).map_err(|e| wrong(e.to_string().trim_end().to_owned()))?;
+        Ok(Self { read_from: Some(path.to_path_buf()), ..config })
     }
 
     /// This configuration with what `over` says in its place; parameters are merged name by name.
@@ -94,6 +101,8 @@ impl RunConfig {
             detect: over.detect.or(self.detect),
             many: over.many.or(self.many),
             out: over.out.or(self.out),
+            overwrite: over.overwrite.or(self.overwrite),
+            read_from: over.read_from.or(self.read_from),
             video: over.video.or(self.video),
             plots: over.plots.or(self.plots),
             formats: list(self.formats, over.formats),
@@ -102,6 +111,12 @@ impl RunConfig {
             fps: over.fps.or(self.fps),
             parameters,
         }
+    }
+
+    /// The files that a run reads, whether they are there or not: the input, its truth, depth, the configuration.
+    pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let media = [&self.input, &self.depth].into_iter().flatten().map(PathBuf::from);
+        media.flat_map(|path| [path.with_extension("csv"), path]).chain(self.read_from.clone())
     }
 
     /// The boxes to start from.
@@ -240,6 +255,7 @@ mod tests {
             detect: Some(format!("detect {n}")),
             many: Some(n == 1),
             out: Some(format!("out {n}").into()),
+            overwrite: Some(n == 1),
             video: Some(n == 1),
             plots: Some(n == 1),
             formats: vec![format!("format {n}")],
@@ -247,6 +263,7 @@ mod tests {
             to: Some(n),
             fps: Some(n as f64),
             parameters: toml::Table::from_iter([("n".to_owned(), toml::Value::Integer(n as i64))]),
+            read_from: None,
         };
         assert_eq!(some(1).overridden_by(RunConfig::default()), some(1));
         assert_eq!(RunConfig::default().overridden_by(some(2)), some(2));

@@ -53,6 +53,8 @@ pub struct Session {
     ended: Option<Ended>,
     /// The frame looked at last; none before the first, and after going elsewhere.
     frame: Option<Arc<Frame>>,
+    /// Whether that frame has been looked at and not yet handed on.
+    ready: bool,
     tracks: Vec<Track>,
     records: Vec<Record>,
     began: Instant,
@@ -122,6 +124,7 @@ impl Session {
             paused: false,
             ended: None,
             frame: None,
+            ready: false,
             tracks: Vec::new(),
             records: Vec::new(),
             began: Instant::now(),
@@ -177,6 +180,18 @@ impl Session {
         &*self.targets
     }
 
+    /// Looks at the first frame and starts the targets in it, so that a box or an input that cannot be used is known before
+    /// any output is opened: sinks given afterwards are handed this frame too, by the next [`step`](Self::step).
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn start(&mut self) -> Result<(), RunError> {
+        if self.frame.is_none() && self.ended.is_none() {
+            self.ready = self.advance()?;
+        }
+        Ok(())
+    }
+
     /// Obeys what came from [`remote`](Self::remote), looks at the next frame, and hands the results to the sinks. `None`
     /// once the input has ended or the session was stopped.
     ///
@@ -184,20 +199,22 @@ impl Session {
     /// An input that breaks off, a frame that cannot be used, an output that cannot be written; the session is over then.
     pub fn step(&mut self) -> Result<Option<Progress<'_>>, RunError> {
         self.obey();
-        if self.ended.is_some() {
+        if self.ended.is_some() || !(std::mem::take(&mut self.ready) || self.advance()?) {
             return Ok(None);
         }
-        match self.look() {
-            Ok(None) => {
-                self.ended = Some(if self.remote.is_stopped() { Ended::Stopped } else { Ended::Input });
-                Ok(None)
-            }
-            Ok(Some(())) => Ok(self.progress()),
-            Err(e) => {
-                self.ended = Some(Ended::Failed);
-                Err(e)
-            }
+        self.emit().inspect_err(|_| self.ended = Some(Ended::Failed))?;
+        Ok(self.progress())
+    }
+
+    /// Looks at the next frame; false once there is none.
+    fn advance(&mut self) -> Result<bool, RunError> {
+        let looked = self.look();
+        match &looked {
+            Ok(true) => {}
+            Ok(false) => self.ended = Some(if self.remote.is_stopped() { Ended::Stopped } else { Ended::Input }),
+            Err(_) => self.ended = Some(Ended::Failed),
         }
+        looked
     }
 
     /// Runs until the input ends, something breaks, or it is stopped; closes every sink properly in any case.
@@ -236,10 +253,10 @@ impl Session {
         Outcome { frames: self.counts.frames, states: self.counts.states, timing, interrupted, failure }
     }
 
-    /// Reads a frame and does everything that a frame asks for; `None` after the last.
-    fn look(&mut self) -> Result<Option<()>, RunError> {
+    /// Reads a frame and follows the targets into it; false after the last.
+    fn look(&mut self) -> Result<bool, RunError> {
         let (frame, waited) = Elapsed::of(&WallClock::default(), || self.source.next_frame());
-        let Some(frame) = frame? else { return Ok(None) };
+        let Some(frame) = frame? else { return Ok(false) };
         self.counts.decode.add(waited.wall_ms);
         let frame = Arc::new(frame);
         self.targets.step(&frame, &mut self.tracks)?;
@@ -256,10 +273,13 @@ impl Session {
             }
             self.records.push(Record::new(&frame, track));
         }
-        for sink in &mut self.sinks {
-            sink.write(&frame, &self.records)?;
-        }
-        Ok(Some(()))
+        Ok(true)
+    }
+
+    /// Hands the results to the sinks.
+    fn emit(&mut self) -> Result<(), RunError> {
+        let Some(frame) = &self.frame else { return Ok(()) };
+        self.sinks.iter_mut().try_for_each(|sink| sink.write(frame, &self.records))
     }
 
     /// Starts or moves a target in this frame, and says so in place of what the step said of it.
@@ -348,6 +368,7 @@ impl Session {
     fn seek(&mut self, frame: u64) -> Result<(), RunError> {
         self.source.seek(frame)?;
         self.frame = None;
+        self.ready = false;
         if self.ended == Some(Ended::Input) {
             self.ended = None;
         }
