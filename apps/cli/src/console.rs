@@ -3,7 +3,8 @@
 use crate::args::{ColorWhen, Global};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use tracing::level_filters::LevelFilter;
 
 /// The word before an error.
@@ -52,19 +53,47 @@ pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
 }
 
 static STOP: AtomicBool = AtomicBool::new(false);
+/// The signal that asked to stop; 0 while none has.
+static SIGNAL: AtomicU8 = AtomicU8::new(0);
 
-/// Calls `stop` at Ctrl-C, or when the process is asked to terminate. A second Ctrl-C ends the program at once.
+/// Calls `stop` at Ctrl-C, or when the process is asked to terminate or loses its terminal. A second time ends the program
+/// at once.
 pub fn on_interrupt(stop: impl Fn() + Send + 'static) {
-    let handler = move || {
+    let handler = move |signal: u8| {
+        SIGNAL.store(signal, Ordering::Relaxed);
         if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+            std::process::exit(i32::from(status_of(signal)));
         }
         anstream::eprintln!("stopping after this frame (Ctrl-C again to stop at once)");
         stop();
     };
-    if let Err(e) = ctrlc::set_handler(handler) {
+    if let Err(e) = listen(handler) {
         tracing::warn!("Ctrl-C will stop at once, without closing files: {e}");
     }
+}
+
+#[cfg(unix)]
+fn listen(handler: impl Fn(u8) + Send + 'static) -> std::io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+    let listener = move || signals.forever().for_each(|signal| handler(signal as u8));
+    std::thread::Builder::new().name("signals".to_owned()).spawn(listener).map(|_| ())
+}
+
+#[cfg(not(unix))]
+fn listen(handler: impl Fn(u8) + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(move || handler(2))
+}
+
+/// The exit status of a program that a signal ended, as shells count it.
+const fn status_of(signal: u8) -> u8 {
+    128 + signal
+}
+
+/// The exit status of a program that was asked to stop, where it was.
+pub fn interrupted() -> Option<ExitCode> {
+    let signal = SIGNAL.load(Ordering::Relaxed);
+    (signal != 0).then(|| ExitCode::from(status_of(signal)))
 }
 
 /// A flag that becomes true at Ctrl-C.

@@ -13,13 +13,13 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     console::set_up(&cli.global);
     match run(&cli) {
-        Ok(code) => code,
+        Ok(code) => console::interrupted().unwrap_or(code),
         Err(error) => fail(&error),
     }
 }
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
-    rayon::ThreadPoolBuilder::new().num_threads(cli.global.threads).build_global()?;
+    rayon::ThreadPoolBuilder::new().num_threads(threads(cli.global.threads)).build_global()?;
     if cli.version {
         return commands::version::run(cli.global.verbose > 0);
     }
@@ -38,6 +38,16 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man => commands::man(),
     }
+}
+
+/// As many threads as asked for, up to a few a processor: more would only be in each other's way. 0 leaves the choice to the
+/// pool.
+fn threads(wanted: usize) -> usize {
+    let most = 4 * std::thread::available_parallelism().map_or(1, usize::from);
+    if wanted > most {
+        tracing::warn!("--threads {wanted} is more than this machine can use; {most} threads are started");
+    }
+    wanted.min(most)
 }
 
 /// One line on standard error, and the exit status that belongs to the error.

@@ -146,7 +146,13 @@ fn a_full_disk_loses_nothing_that_was_written() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_closes_every_file() {
+fn signals_close_every_file() {
+    interrupted(rustix::process::Signal::INT, 130);
+    interrupted(rustix::process::Signal::TERM, 143);
+}
+
+#[cfg(unix)]
+fn interrupted(signal: rustix::process::Signal, status: i32) {
     let out = tempfile::tempdir().unwrap();
     let mut child =
         command(&["track", "-", "--tracker", "ball", "--box", "4,4,16,16", "--out", out.path().to_str().unwrap()])
@@ -169,14 +175,22 @@ fn an_interrupt_closes_every_file() {
     (0..600).take_while(|_| !seen()).for_each(|_| std::thread::sleep(std::time::Duration::from_millis(50)));
     assert!(seen());
     let process = rustix::process::Pid::from_child(&child);
-    rustix::process::kill_process(process, rustix::process::Signal::INT).unwrap();
+    rustix::process::kill_process(process, signal).unwrap();
     let output = child.wait_with_output().unwrap();
     drop(input);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(status), "{}", stderr(&output));
     let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(run["status"], "interrupted");
     assert_eq!(run["frame_count"].as_u64().unwrap() as usize, rows(&trajectory).len());
     assert!(common::stdout(&output).contains("overlay.mp4"), "it says where the files are");
+}
+
+#[test]
+fn no_more_threads_than_the_machine_can_use() {
+    let output = pursuit(&["trackers", "--threads", "100000"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--threads 100000"), "{}", stderr(&output));
+    assert_eq!(stderr(&pursuit(&["trackers", "--threads", "2"])), "");
 }
 
 #[test]
