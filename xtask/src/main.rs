@@ -10,6 +10,7 @@ mod metadata;
 mod mutants;
 mod notices;
 mod peers;
+mod release;
 mod run;
 mod suite;
 mod weights;

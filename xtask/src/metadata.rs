@@ -35,6 +35,33 @@ fn package(p: &Value, members: &HashSet<&str>) -> Package {
     }
 }
 
+/// Something that cargo compiles.
+pub struct Target {
+    pub package: String,
+    /// `lib`, `test`, `bin`, …
+    pub kind: String,
+    pub name: String,
+    /// The file that it begins with.
+    pub source: String,
+}
+
+/// Every target of the workspace's packages.
+pub fn targets() -> Result<Vec<Target>> {
+    let output = run::cargo("metadata").args(["--format-version", "1", "--no-deps"]).output()?;
+    let metadata: Value = serde_json::from_slice(&output).context("cargo metadata printed something else than JSON")?;
+    let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
+    let packages = metadata["packages"].as_array().context("cargo metadata lists no packages")?;
+    let targets = packages.iter().flat_map(|p| {
+        p["targets"].as_array().into_iter().flatten().map(move |t| Target {
+            package: text(&p["name"]),
+            kind: text(&t["kind"][0]),
+            name: text(&t["name"]),
+            source: text(&t["src_path"]),
+        })
+    });
+    Ok(targets.collect())
+}
+
 fn strings(v: &Value) -> impl Iterator<Item = &str> {
     v.as_array().into_iter().flatten().filter_map(Value::as_str)
 }

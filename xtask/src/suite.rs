@@ -1,29 +1,53 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{features, fuzz, layers, licences, notices, peers, run};
-use anyhow::Result;
+use crate::{features, fuzz, layers, licences, notices, peers, release, run};
+use anyhow::{Context, Result};
+use std::time::{Duration, Instant};
 
 /// All checks, the cheap ones first; stops at the first that fails.
 pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
-    let mut skipped = Vec::new();
-    format(&mut skipped)?;
-    lints(&mut skipped)?;
-    layers::check()?;
-    licences::check()?;
-    notices::check()?;
-    docs()?;
-    features::check()?;
-    run::cargo("test").args(["--workspace", "--locked"]).run()?;
-    run::cargo("test").args(["--package", "pursuit-inference", "--features", "onnxruntime,rten", "--locked"]).run()?;
+    let (mut skipped, mut clock) = (Vec::new(), Clock::default());
+    clock.time("format", || format(&mut skipped))?;
+    clock.time("floors", layers::check)?;
+    clock.time("lints", || lints(&mut skipped))?;
+    clock.time("licences", licences::check)?;
+    clock.time("notices", notices::check)?;
+    clock.time("documentation", docs)?;
+    clock.time("features", features::check)?;
+    clock.time("tests", || run::cargo("test").args(["--workspace", "--locked"]).run())?;
+    clock.time("networks by file", || {
+        let features = ["--package", "pursuit-inference", "--features", "onnxruntime,rten", "--locked"];
+        run::cargo("test").args(features).run()
+    })?;
     if quick {
         skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());
     } else {
-        release()?;
-        fuzzing(fuzz_seconds, &mut skipped)?;
-        peers::compare_or_skip(&mut skipped)?;
+        clock.time("release suite", release::test)?;
+        clock.time("fuzzing", || fuzzing(fuzz_seconds, &mut skipped))?;
+        clock.time("comparisons", || peers::compare_or_skip(&mut skipped))?;
     }
-    report(&skipped);
+    report(&skipped, &clock);
     Ok(())
+}
+
+/// How long each check took.
+#[derive(Default)]
+struct Clock(Vec<(&'static str, Duration)>);
+
+impl Clock {
+    fn time(&mut self, what: &'static str, check: impl FnOnce() -> Result<()>) -> Result<()> {
+        let start = Instant::now();
+        let result = check();
+        self.0.push((what, start.elapsed()));
+        result.with_context(|| format!("{what}, after {self}"))
+    }
+}
+
+impl std::fmt::Display for Clock {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let words: Vec<String> = self.0.iter().map(|(what, took)| format!("{what} {} s", took.as_secs())).collect();
+        write!(f, "{}", words.join(", "))
+    }
 }
 
 /// Builds the documentation, with broken links and missing pieces as errors.
@@ -47,16 +71,6 @@ fn lints(skipped: &mut Vec<String>) -> Result<()> {
     run::cargo("clippy").args(["--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]).run()
 }
 
-/// What would take too long unoptimised: whole runs of the program, and experiments over hundreds of seeds. Those tests
-/// are marked `#[ignore = "release: …"]`.
-///
-/// Linking every test program with optimisation across crates would take longer than the tests; it changes no result.
-fn release() -> Result<()> {
-    let cargo = |subcommand| run::cargo(subcommand).env("CARGO_PROFILE_RELEASE_LTO", "off");
-    cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
-    cargo("test").args(["--workspace", "--release", "--locked", "--tests", "--", "--ignored"]).run()
-}
-
 fn fuzzing(seconds: u32, skipped: &mut Vec<String>) -> Result<()> {
     let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
     if !run::program(compiler).arg("--version").works() {
@@ -66,8 +80,8 @@ fn fuzzing(seconds: u32, skipped: &mut Vec<String>) -> Result<()> {
     fuzz::run(seconds, None)
 }
 
-fn report(skipped: &[String]) {
-    println!();
+fn report(skipped: &[String], clock: &Clock) {
+    println!("\n{clock}");
     if skipped.is_empty() {
         println!(
             "Everything passed; nothing was skipped by cargo xtask. Tests that lack real footage say `skipped:` themselves."

@@ -1,0 +1,69 @@
+//! The release suite: what would take too long unoptimised, whole runs of the program and experiments over hundreds of
+//! seeds. Those tests are ignored otherwise, with a reason that begins with `release:`.
+
+use crate::metadata::{self, Target};
+use crate::run;
+use anyhow::Result;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Spelt so that this file does not hold it.
+const MARK: &str = concat!("#[ignore = \"", "release");
+
+/// Builds the program and runs the marked tests. Only test programs that hold one are built, and without optimisation
+/// across crates: linking the others would take longer than the tests.
+pub fn test() -> Result<()> {
+    let cargo = |subcommand| run::cargo(subcommand).env("CARGO_PROFILE_RELEASE_LTO", "off");
+    cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+    let marked: Vec<Target> = metadata::targets()?.into_iter().filter(is_marked).collect();
+    for kind in ["lib", "test"] {
+        let those: Vec<&Target> = marked.iter().filter(|t| t.kind == kind).collect();
+        let packages: BTreeSet<&str> = those.iter().map(|t| t.package.as_str()).collect();
+        let mut step = cargo("test").args(["--release", "--locked"]);
+        step = packages.iter().fold(step, |step, package| step.args(["--package", package]));
+        step = match kind {
+            "lib" => step.arg("--lib"),
+            _ => those.iter().fold(step, |step, target| step.args(["--test", target.name.as_str()])),
+        };
+        if !those.is_empty() {
+            step.args(["--", "--ignored"]).run()?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a source file of the target holds the mark.
+fn is_marked(target: &Target) -> bool {
+    let root = Path::new(&target.source);
+    let own_folder = root.file_name().is_some_and(|n| n == "lib.rs" || n == "main.rs");
+    match root.parent() {
+        Some(folder) if own_folder => holds_mark(folder),
+        _ => holds_mark(root),
+    }
+}
+
+/// Looks into a file, or into all files below a folder.
+fn holds_mark(path: &Path) -> bool {
+    match std::fs::read_dir(path) {
+        Ok(entries) => entries.flatten().any(|e| holds_mark(&e.path())),
+        Err(_) => std::fs::read_to_string(path).is_ok_and(|text| text.contains(MARK)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marked_tests_are_found_where_they_are() {
+        let marked: Vec<Target> = metadata::targets().unwrap().into_iter().filter(is_marked).collect();
+        let found = |package: &str, kind: &str, name: &str| {
+            marked.iter().any(|t| (t.package.as_str(), t.kind.as_str(), t.name.as_str()) == (package, kind, name))
+        };
+        assert!(found("pursuit-estimation", "test", "own_models"), "in a folder");
+        assert!(found("pursuit-cli", "test", "real_footage"), "in a file");
+        assert!(found("pursuit-experiments", "lib", "pursuit_experiments"), "in a library");
+        assert!(!found("pursuit-cli", "test", "contract"));
+        assert!(marked.iter().all(|t| t.package != "xtask"), "the mark is looked for, and not held, here");
+    }
+}
