@@ -149,6 +149,12 @@ pub struct Track {
     /// Last frame to look at
     #[arg(long, value_name = "N")]
     pub to: Option<u64>,
+    /// Take the input for one that runs in real time: frames that come while a frame is looked at are dropped
+    #[arg(long, overrides_with = "no_live")]
+    pub live: bool,
+    /// Take the input for one that can wait: no frame is dropped
+    #[arg(long)]
+    pub no_live: bool,
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,

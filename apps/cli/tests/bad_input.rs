@@ -186,6 +186,29 @@ fn interrupted(signal: rustix::process::Signal, status: i32) {
 }
 
 #[test]
+fn no_password_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    for input in ["rtsp://watch:sesame99@127.0.0.1:9/x", "http://127.0.0.1:9/x?token=sesame99", "smb://a:sesame99@b/c"]
+    {
+        for more in [&["--box", "1,1,9,9"][..], &["--box", "x"], &["-vv"], &["--depth", input, "--box", "1,1,9,9"]] {
+            let mut run = command(&[&["track", input], more].concat());
+            let output = run.current_dir(folder.path()).output().unwrap();
+            assert_ne!(output.status.code(), Some(0));
+            let said = common::stdout(&output) + &stderr(&output);
+            assert!(!said.contains("sesame99"), "{said}");
+        }
+    }
+    let left = walk(folder.path());
+    assert!(left.iter().all(|name| !name.contains("sesame99")), "{left:?}");
+}
+
+/// The names of everything below a folder.
+fn walk(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.flat_map(|e| [vec![e.path().display().to_string()], walk(&e.path())].concat()).collect()
+}
+
+#[test]
 fn no_more_threads_than_the_machine_can_use() {
     let output = pursuit(&["trackers", "--threads", "100000"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

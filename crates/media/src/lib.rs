@@ -10,7 +10,7 @@ pub mod output;
 pub mod wrappers;
 
 pub use error::MediaError;
-pub use input::{OpenOptions, Source, SourceInfo, Truth, open};
+pub use input::{Locator, OpenOptions, Source, SourceInfo, Truth, open};
 
 /// The result of a fallible media operation.
 pub type Result<T, E = MediaError> = std::result::Result<T, E>;

@@ -154,6 +154,40 @@ fn web_addresses_are_read() {
 }
 
 /// Whether a process of this system still has this word in its command line.
+/// Credentials reach the server, and nobody else: not the list of processes, not the name, not the errors.
+#[test]
+fn credentials_reach_the_server_alone() {
+    let Some(options) = options() else { return };
+    let content = std::fs::read(fixture("vp9.webm")).unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let host = listener.local_addr().unwrap();
+    std::thread::spawn(move || {
+        for mut stream in listener.incoming().flatten() {
+            let mut request = [0; 4096];
+            let read = stream.read(&mut request).unwrap_or(0);
+            let request = String::from_utf8_lossy(&request[..read]).into_owned();
+            // "watch:it's99" in base64.
+            let head = match request.contains("Authorization: Basic d2F0Y2g6aXQnczk5") {
+                true => format!("HTTP/1.0 200 OK\r\nContent-Length: {}\r\n\r\n", content.len()),
+                false => "HTTP/1.0 401 Unauthorized\r\nWWW-Authenticate: Basic realm=\"x\"\r\n\r\n".to_owned(),
+            };
+            _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&content));
+        }
+    });
+    let address = |password: &str| format!("http://watch:{password}@{host}/clip.webm");
+    let mut source = open(&address("it's99"), &options).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((source.info().name.as_str(), source.info().live), (address("***").as_str(), false));
+    if cfg!(target_os = "linux") {
+        assert!(!is_running("it's99"));
+    }
+    assert_eq!(lines(&all_frames(&mut *source)), hashes_beside("vp9.webm"));
+    let refused = open(&address("wrong99"), &options).err().unwrap().to_string();
+    assert!(refused.contains("401") && refused.contains(&address("***")), "{refused}");
+    assert!(!refused.contains("wrong99"), "{refused}");
+    let taken = OpenOptions { live: Some(true), ..options };
+    assert!(open(&address("it's99"), &taken).unwrap().info().live);
+}
+
 fn is_running(word: &str) -> bool {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     processes

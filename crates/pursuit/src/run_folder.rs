@@ -3,6 +3,7 @@
 use crate::RunError;
 use crate::sinks::Format;
 use crate::trajectory_plots;
+use pursuit_media::Locator;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -186,6 +187,9 @@ fn link_latest(folder: &Path) {
 
 /// `pursuit-out/NAME`, with NAME made from the input's.
 fn default_folder(input: &str) -> PathBuf {
+    let shown = Locator::new(input).to_string();
+    // Neither the user of a camera nor what stands for the password names a folder.
+    let input = shown.rsplit_once("***@").map_or(&*shown, |(_, host)| host);
     let last = input.trim_end_matches('/').rsplit(['/', '\\']).next().unwrap_or(input);
     let stem = Path::new(last).file_stem().and_then(|s| s.to_str()).unwrap_or(last);
     let safe: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
@@ -219,6 +223,8 @@ mod tests {
             ("-", "run"),
             ("..", "run"),
             ("rtsp://host/stream?x=1", "stream-x-1"),
+            ("rtsp://user:sesame@host", "host"),
+            ("http://user:sesame@host/a/b.mp4?token=abc", "b"),
             ("camera:0", "camera-0"),
             ("scene:table-tennis?seed=1", "scene-table-tennis-seed-1"),
         ] {

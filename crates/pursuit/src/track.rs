@@ -70,7 +70,7 @@ impl Run {
         let destination =
             Destination::new(config.out.as_deref(), config.overwrite == Some(true), name, config.files())?;
         let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
-        let start = choose_start(&config, info.truth.as_deref(), prefer, name)?;
+        let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
         Ok(Self { session, info, stats, recipe, config, destination })

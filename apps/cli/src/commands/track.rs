@@ -9,7 +9,8 @@ use std::process::ExitCode;
 
 /// `pursuit track INPUT …`.
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
-    let run = Run::prepare(config(args)?, &OpenOptions::from_env())?;
+    let live = (args.live || args.no_live).then_some(args.live);
+    let run = Run::prepare(config(args)?, &OpenOptions { live, ..OpenOptions::from_env() })?;
     let bar = console::progress_bar(run.frame_count(), global);
     let remote = run.remote();
     console::on_interrupt(move || remote.stop());

@@ -27,7 +27,7 @@ impl Mp4WithFallback {
         let program = self.options.find_ffmpeg()?;
         let target = Target::File(self.path.clone());
         let name = &self.info().name;
-        let mut source = FfmpegSource::open(&program, &target, name, self.options.default_fps).ok()?;
+        let mut source = FfmpegSource::open(&program, &target, name, &self.options).ok()?;
         for _ in 0..self.delivered {
             source.next_frame().ok()??;
         }

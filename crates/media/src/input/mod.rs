@@ -21,6 +21,7 @@ mod folder;
 mod h264;
 pub(crate) mod image;
 mod limits;
+mod locator;
 pub(crate) mod mjpeg;
 #[cfg(feature = "h264")]
 pub(crate) mod mp4;
@@ -33,6 +34,7 @@ mod source;
 pub(crate) mod y4m;
 
 pub use limits::MAX_PIXELS;
+pub use locator::Locator;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;
 pub use pursuit_geometry::Truth;

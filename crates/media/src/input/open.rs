@@ -1,3 +1,4 @@
+use super::Locator;
 use super::annotations::{self, Annotated, LIST_NAME};
 use super::avi::AviSource;
 use super::fault::Fault;
@@ -33,9 +34,11 @@ pub fn open(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
         return open_with_ffmpeg(&camera, "a camera", input, options);
     }
     if let Some(stream) = Target::stream(input) {
-        return open_with_ffmpeg(&stream, "a network stream", input, options);
+        let name = Locator::new(input).to_string();
+        return open_with_ffmpeg(&stream, "a network stream", &name, options);
     }
     let path = Path::new(input);
+    let input = &*Locator::new(input).to_string();
     let metadata = std::fs::metadata(path).map_err(|e| MediaError::unreadable(input, io_reason(&e)))?;
     let unreadable = |e: std::io::Error| MediaError::unreadable(input, io_reason(&e));
     if metadata.is_dir() {
@@ -124,7 +127,7 @@ fn open_with_ffmpeg(target: &Target, what: &str, name: &str, options: &OpenOptio
         );
         return Err(MediaError::unreadable(name, reason));
     };
-    let source = FfmpegSource::open(&program, target, name, options.default_fps);
+    let source = FfmpegSource::open(&program, target, name, options);
     source.map(boxed).map_err(|fault| fault.unreadable(name))
 }
 

@@ -11,11 +11,14 @@ pub struct OpenOptions {
     pub search_path: Option<OsString>,
     /// Frames per second of inputs that state no rate: image folders, Motion JPEG on standard input, `frames.csv`.
     pub default_fps: f64,
+    /// Whether streams and cameras run in real time, so that frames which come while the caller is busy are dropped; by
+    /// default what they are decides.
+    pub live: Option<bool>,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { ffmpeg: None, search_path: None, default_fps: 30.0 }
+        Self { ffmpeg: None, search_path: None, default_fps: 30.0, live: None }
     }
 }
 

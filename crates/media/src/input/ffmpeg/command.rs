@@ -1,3 +1,4 @@
+use crate::input::Locator;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -5,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Target {
     File(PathBuf),
-    Stream { url: String, scheme: Scheme },
+    Stream { url: Locator, scheme: Scheme },
     Camera(PathBuf),
 }
 
@@ -28,6 +29,17 @@ const SCHEMES: [Scheme; 8] = [
     Scheme { name: "udp", protocols: "udp", live: true },
 ];
 
+impl Scheme {
+    /// Options of its protocol.
+    fn options(&self) -> &'static [[&'static str; 2]] {
+        match self.name {
+            "rtsp" | "rtsps" => &[["rtsp_transport", "tcp"]],
+            "http" | "https" => &[["rw_timeout", "20000000"]],
+            _ => &[],
+        }
+    }
+}
+
 /// How the found `ffmpeg` wants its options: they were renamed in version 5.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dialect {
@@ -36,11 +48,14 @@ pub(super) enum Dialect {
 }
 
 impl Target {
-    /// A network address, where `input` is one.
+    /// A network address, where `input` is one. None has control characters in it.
     pub fn stream(input: &str) -> Option<Self> {
+        if input.chars().any(char::is_control) {
+            return None;
+        }
         let (name, rest) = input.split_once("://")?;
         let scheme = SCHEMES.into_iter().find(|s| s.name.eq_ignore_ascii_case(name))?;
-        (!rest.is_empty()).then(|| Self::Stream { url: input.to_owned(), scheme })
+        (!rest.is_empty()).then(|| Self::Stream { url: Locator::new(input), scheme })
     }
 
     /// Whether it always runs in real time; of web addresses only ffmpeg can tell.
@@ -52,8 +67,36 @@ impl Target {
         }
     }
 
-    pub const fn is_web(&self) -> bool {
-        matches!(self, Self::Stream { scheme, .. } if !scheme.live)
+    /// What may be printed of it, and of what ffmpeg says of it.
+    pub fn locator(&self) -> Option<&Locator> {
+        match self {
+            Self::Stream { url, .. } => Some(url),
+            Self::File(_) | Self::Camera(_) => None,
+        }
+    }
+
+    /// Whether it runs in real time, given what ffmpeg has said of it. A web address is a file, unless it is a live
+    /// playlist or a camera's Motion JPEG.
+    pub fn is_live_stream(&self, format: Option<&str>, codec: Option<&str>, has_duration: bool) -> bool {
+        let Self::Stream { url, scheme } = self else { return self.is_live() };
+        let path = url.reveal().split(['?', '#']).next().unwrap_or_default();
+        let by_name = path.to_ascii_lowercase().ends_with(".m3u8");
+        scheme.live
+            || match format {
+                // Behind a script nothing is known of the container.
+                Some("concat") | None => by_name || codec == Some("mjpeg"),
+                Some("hls") => !has_duration,
+                Some(other) => other.contains("mpjpeg"),
+            }
+    }
+
+    /// What ffmpeg is to read from its standard input: an address with credentials must not stand among the arguments,
+    /// which every user of the machine can list. A script for ffmpeg's `concat` names it instead.
+    pub(super) fn script(&self) -> Option<String> {
+        let Self::Stream { url, scheme } = self else { return None };
+        let quoted = url.reveal().replace('\'', r"'\''");
+        let options: String = scheme.options().iter().map(|[name, value]| format!("option {name} {value}\n")).collect();
+        url.has_secrets().then(|| format!("ffconcat version 1.0\nfile '{quoted}'\n{options}"))
     }
 
     /// The whole argument vector. Nothing of the input can be taken for an option: files have `file:` before their name,
@@ -68,15 +111,16 @@ impl Target {
                 all.push(prefixed("file:", path));
             }
             Self::Stream { url, scheme } => {
-                if scheme.name.starts_with("rtsp") {
-                    push(&["-rtsp_transport", "tcp"]);
-                }
                 if scheme.live {
                     push(&["-fflags", "nobuffer", "-flags", "low_delay"]);
-                } else {
-                    push(&["-rw_timeout", "20000000"]);
                 }
-                push(&["-protocol_whitelist", scheme.protocols, "-i", url]);
+                if url.has_secrets() {
+                    let protocols = format!("pipe,fd,{}", scheme.protocols);
+                    push(&["-protocol_whitelist", &protocols, "-f", "concat", "-safe", "0", "-i", "pipe:0"]);
+                } else {
+                    scheme.options().iter().for_each(|[name, value]| push(&[&format!("-{name}"), value]));
+                    push(&["-protocol_whitelist", scheme.protocols, "-i", url.reveal()]);
+                }
             }
             Self::Camera(device) => {
                 let format = if cfg!(target_os = "macos") { "avfoundation" } else { "v4l2" };
@@ -114,5 +158,37 @@ mod tests {
         assert_eq!(Target::stream("rtsp://"), None);
         assert!(Target::stream("RTSP://camera/1").unwrap().is_live());
         assert!(!Target::stream("http://host/clip.mp4").unwrap().is_live());
+        assert_eq!(Target::stream("http://host/\nfile x"), None);
+    }
+
+    #[test]
+    fn credentials_are_no_arguments() {
+        let plain = Target::stream("rtsp://camera/1").unwrap();
+        let words = plain.arguments(Dialect::Current);
+        assert!(words.contains(&"rtsp://camera/1".into()) && words.contains(&"-rtsp_transport".into()));
+        assert_eq!(plain.script(), None);
+        let secret = Target::stream("rtsp://user:se'same@camera/1").unwrap();
+        let words = secret.arguments(Dialect::Current);
+        assert!(words.iter().all(|w| !w.to_string_lossy().contains("same")), "{words:?}");
+        assert_eq!(
+            secret.script().unwrap(),
+            "ffconcat version 1.0\nfile 'rtsp://user:se'\\''same@camera/1'\noption rtsp_transport tcp\n"
+        );
+        assert_eq!(format!("{:?}", secret.locator().unwrap()), "\"rtsp://user:***@camera/1\"");
+    }
+
+    #[test]
+    fn web_addresses_are_files_unless_they_go_on_for_ever() {
+        let live =
+            |url: &str, format, codec, duration| Target::stream(url).unwrap().is_live_stream(format, codec, duration);
+        assert!(!live("http://h/a.mkv", Some("matroska,webm"), Some("vp9"), false));
+        assert!(!live("http://h/a.avi", Some("avi"), Some("mjpeg"), true));
+        assert!(live("http://h/a.m3u8", Some("hls"), Some("h264"), false));
+        assert!(!live("http://h/a.m3u8", Some("hls"), Some("h264"), true));
+        assert!(live("http://h/cam", Some("mpjpeg"), Some("mjpeg"), false));
+        assert!(live("http://h/a.m3u8?x=1", Some("concat"), Some("h264"), false));
+        assert!(live("http://h/cam", Some("concat"), Some("mjpeg"), false));
+        assert!(!live("http://h/a.mp4", Some("concat"), Some("h264"), false));
+        assert!(live("rtsp://h/a", Some("rtsp"), Some("h264"), true));
     }
 }

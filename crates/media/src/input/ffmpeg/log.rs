@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use crate::input::Locator;
 use crate::input::color::ColorInfo;
 
 /// Error lines kept for our own message.
@@ -20,6 +21,8 @@ pub(super) struct Said {
     times_s: VecDeque<Option<f64>>,
     /// Frames announced so far.
     announced: u64,
+    /// The container, in ffmpeg's words.
+    pub format: Option<String>,
     pub codec: Option<String>,
     pub has_duration: bool,
     pub color: ColorInfo,
@@ -28,6 +31,7 @@ pub(super) struct Said {
     /// The frame that was next when a decoder first complained about its data.
     pub damaged_at: Option<u64>,
     closed: bool,
+    about: Option<Locator>,
 }
 
 /// The log of a process, read on its own thread so that a full pipe never stops the process.
@@ -35,9 +39,10 @@ pub(super) struct Said {
 pub(super) struct Log(Arc<(Mutex<Said>, Condvar)>);
 
 impl Log {
-    /// Starts reading.
-    pub fn follow(stderr: impl Read + Send + 'static) -> std::io::Result<Self> {
+    /// Starts reading; `about` is what the process reads, whose secrets are kept out of the errors.
+    pub fn follow(stderr: impl Read + Send + 'static, about: Option<Locator>) -> std::io::Result<Self> {
         let log = Self(Arc::default());
+        log.said().about = about;
         let writer = log.clone();
         std::thread::Builder::new().name("ffmpeg log".to_owned()).spawn(move || writer.read(stderr))?;
         Ok(log)
@@ -87,6 +92,8 @@ impl Said {
             && let Some(text) = after(line, "Video: ")
         {
             self.codec = text.split([' ', ',']).next().map(str::to_owned);
+        } else if let Some(text) = after(line, "Input #0, ") {
+            self.format = text.rsplit_once(", from ").map(|(format, _)| format.to_owned());
         } else if let Some(text) = after(line, "Duration: ") {
             self.has_duration |= !text.starts_with("N/A");
         }
@@ -108,11 +115,12 @@ impl Said {
         if DAMAGE.iter().any(|sign| text.contains(sign)) {
             self.damaged_at.get_or_insert(self.announced);
         }
-        if self.errors.back().is_none_or(|last| last != text) {
+        let text = self.about.as_ref().map_or_else(|| text.to_owned(), |about| about.redact(text));
+        if self.errors.back().is_none_or(|last| *last != text) {
             if self.errors.len() == MAX_ERRORS {
                 self.errors.pop_front();
             }
-            self.errors.push_back(text.to_owned());
+            self.errors.push_back(text);
         }
     }
 }
@@ -147,12 +155,20 @@ mod tests {
             [Parsed_showinfo_1 @ 0x1] [info] color_range:pc color_space:bt709 color_primaries:bt709\n\
             [vp9 @ 0x2] [error] Invalid data found when processing input\n\
             [Parsed_showinfo_1 @ 0x1] [info] n:   1 pts:      2 pts_time:0.14 duration: 1 fmt:yuv420p\n";
-        let log = Log::follow(text.as_bytes()).unwrap();
+        let log = Log::follow(text.as_bytes(), None).unwrap();
         assert_eq!(log.errors().unwrap(), "Invalid data found when processing input");
         assert_eq!((log.next_time_s(), log.next_time_s(), log.next_time_s()), (Some(0.04), Some(0.14), None));
         let said = log.said();
         assert_eq!((said.codec.as_deref(), said.has_duration, said.damaged_at), (Some("vp9"), true, Some(1)));
+        assert_eq!(said.format.as_deref(), Some("matroska,webm"));
         let color = ColorInfo { matrix: Some(ColorMatrix::Bt709), range: Some(ColorRange::Full) };
         assert_eq!(said.color, color);
+    }
+
+    #[test]
+    fn errors_tell_no_secret() {
+        let text = "[in#0 @ 0x1] [error] Impossible to open 'rtsp://user:sesame@camera/1'\n";
+        let log = Log::follow(text.as_bytes(), Some(Locator::new("rtsp://user:sesame@camera/1"))).unwrap();
+        assert_eq!(log.errors().unwrap(), "Impossible to open 'rtsp://user:***@camera/1'");
     }
 }

@@ -4,11 +4,11 @@ use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
 use crate::input::source::StopHandle;
 use crate::input::y4m::pixels;
-use crate::{Result, Source, SourceInfo};
+use crate::{OpenOptions, Result, Source, SourceInfo};
 use pursuit_containers::y4m::{Planes, Y4mReader};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
-use std::io::BufReader;
+use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -31,16 +31,16 @@ pub(crate) struct FfmpegSource {
 
 impl FfmpegSource {
     /// Starts `program` on `target` and waits for the first frame.
-    pub fn open(program: &Path, target: &Target, name: &str, default_fps: f64) -> Result<Self, Fault> {
-        match Self::start(program, target, name, default_fps, Dialect::Current) {
+    pub fn open(program: &Path, target: &Target, name: &str, options: &OpenOptions) -> Result<Self, Fault> {
+        match Self::start(program, target, name, options, Dialect::Current) {
             Err(Fault::Malformed(reason)) if is_old_version(&reason) => {
-                Self::start(program, target, name, default_fps, Dialect::Before5_1)
+                Self::start(program, target, name, options, Dialect::Before5_1)
             }
             other => other,
         }
     }
 
-    fn start(program: &Path, target: &Target, name: &str, default_fps: f64, d: Dialect) -> Result<Self, Fault> {
+    fn start(program: &Path, target: &Target, name: &str, options: &OpenOptions, d: Dialect) -> Result<Self, Fault> {
         let (process, stdout, log) = Process::start(program, target, d)?;
         let mut reader = match Y4mReader::new(BufReader::with_capacity(1 << 20, stdout)) {
             Ok(reader) => reader,
@@ -53,18 +53,18 @@ impl FfmpegSource {
         let first = first.map_err(|fault| process.failure(&log).unwrap_or(fault))?;
         let said = log.said();
         let codec = said.codec.clone().unwrap_or_else(|| "unknown codec".to_owned());
-        let live = target.is_live() || (target.is_web() && !said.has_duration);
+        let live = target.is_live_stream(said.format.as_deref(), said.codec.as_deref(), said.has_duration);
         drop(said);
         let info = SourceInfo {
             name: name.to_owned(),
             size: Size::new(reader.header.size.width, reader.header.size.height),
             fps: reader.header.fps,
             frame_count: None,
-            live,
+            live: options.live.unwrap_or(live),
             decoder: format!("ffmpeg: {codec}"),
             truth: None,
         };
-        let step_s = 1.0 / info.fps.unwrap_or(default_fps);
+        let step_s = 1.0 / info.fps.unwrap_or(options.default_fps);
         Ok(Self {
             process,
             reader,
@@ -150,18 +150,23 @@ struct Process {
 
 impl Process {
     fn start(program: &Path, target: &Target, dialect: Dialect) -> Result<(Self, ChildStdout, Log), Fault> {
+        let script = target.script();
         let started = Command::new(program)
             .args(target.arguments(dialect))
-            .stdin(Stdio::null())
+            .stdin(if script.is_some() { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn();
         let cannot = |e| Fault::malformed(format!("{} cannot be started ({e})", program.display()));
         let mut child = started.map_err(cannot)?;
+        if let Some((script, mut stdin)) = script.zip(child.stdin.take()) {
+            // A process that is gone already says why itself.
+            _ = stdin.write_all(script.as_bytes());
+        }
         let pipes = child.stdout.take().zip(child.stderr.take());
         let process = Self { child: Arc::new(Mutex::new(child)) };
         let (stdout, stderr) = pipes.ok_or_else(|| Fault::malformed("ffmpeg's output cannot be read"))?;
-        let log = Log::follow(stderr)?;
+        let log = Log::follow(stderr, target.locator().cloned())?;
         Ok((process, stdout, log))
     }
 
