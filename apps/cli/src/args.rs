@@ -125,7 +125,7 @@ pub struct Track {
     /// Depth images (16-bit, millimetres) that belong to the input
     #[arg(long, value_name = "INPUT")]
     pub depth: Option<String>,
-    /// Folder for the results; an earlier run there is replaced [default: a new pursuit-out/INPUT, INPUT-2 …]
+    /// Folder for the results; an earlier run there is replaced. `-`: JSON lines on standard output, no files [default: a new pursuit-out/INPUT, INPUT-2 …]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace the run in pursuit-out/INPUT in place of making a new folder

@@ -141,3 +141,22 @@ fn two_runs_do_not_write_into_one_folder() {
     assert_eq!(rows(&folder.path().join("trajectory.csv")).len(), 21);
     assert_eq!(ball("3", &["--no-video", "--out", out]).status.code(), Some(0));
 }
+
+#[test]
+fn results_go_to_standard_output_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |more: &[&str]| {
+        let args = [&BALL[..], &["12", "--out", "-"], more].concat();
+        command(&args).current_dir(folder.path()).output().unwrap()
+    };
+    let output = run(&[]);
+    assert_eq!((output.status.code(), common::stderr(&output)), (Some(0), String::new()));
+    let lines: Vec<serde_json::Value> =
+        common::stdout(&output).lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let last = lines.last().unwrap();
+    assert_eq!((last["frame"].as_u64(), last["state"].as_str()), (Some(12), Some("tracking")));
+    assert_eq!(last["box"].as_array().unwrap().len(), 4);
+    assert!(lines.len() > 8, "a line for every frame of a target");
+    fails(&run(&["--plots"]), 2, &["standard output", "--out DIR"]);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}

@@ -5,14 +5,14 @@ use crate::input::{self, OpenedInput};
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder};
 use crate::session::{Outcome, Progress, Remote, Session};
-use crate::sinks::{self, Format, Sink};
+use crate::sinks::{self, Format, JsonlSink, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::{BBox, Truth};
 use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
 use pursuit_tracking::parameters::Parameters;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -21,7 +21,8 @@ pub struct Run {
     stats: PrefetchStats,
     recipe: RecipeFacts,
     config: RunConfig,
-    destination: Destination,
+    /// None for standard output.
+    destination: Option<Destination>,
 }
 
 /// What starts a run that has both the truth's first box and a detector.
@@ -34,7 +35,8 @@ pub(crate) enum Preference {
 /// How a run gets its first targets.
 #[derive(Debug, Clone, PartialEq)]
 enum Start {
-    Boxes(Vec<BBox>),
+    /// In the frame of this number.
+    Boxes(Vec<BBox>, u64),
     Detector,
     Many(Vec<BBox>),
 }
@@ -42,8 +44,8 @@ enum Start {
 /// What a run left behind.
 #[derive(Debug)]
 pub struct Finished {
-    /// The folder with the files.
-    pub out: PathBuf,
+    /// The folder with the files; none where results went to standard output.
+    pub out: Option<PathBuf>,
     /// The files written, in the folder.
     pub files: Vec<PathBuf>,
     /// What `run.json` holds.
@@ -67,8 +69,7 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
-        let destination =
-            Destination::new(config.out.as_deref(), config.overwrite == Some(true), name, config.files())?;
+        let destination = destination(&config, name)?;
         let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
@@ -99,10 +100,14 @@ impl Run {
     pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
         self.session.start()?;
         let mut facts = self.facts();
-        let folder = self.destination.open()?;
-        let run_json = folder.file(FACTS);
-        facts.write(&run_json)?;
-        let sinks = create_sinks(&self.config, &self.info, &folder)?;
+        let folder = self.destination.map(Destination::open).transpose()?;
+        let sinks: Vec<Box<dyn Sink>> = match &folder {
+            Some(folder) => {
+                facts.write(&folder.file(FACTS))?;
+                create_sinks(&self.config, &self.info, folder)?
+            }
+            None => vec![Box::new(JsonlSink::standard_output())],
+        };
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
@@ -127,15 +132,11 @@ impl Run {
         facts.states = outcome.states;
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
-        let late = facts.write(&run_json).and_then(|()| {
-            files.push(run_json);
-            if self.config.plots == Some(true) {
-                files.extend(trajectory_plots::draw(&folder.file(Format::Csv.file_name()), &folder.file(PLOTS))?);
-            }
-            Ok(())
-        });
-        outcome.failure = outcome.failure.or(late.err());
-        Ok(Finished { out: folder.path().to_path_buf(), files, facts, outcome })
+        if let Some(folder) = &folder {
+            let late = conclude(&facts, folder, self.config.plots == Some(true), &mut files);
+            outcome.failure = outcome.failure.or(late.err());
+        }
+        Ok(Finished { out: folder.map(|f| f.path().to_path_buf()), files, facts, outcome })
     }
 
     fn facts(&self) -> RunFile {
@@ -171,12 +172,37 @@ fn create_sinks(config: &RunConfig, info: &SourceInfo, folder: &RunFolder) -> Re
     Ok(all)
 }
 
+/// Writes what is known at the end.
+fn conclude(facts: &RunFile, folder: &RunFolder, plots: bool, files: &mut Vec<PathBuf>) -> Result<(), RunError> {
+    let run_json = folder.file(FACTS);
+    facts.write(&run_json)?;
+    files.push(run_json);
+    if plots {
+        files.extend(trajectory_plots::draw(&folder.file(Format::Csv.file_name()), &folder.file(PLOTS))?);
+    }
+    Ok(())
+}
+
+/// Where results go; none is standard output, which takes one format.
+fn destination(config: &RunConfig, input: &str) -> Result<Option<Destination>, RunError> {
+    let out = config.out.as_deref();
+    if out != Some(Path::new("-")) {
+        return Destination::new(out, config.overwrite == Some(true), input, config.files()).map(Some);
+    }
+    if config.plots == Some(true) || config.video == Some(true) || !config.formats.is_empty() {
+        return Err(RunError::usage(
+            "standard output takes JSON lines alone; give a folder with `--out DIR` for plots, videos and further formats",
+        ));
+    }
+    Ok(None)
+}
+
 fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<RecipeFacts, RunError> {
     let boxes = match start {
-        Start::Boxes(boxes) | Start::Many(boxes) => boxes.as_slice(),
+        Start::Boxes(boxes, _) | Start::Many(boxes) => boxes.as_slice(),
         Start::Detector => &[],
     };
-    let detects = !matches!(start, Start::Boxes(_));
+    let detects = !matches!(start, Start::Boxes(..));
     let acquire = matches!(start, Start::Detector).then(|| methods.acquire.to_table(ACQUIRE_PREFIX));
     let many = matches!(start, Start::Many(_)).then(|| methods.many.to_table(MANY_PREFIX));
     Ok(RecipeFacts {
@@ -201,13 +227,14 @@ fn begin(session: Session, start: Start, methods: Methods, config: &RunConfig) -
             }
             session.following(Box::new(targets)).starting_on(boxes)
         }
-        (Start::Boxes(boxes) | Start::Many(boxes), _) => session.starting_on(boxes),
+        (Start::Boxes(boxes, frame), _) => session.starting_at(frame, boxes),
+        (Start::Many(boxes), None) => session.starting_on(boxes),
         // Nothing starts by a detector that is not there.
         (Start::Detector, None) => session,
     })
 }
 
-/// Boxes given, else the truth's first box, else the detector. Where everything that the detector finds is followed, the
+/// Boxes given, else the truth's first box from the first frame on, else the detector. Where everything that the detector finds is followed, the
 /// truth's box says nothing.
 fn choose_start(
     config: &RunConfig,
@@ -220,11 +247,13 @@ fn choose_start(
         return Ok(Start::Many(boxes));
     }
     if !boxes.is_empty() {
-        return Ok(Start::Boxes(boxes));
+        return Ok(Start::Boxes(boxes, 0));
     }
-    let from = usize::try_from(config.from.unwrap_or(0)).unwrap_or(usize::MAX);
-    match truth.and_then(|t| t.get(from)).and_then(Truth::bbox) {
-        Some(bbox) if prefer == Preference::Truth || !detector => Ok(Start::Boxes(vec![bbox])),
+    let from = config.from.unwrap_or(0);
+    // A target that is not there yet is followed from when it comes.
+    let known = (0..).zip(truth.unwrap_or_default()).skip_while(|(frame, _)| *frame < from);
+    match known.into_iter().find_map(|(frame, truth)| Some((frame, truth.bbox()?))) {
+        Some((frame, bbox)) if prefer == Preference::Truth || !detector => Ok(Start::Boxes(vec![bbox], frame)),
         _ if detector => Ok(Start::Detector),
         _ => Err(RunError::usage(format!(
             "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"

@@ -61,6 +61,16 @@ fn a_session_can_start_before_anything_is_written() {
 }
 
 #[test]
+fn a_target_may_start_later() {
+    let (session, asked, _) = session();
+    let mut session = session.starting_at(2, vec![at(1.0)]).starting_on(vec![at(5.0)]);
+    let seen: Vec<_> = std::iter::from_fn(|| step(&mut session)).map(|(_, targets)| targets.len()).collect();
+    assert_eq!(seen, [1, 1, 2, 2, 2, 2, 2, 2, 2, 2]);
+    let added = |text: &str| asked.lock().unwrap().iter().any(|a| a == text);
+    assert!(added("add 1 by mosse on 0") && added("add 2 by mosse on 2"));
+}
+
+#[test]
 fn a_step_is_a_frame_and_every_sink_gets_it() {
     let (session, asked, taken) = session();
     let mut session = session.starting_on(vec![at(1.0), at(2.0), at(3.0)]);

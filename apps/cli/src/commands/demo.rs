@@ -3,6 +3,7 @@ use crate::args::{Demo, Global};
 use crate::console;
 use pursuit::Finished;
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// `pursuit demo`.
@@ -27,7 +28,7 @@ fn summary(finished: &Finished) -> anyhow::Result<String> {
         writeln!(
             text,
             "\nOpen {} to see it: green is measured, red predicted before the frame was seen, white the estimate.",
-            finished.out.join("overlay.mp4").display()
+            finished.out.as_deref().unwrap_or(Path::new("")).join("overlay.mp4").display()
         )?;
     }
     writeln!(

@@ -21,7 +21,12 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
         }
     })?;
     bar.finish_and_clear();
-    let text = if args.json { json(&finished)? } else { summary(&finished, !args.no_video)? };
+    let text = match (&finished.out, args.json) {
+        // Standard output belongs to the results.
+        (None, _) => String::new(),
+        (Some(_), true) => json(&finished)?,
+        (Some(_), false) => summary(&finished, !args.no_video)?,
+    };
     let code = print(text.as_bytes())?;
     match finished.outcome.failure {
         Some(error) => Err(error.into()),
@@ -59,7 +64,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
 
 pub fn json(finished: &Finished) -> anyhow::Result<String> {
     let mut value = serde_json::to_value(&finished.facts)?;
-    value["out"] = finished.out.display().to_string().into();
+    value["out"] = finished.out.as_ref().map(|o| o.display().to_string()).into();
     value["files"] = finished.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().into();
     Ok(serde_json::to_string_pretty(&value)? + "\n")
 }

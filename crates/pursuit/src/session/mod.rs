@@ -94,9 +94,9 @@ enum Ended {
     Failed,
 }
 
-/// A box for the next frame.
+/// A box for the next frame, or, of a target to add, for the first frame of this number or a later one.
 enum Placement {
-    Add(Option<Box<dyn Recipe>>, BBox),
+    Add(Option<Box<dyn Recipe>>, BBox, u64),
     Move(TargetId, BBox),
 }
 
@@ -134,8 +134,14 @@ impl Session {
 
     /// One target for each box, in the first frame.
     #[must_use]
-    pub fn starting_on(mut self, boxes: Vec<BBox>) -> Self {
-        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, bbox)));
+    pub fn starting_on(self, boxes: Vec<BBox>) -> Self {
+        self.starting_at(0, boxes)
+    }
+
+    /// One target for each box, in the frame of this number; in the next one, where the input has no such frame.
+    #[must_use]
+    pub fn starting_at(mut self, frame: u64, boxes: Vec<BBox>) -> Self {
+        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, bbox, frame)));
         self
     }
 
@@ -261,7 +267,10 @@ impl Session {
         let frame = Arc::new(frame);
         self.targets.step(&frame, &mut self.tracks)?;
         for placement in std::mem::take(&mut self.pending) {
-            self.place(&frame, placement)?;
+            match placement {
+                Placement::Add(.., from) if from > frame.index() => self.pending.push(placement),
+                due => self.place(&frame, due)?,
+            }
         }
         self.frame = Some(frame.clone());
         self.counts.frames += 1;
@@ -286,7 +295,7 @@ impl Session {
     fn place(&mut self, frame: &Frame, placement: Placement) -> Result<(), TrackingError> {
         let (targets, own) = (&mut self.targets, &*self.recipe);
         let (bbox, (id, elapsed)) = match placement {
-            Placement::Add(recipe, bbox) => {
+            Placement::Add(recipe, bbox, _) => {
                 let recipe = recipe.as_deref().unwrap_or(own);
                 (bbox, Elapsed::of(&WallClock::default(), || targets.add(recipe, frame, bbox)))
             }
@@ -331,7 +340,7 @@ impl Session {
 
     fn add(&mut self, recipe: Option<Box<dyn Recipe>>, bbox: BBox) -> Result<Option<TargetId>, RunError> {
         let Some(frame) = &self.frame else {
-            self.pending.push(Placement::Add(recipe, bbox));
+            self.pending.push(Placement::Add(recipe, bbox, 0));
             return Ok(None);
         };
         let recipe = recipe.as_deref().unwrap_or(&*self.recipe);

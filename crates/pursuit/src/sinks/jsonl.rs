@@ -10,6 +10,8 @@ use std::sync::Arc;
 /// tracker's own diagnostics.
 pub struct JsonlSink {
     file: LineFile,
+    /// None for standard output.
+    path: Option<PathBuf>,
 }
 
 impl JsonlSink {
@@ -18,7 +20,12 @@ impl JsonlSink {
     /// # Errors
     /// [`RunError::Output`] when it cannot be written.
     pub fn create(path: &Path) -> Result<Self, RunError> {
-        Ok(Self { file: LineFile::create(path)? })
+        Ok(Self { file: LineFile::create(path)?, path: Some(path.to_path_buf()) })
+    }
+
+    /// Writes to standard output instead.
+    pub fn standard_output() -> Self {
+        Self { file: LineFile::new(Path::new("standard output"), Box::new(std::io::stdout())), path: None }
     }
 }
 
@@ -36,7 +43,7 @@ impl Sink for JsonlSink {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        vec![self.file.path.clone()]
+        self.path.iter().cloned().collect()
     }
 }
 
