@@ -23,6 +23,16 @@ pub enum MediaError {
         /// What is wrong and what would mend it.
         reason: String,
     },
+    /// A frame that cannot be had, of an input that goes on behind it: ask for the next one.
+    #[error("{name} is damaged at frame {frame}: {reason}")]
+    Damaged {
+        /// The input as the user wrote it, or the file inside it.
+        name: String,
+        /// The frame that could not be had, from 0.
+        frame: u64,
+        /// What is wrong and what would mend it.
+        reason: String,
+    },
     /// An input that can only be read from front to back, or has no frame of that number.
     #[error("{name} cannot go to frame {frame}: {reason}")]
     NotSeekable {
@@ -49,10 +59,15 @@ impl MediaError {
         matches!(self, Self::Unwritable { .. })
     }
 
-    /// The number of the frame at which a readable input broke off.
+    /// Whether the input goes on behind it.
+    pub const fn is_damage(&self) -> bool {
+        matches!(self, Self::Damaged { .. })
+    }
+
+    /// The number of the frame that could not be had of a readable input.
     pub const fn frame(&self) -> Option<u64> {
         match self {
-            Self::Broken { frame, .. } => Some(*frame),
+            Self::Broken { frame, .. } | Self::Damaged { frame, .. } => Some(*frame),
             _ => None,
         }
     }
@@ -63,6 +78,10 @@ impl MediaError {
 
     pub(crate) fn unreadable(name: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::Unreadable { name: name.into(), reason: reason.into() }
+    }
+
+    pub(crate) fn damaged(name: impl Into<String>, frame: u64, reason: impl Into<String>) -> Self {
+        Self::Damaged { name: name.into(), frame, reason: reason.into() }
     }
 
     pub(crate) fn broken(name: impl Into<String>, frame: u64, reason: impl Into<String>) -> Self {

@@ -19,7 +19,12 @@ const PIXEL_BUDGET: usize = 1 << 23;
 fn drain(mut source: impl Source) -> usize {
     let size = source.info().size;
     let frames = (PIXEL_BUDGET / size.area().max(1)).clamp(1, 256);
-    (0..frames).take_while(|_| matches!(source.next_frame(), Ok(Some(frame)) if frame.size() == size)).count()
+    (0..frames)
+        .take_while(|_| match source.next_frame() {
+            Ok(frame) => frame.is_some_and(|f| f.size() == size),
+            Err(error) => error.is_damage(),
+        })
+        .count()
 }
 
 /// MP4 and H.264. How many frames could be decoded.

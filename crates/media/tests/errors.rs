@@ -111,16 +111,63 @@ fn truncated_avi_and_y4m() {
     }
 }
 
+/// Everything that a source delivers: numbers and times of frames, and the numbers of damaged ones.
+fn read_over_damage(path: &Path) -> (Vec<(u64, f64)>, Vec<u64>) {
+    let mut source = open_built_in(path);
+    let (mut frames, mut damaged) = (Vec::new(), Vec::new());
+    loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => frames.push((frame.index(), frame.time_s())),
+            Ok(None) => return (frames, damaged),
+            Err(error) => {
+                assert!(error.is_damage(), "{error}");
+                damaged.push(error.frame().unwrap());
+            }
+        }
+    }
+}
+
 #[test]
-fn a_damaged_frame_is_named_and_those_before_it_are_kept() {
+fn what_comes_behind_damage_is_delivered_with_its_own_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = std::fs::read(fixture("b_frames.mp4")).unwrap();
+    let path = folder.path().join("hole.mp4");
+    std::fs::write(&path, &whole).unwrap();
+    let (all, none) = read_over_damage(&path);
+    assert_eq!((all.len(), none.len()), (24, 0));
+    // A hole in the first of two groups of twelve pictures: the second is whole, at its own times.
+    let data = whole.windows(4).position(|w| w == b"mdat").unwrap() + 4;
+    let mut spoiled = whole.clone();
+    let hole = data + (whole.len() - data) / 6;
+    spoiled[hole..hole + 300].fill(0xFF);
+    std::fs::write(&path, spoiled).unwrap();
+    let (kept, damaged) = read_over_damage(&path);
+    assert_eq!(damaged.len(), 1, "{damaged:?}");
+    assert!(damaged[0] < 12 && !kept.iter().any(|f| f.0 == damaged[0]), "{damaged:?} {kept:?}");
+    assert_eq!(kept[kept.len() - 12..], all[12..]);
+    assert!(kept.iter().all(|frame| all.contains(frame)));
+
+    let images = folder.path().join("images");
+    std::fs::create_dir(&images).unwrap();
+    (0..5).for_each(|k| png(&images, &format!("{k}.png"), 8, 6));
+    let cut = std::fs::read(images.join("2.png")).unwrap();
+    std::fs::write(images.join("2.png"), &cut[..cut.len() / 2]).unwrap();
+    std::fs::write(images.join("3.png"), b"").unwrap();
+    let (kept, damaged) = read_over_damage(&images);
+    assert_eq!((kept.iter().map(|f| f.0).collect::<Vec<_>>(), damaged), (vec![0, 1, 4], vec![2, 3]));
+    assert!((kept[2].1 - 4.0 / 30.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_damaged_frame_is_named_and_the_others_are_kept() {
     let mut avi = std::fs::read(fixture("mjpeg.avi")).unwrap();
     let chunks: Vec<_> = (0..avi.len() - 8).filter(|&i| avi[i..].starts_with(b"00dc") && avi[i + 8] == 0xFF).collect();
     avi[chunks[3] + 8..chunks[3] + 200].fill(0);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("damaged.avi");
     std::fs::write(&path, avi).unwrap();
-    let (seen, error) = read_until_broken(&path);
-    assert_eq!((seen, error.frame()), (vec![0, 1, 2], Some(3)));
+    let (kept, damaged) = read_over_damage(&path);
+    assert_eq!((kept.iter().map(|f| f.0).collect::<Vec<_>>(), damaged), (vec![0, 1, 2, 4], vec![3]));
 }
 
 fn png(folder: &Path, name: &str, width: usize, height: usize) {

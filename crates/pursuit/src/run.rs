@@ -27,6 +27,11 @@ pub struct RunFile {
     pub frame_count: u64,
     /// Frames that a live source dropped because they came faster than they could be followed.
     pub dropped_frames: u64,
+    /// How often something of the input could not be read, and was left out.
+    pub damage_count: u64,
+    /// What and why, of the first of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub damage: Vec<String>,
     /// Frames of the targets by state.
     pub states: StateCounts,
     /// How long things took.

@@ -128,6 +128,8 @@ impl Run {
         };
         facts.error = outcome.failure.as_ref().map(ToString::to_string);
         facts.frame_count = outcome.frames;
+        facts.damage = std::mem::take(&mut outcome.damage.messages);
+        facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.states = outcome.states;
         facts.timing = outcome.timing;
@@ -155,6 +157,8 @@ impl Run {
             host: HostFacts::here(),
             frame_count: 0,
             dropped_frames: 0,
+            damage_count: 0,
+            damage: Vec::new(),
             states: StateCounts::default(),
             timing: TimingFacts::default(),
             accuracy: None,

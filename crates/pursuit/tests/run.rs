@@ -163,8 +163,9 @@ fn what_breaks_a_run_is_told_and_the_rest_is_kept() {
         images.display()
     );
     let finished = prepare(&text, &folder.path().join("out")).unwrap().run(|_| {}).unwrap();
-    assert_eq!((finished.facts.status, finished.facts.frame_count), ("broken", 4));
+    assert_eq!((finished.facts.status, finished.facts.frame_count), ("broken", 30), "the other images are looked at");
     assert!(finished.facts.error.as_ref().unwrap().contains("004.png"), "{:?}", finished.facts.error);
+    assert_eq!((finished.facts.damage_count, finished.facts.damage.len()), (1, 1));
     assert_eq!(finished.outcome.failure.unwrap().exit_code(), 3);
     assert!(finished.facts.accuracy.is_none(), "there was no truth");
     assert!(

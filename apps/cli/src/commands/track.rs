@@ -108,6 +108,10 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             a.absent_frames
         )?;
     }
+    if facts.damage_count > 0 {
+        writeln!(text, "damage    {} times something could not be read and was left out", facts.damage_count)?;
+        facts.damage.iter().try_for_each(|message| writeln!(text, "  {message}"))?;
+    }
     if facts.dropped_frames > 0 {
         writeln!(text, "dropped   {} frames that came faster than they could be followed", facts.dropped_frames)?;
     }

@@ -1,4 +1,4 @@
-use super::fault::Fault;
+use super::fault::{Fault, Trouble};
 use super::image::{JpegScan, decode_jpeg};
 use crate::{Result, Source, SourceInfo};
 use pursuit_containers::avi::AviReader;
@@ -51,24 +51,28 @@ impl AviSource {
         Ok(())
     }
 
-    fn read_frame(&mut self) -> Result<Option<Frame>, Fault> {
-        if !self.reader.next_chunk()? {
+    fn read_frame(&mut self) -> Result<Option<Frame>, Trouble> {
+        let frame = self.next;
+        let end = |fault: Fault| Trouble::end(frame, fault);
+        if !self.reader.next_chunk().map_err(|e| end(e.into()))? {
             return match self.info.frame_count {
                 // Writers that crash leave a length of zero or of more than they wrote.
                 Some(count) if self.reader.slots() < count => {
-                    Err(Fault::malformed(format!("the file ends early ({count} frames were promised)")))
+                    Err(end(Fault::malformed(format!("the file ends early ({count} frames were promised)"))))
                 }
                 _ => Ok(None),
             };
         }
-        let pixels = decode_jpeg(self.reader.chunk())?;
+        self.next += 1;
+        let pixels = decode_jpeg(self.reader.chunk()).map_err(|fault| Trouble::damage(frame, fault))?;
         let time_s = (self.reader.slots() - 1) as f64 / self.reader.stream().fps;
-        let frame = Frame::new(self.next, time_s, pixels);
+        let frame = Frame::new(frame, time_s, pixels);
         if frame.size() != self.info.size {
             let (size, first) = (frame.size(), self.info.size);
-            return Err(Fault::malformed(format!("the picture changes from {first} to {size}; cut the file there")));
+            return Err(end(Fault::malformed(format!(
+                "the picture changes from {first} to {size}; cut the file there"
+            ))));
         }
-        self.next += 1;
         Ok(Some(frame))
     }
 }
@@ -83,7 +87,7 @@ impl Source for AviSource {
             return Ok(None);
         }
         let frame = self.read_frame();
-        self.finished = !matches!(frame, Ok(Some(_)));
-        frame.map_err(|fault| fault.broken(&self.info.name, self.next))
+        self.finished = matches!(&frame, Ok(None)) || frame.as_ref().is_err_and(|t| !t.goes_on());
+        frame.map_err(|trouble| trouble.error(&self.info.name))
     }
 }

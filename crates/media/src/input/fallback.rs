@@ -49,15 +49,15 @@ impl Source for Mp4WithFallback {
                 self.delivered += u64::from(frame.is_some());
                 Ok(frame)
             }
-            Err((index, fault)) => {
-                if let Fault::Unsupported(_) = fault
+            Err(trouble) => {
+                if let Fault::Unsupported(_) = trouble.fault
                     && let Some(mut ffmpeg) = self.change_over()
                 {
                     let frame = ffmpeg.next_frame();
                     self.ffmpeg = Some(ffmpeg);
                     return frame;
                 }
-                Err(fault.broken(&self.info().name, index))
+                Err(trouble.error(&self.info().name))
             }
         }
     }

@@ -30,8 +30,42 @@ impl Fault {
         MediaError::unreadable(name, self.reason())
     }
 
+    pub fn damaged(self, name: &str, frame: u64) -> MediaError {
+        MediaError::damaged(name, frame, self.reason())
+    }
+
     pub fn broken(self, name: &str, frame: u64) -> MediaError {
         MediaError::broken(name, frame, self.reason())
+    }
+}
+
+/// Why there is no frame, and which.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Trouble {
+    pub frame: u64,
+    pub fault: Fault,
+    /// Whether frames may come after it.
+    goes_on: bool,
+}
+
+impl Trouble {
+    /// One frame that cannot be had; others may come.
+    pub fn damage(frame: u64, fault: Fault) -> Self {
+        Self { frame, fault, goes_on: true }
+    }
+
+    /// Nothing comes any more.
+    pub fn end(frame: u64, fault: Fault) -> Self {
+        Self { frame, fault, goes_on: false }
+    }
+
+    pub fn error(self, name: &str) -> MediaError {
+        let Self { frame, fault, goes_on } = self;
+        if goes_on { MediaError::damaged(name, frame, fault.reason()) } else { fault.broken(name, frame) }
+    }
+
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
     }
 }
 

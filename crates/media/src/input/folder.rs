@@ -53,7 +53,8 @@ impl FolderSource {
     fn read(&self, row: &Row) -> Result<Frame> {
         let index = self.next as u64;
         let broken = |path: &Path, fault: Fault| fault.broken(&path.display().to_string(), index);
-        let pixels = read_image(&row.image).map_err(|f| broken(&row.image, f))?;
+        let damaged = |path: &Path, fault: Fault| fault.damaged(&path.display().to_string(), index);
+        let pixels = read_image(&row.image).map_err(|f| damaged(&row.image, f))?;
         let frame = Frame::new(index, self.next as f64 / self.fps, pixels);
         if frame.size() != self.info.size {
             let reason = format!(
@@ -64,7 +65,7 @@ impl FolderSource {
             return Err(broken(&row.image, Fault::malformed(reason)));
         }
         let Some(path) = &row.depth else { return Ok(frame) };
-        match read_image(path).map_err(|f| broken(path, f))? {
+        match read_image(path).map_err(|f| damaged(path, f))? {
             Pixels::Gray16(depth_mm) => {
                 let size = depth_mm.size();
                 frame.with_depth(depth_mm).map_err(|_| {
@@ -88,7 +89,7 @@ impl Source for FolderSource {
             _ => return Ok(None),
         };
         let frame = self.read(row);
-        self.finished = frame.is_err();
+        self.finished = frame.as_ref().is_err_and(|e| !e.is_damage());
         self.next += 1;
         frame.map(Some)
     }

@@ -1,4 +1,4 @@
-use super::fault::Fault;
+use super::fault::{Fault, Trouble};
 use super::image::{JpegScan, decode_jpeg};
 use crate::{Result, Source, SourceInfo};
 use pursuit_containers::mjpeg::next_image;
@@ -32,21 +32,23 @@ impl<R: BufRead + Send> MjpegSource<R> {
         Ok(Self { reader, first: Some(first), info, fps, next: 0, finished: false })
     }
 
-    fn read_frame(&mut self) -> Result<Option<Frame>, Fault> {
+    fn read_frame(&mut self) -> Result<Option<Frame>, Trouble> {
+        let index = self.next;
+        let end = |fault: Fault| Trouble::end(index, fault);
+        self.next += 1;
         let frame = match self.first.take() {
             Some(frame) => frame,
-            None => match next_image(&mut self.reader)? {
-                Some(bytes) => Frame::new(self.next, self.next as f64 / self.fps, decode_jpeg(&bytes)?),
-                None => return Ok(None),
-            },
+            None => {
+                let Some(bytes) = next_image(&mut self.reader).map_err(|e| end(e.into()))? else { return Ok(None) };
+                let pixels = decode_jpeg(&bytes).map_err(|fault| Trouble::damage(index, fault))?;
+                Frame::new(index, index as f64 / self.fps, pixels)
+            }
         };
         if frame.size() != self.info.size {
             let (first, size) = (self.info.size, frame.size());
-            return Err(Fault::malformed(format!(
-                "the picture changes from {first} to {size}; give all frames one size"
-            )));
+            let reason = format!("the picture changes from {first} to {size}; give all frames one size");
+            return Err(end(Fault::malformed(reason)));
         }
-        self.next += 1;
         Ok(Some(frame))
     }
 }
@@ -61,8 +63,8 @@ impl<R: BufRead + Send> Source for MjpegSource<R> {
             return Ok(None);
         }
         let frame = self.read_frame();
-        self.finished = !matches!(frame, Ok(Some(_)));
-        frame.map_err(|fault| fault.broken(&self.info.name, self.next))
+        self.finished = matches!(&frame, Ok(None)) || frame.as_ref().is_err_and(|t| !t.goes_on());
+        frame.map_err(|trouble| trouble.error(&self.info.name))
     }
 }
 

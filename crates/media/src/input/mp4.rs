@@ -1,4 +1,4 @@
-use super::fault::Fault;
+use super::fault::{Fault, Trouble};
 use super::h264::PictureDecoder;
 use super::limits::MAX_SAMPLE_BYTES;
 use super::orientation::Orientation;
@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 /// H.264 in MP4 or QuickTime, decoded here.
 ///
 /// Samples are decoded in file order and shown in the order of their composition times; times are those of the file, with
-/// edits applied and the first shown frame at 0. After a damaged sample nothing more is decoded; the pictures that wait
-/// are still delivered, then the damage is reported.
+/// edits applied and the first shown frame at 0. A damaged sample is reported in its place; decoding goes on at the next
+/// picture that needs none before it, and the frames between are left out.
 pub(crate) struct Mp4Source {
     input: RandomAccess,
     samples: Vec<Sample>,
@@ -24,14 +24,28 @@ pub(crate) struct Mp4Source {
     info: SourceInfo,
     next_sample: usize,
     next_rank: u32,
-    /// Pictures that wait for their turn; `None` for samples that turned out to hold none.
-    waiting: BTreeMap<u32, Option<Yuv420>>,
+    /// What waits for its turn.
+    waiting: BTreeMap<u32, Slot>,
+    /// How many of them are pictures.
+    pictures: usize,
     /// Samples without pictures shown so far: they take no frame number.
     skipped: u32,
+    /// What ends it, and where.
     fault: Option<(u32, Fault)>,
     /// Whether frames are missing after the last that the index knows.
     ends_early: bool,
     buffer: Vec<u8>,
+}
+
+/// What became of a sample.
+enum Slot {
+    Picture(Yuv420),
+    /// It holds no picture.
+    Empty,
+    /// It could not be decoded.
+    Damaged(Fault),
+    /// It needs pictures that could not be decoded.
+    Orphan,
 }
 
 impl Mp4Source {
@@ -68,14 +82,17 @@ impl Mp4Source {
             next_sample: 0,
             next_rank: 0,
             waiting: BTreeMap::new(),
+            pictures: 0,
             skipped: 0,
             fault: None,
             ends_early,
             buffer,
         };
         source.fill();
+        while source.pictures == 0 && source.decode_next() {}
         match source.fault.take() {
-            Some((_, fault)) if source.waiting.is_empty() => Err(fault),
+            Some((_, fault)) if source.pictures == 0 => Err(fault),
+            None if source.pictures == 0 => Err(source.first_damage()),
             fault => {
                 source.fault = fault;
                 Ok(source)
@@ -83,25 +100,40 @@ impl Mp4Source {
         }
     }
 
-    /// The next frame, or what stopped us and at which frame.
-    pub fn next(&mut self) -> Result<Option<Frame>, (u64, Fault)> {
+    fn first_damage(self) -> Fault {
+        let damage = self.waiting.into_values().find_map(|slot| match slot {
+            Slot::Damaged(fault) => Some(fault),
+            _ => None,
+        });
+        damage.unwrap_or_else(|| Fault::malformed("its video track has no pictures"))
+    }
+
+    /// The next frame, or why it cannot be had.
+    pub fn next(&mut self) -> Result<Option<Frame>, Trouble> {
         loop {
             self.fill();
             // After a fault the pictures behind the gap are still good.
-            let Some((rank, picture)) = self.waiting.pop_first() else {
+            let Some((rank, slot)) = self.waiting.pop_first() else {
                 let missing = std::mem::take(&mut self.ends_early).then(|| {
                     (self.next_rank, Fault::malformed("the file ends early; it may not have been copied to its end"))
                 });
                 let fault = self.fault.take().or(missing);
-                return fault
-                    .map_or(Ok(None), |(rank, fault)| Err((u64::from(rank.saturating_sub(self.skipped)), fault)));
+                return fault.map_or(Ok(None), |(rank, fault)| {
+                    Err(Trouble::end(u64::from(rank.saturating_sub(self.skipped)), fault))
+                });
             };
             self.next_rank = rank + 1;
-            let Some(picture) = picture else {
-                self.skipped += 1;
-                continue;
-            };
             let index = u64::from(rank.saturating_sub(self.skipped));
+            let picture = match slot {
+                Slot::Picture(picture) => picture,
+                Slot::Damaged(fault) => return Err(Trouble::damage(index, fault)),
+                Slot::Orphan => continue,
+                Slot::Empty => {
+                    self.skipped += 1;
+                    continue;
+                }
+            };
+            self.pictures -= 1;
             let time_s = self.times_s.get(rank as usize).copied().unwrap_or_default();
             return Ok(Some(Frame::new(index, time_s, picture)));
         }
@@ -109,29 +141,62 @@ impl Mp4Source {
 
     /// Decodes until the next picture to show is there, or nothing more can be had.
     fn fill(&mut self) {
-        while !self.waiting.contains_key(&self.next_rank)
-            && self.fault.is_none()
-            && let Some(sample) = self.samples.get(self.next_sample).copied()
-        {
-            let rank = self.ranks.get(self.next_sample).copied().flatten();
-            self.next_sample += 1;
-            let picture = read_sample(&mut self.input, &sample, &mut self.buffer)
-                .and_then(|()| self.decoder.decode(&self.buffer))
-                .and_then(|picture| self.check_waiting().map(|()| picture));
-            match (picture, rank) {
-                (Ok(picture), Some(rank)) => _ = self.waiting.insert(rank, picture),
-                (Ok(_), None) => {}
-                (Err(fault), rank) => {
-                    // Later samples are never reached again, whatever they are.
-                    self.next_sample = self.samples.len();
-                    self.fault = Some((rank.unwrap_or(self.next_rank), fault));
-                }
+        while !self.waiting.contains_key(&self.next_rank) && self.decode_next() {}
+    }
+
+    /// Decodes a sample; false when nothing more can be had.
+    fn decode_next(&mut self) -> bool {
+        let Some(sample) = self.samples.get(self.next_sample).copied() else {
+            return false;
+        };
+        let rank = self.rank();
+        self.next_sample += 1;
+        let read = read_sample(&mut self.input, &sample, &mut self.buffer).and_then(|()| self.check_waiting());
+        let slot = match read.map(|()| self.decoder.decode(&self.buffer)) {
+            Ok(Ok(Some(picture))) => Slot::Picture(picture),
+            Ok(Ok(None)) => Slot::Empty,
+            Ok(Err(fault @ Fault::Malformed(_))) if self.find_entry() => Slot::Damaged(fault),
+            // What cannot be read, or not be decoded here, cannot be later.
+            Ok(Err(fault)) | Err(fault) => {
+                self.fault = Some((rank.unwrap_or(self.next_rank), fault));
+                self.next_sample = self.samples.len();
+                return false;
             }
+        };
+        self.wait(rank, slot);
+        true
+    }
+
+    /// The place in display order of the sample that comes next.
+    fn rank(&self) -> Option<u32> {
+        self.ranks.get(self.next_sample).copied().flatten()
+    }
+
+    fn wait(&mut self, rank: Option<u32>, slot: Slot) {
+        if let Some(rank) = rank {
+            self.pictures += usize::from(matches!(slot, Slot::Picture(_)));
+            self.waiting.insert(rank, slot);
         }
     }
 
+    /// Leaves out samples up to one that can be decoded without those before it; false when none comes.
+    fn find_entry(&mut self) -> bool {
+        while let Some(sample) = self.samples.get(self.next_sample).copied() {
+            if read_sample(&mut self.input, &sample, &mut self.buffer).is_err() {
+                return false;
+            }
+            if self.decoder.is_entry(&self.buffer) {
+                self.decoder.restart();
+                return true;
+            }
+            self.wait(self.rank(), Slot::Orphan);
+            self.next_sample += 1;
+        }
+        false
+    }
+
     fn check_waiting(&self) -> Result<(), Fault> {
-        if self.waiting.len() <= self.decoder.max_waiting() {
+        if self.pictures <= self.decoder.max_waiting() {
             return Ok(());
         }
         Err(Fault::malformed("its index puts frames in an order no H.264 stream can have"))
@@ -144,7 +209,7 @@ impl Source for Mp4Source {
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
-        self.next().map_err(|(frame, fault)| fault.broken(&self.info.name, frame))
+        self.next().map_err(|trouble| trouble.error(&self.info.name))
     }
 }
 

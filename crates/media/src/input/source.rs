@@ -11,8 +11,10 @@ pub trait Source: Send {
     /// The next frame, or `None` after the last.
     ///
     /// # Errors
-    /// [`MediaError::Broken`](crate::MediaError::Broken) when the input breaks off. Everything that could be decoded has
-    /// been delivered by then, and what was delivered stays valid; later calls return `None`.
+    /// [`MediaError::Damaged`](crate::MediaError::Damaged) when a frame cannot be had and the input goes on behind it: the
+    /// next call delivers what comes then, with its own number and time. [`MediaError::Broken`](crate::MediaError::Broken)
+    /// when the input breaks off. Everything that could be decoded has been delivered by then, and what was delivered stays
+    /// valid; later calls return `None`.
     fn next_frame(&mut self) -> Result<Option<Frame>>;
 
     /// Whether [`seek`](Self::seek) can succeed.

@@ -193,7 +193,7 @@ impl Producer {
                 Err(error) => Err(error),
             };
             stats.0.decoded.fetch_add(u64::from(item.is_ok()), Ordering::Relaxed);
-            let last = item.is_err();
+            let last = item.as_ref().is_err_and(|e| !e.is_damage());
             if !self.put(item) || (last && !self.wait_for_seek()) {
                 break;
             }

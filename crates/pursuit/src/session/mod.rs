@@ -10,7 +10,7 @@ use crate::{Record, RunError};
 use command::Inbox;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_media::Source;
+use pursuit_media::{MediaError, Source};
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
 use pursuit_tracking::{
     Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState, TrackingError, check_box,
@@ -59,6 +59,7 @@ pub struct Session {
     records: Vec<Record>,
     began: Instant,
     counts: Counts,
+    damage: Damage,
 }
 
 /// What is known after a step.
@@ -83,8 +84,33 @@ pub struct Outcome {
     pub timing: TimingFacts,
     /// Whether it was stopped from outside.
     pub interrupted: bool,
-    /// What ended it early: a broken input, or an output that cannot be written.
+    /// What was damaged in the input and left out.
+    pub damage: Damage,
+    /// What ended it early – a broken input, an output that cannot be written –, else the first damage.
     pub failure: Option<RunError>,
+}
+
+/// Frames of the input that could not be had.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Damage {
+    /// How often something could not be read; frames that needed it may be missing besides.
+    pub count: u64,
+    /// What and why, of the first of them.
+    pub messages: Vec<String>,
+    first: Option<MediaError>,
+}
+
+impl Damage {
+    /// More messages than this help nobody.
+    const MOST_MESSAGES: usize = 20;
+
+    fn add(&mut self, error: MediaError) {
+        self.count += 1;
+        if self.messages.len() < Self::MOST_MESSAGES {
+            self.messages.push(error.to_string());
+        }
+        self.first.get_or_insert(error);
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,6 +155,7 @@ impl Session {
             records: Vec::new(),
             began: Instant::now(),
             counts: Counts::default(),
+            damage: Damage::default(),
         }
     }
 
@@ -256,12 +283,14 @@ impl Session {
             total_s: self.began.elapsed().as_secs_f64(),
         };
         let interrupted = self.ended == Some(Ended::Stopped);
-        Outcome { frames: self.counts.frames, states: self.counts.states, timing, interrupted, failure }
+        let failure = failure.or_else(|| self.damage.first.clone().map(RunError::from));
+        let (frames, states) = (self.counts.frames, self.counts.states);
+        Outcome { frames, states, timing, interrupted, damage: self.damage, failure }
     }
 
     /// Reads a frame and follows the targets into it; false after the last.
     fn look(&mut self) -> Result<bool, RunError> {
-        let (frame, waited) = Elapsed::of(&WallClock::default(), || self.source.next_frame());
+        let (frame, waited) = Elapsed::of(&WallClock::default(), || self.next_frame());
         let Some(frame) = frame? else { return Ok(false) };
         self.counts.decode.add(waited.wall_ms);
         let frame = Arc::new(frame);
@@ -283,6 +312,16 @@ impl Session {
             self.records.push(Record::new(&frame, track));
         }
         Ok(true)
+    }
+
+    /// The next frame that can be had. Frames that cannot are kept account of; the targets see by its time what they missed.
+    fn next_frame(&mut self) -> Result<Option<Frame>, RunError> {
+        loop {
+            match self.source.next_frame() {
+                Err(damage) if damage.is_damage() => self.damage.add(damage),
+                other => return Ok(other?),
+            }
+        }
     }
 
     /// Hands the results to the sinks.

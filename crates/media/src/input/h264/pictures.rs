@@ -39,6 +39,16 @@ impl PictureDecoder {
         self.orientation.turned_size(self.sequence.size)
     }
 
+    /// Forgets every picture, to go on with the next one that needs none.
+    pub fn restart(&mut self) {
+        (self.decoder, self.started) = (Decoder::new(), false);
+    }
+
+    /// Whether a sample begins afresh: its pictures need none before them.
+    pub fn is_entry(&self, sample: &[u8]) -> bool {
+        units::units(sample, self.config.length_bytes).any(|unit| units::kind(unit) == units::REFRESH_SLICE)
+    }
+
     /// How many pictures may wait for their turn: sixteen (ITU-T H.264 §A.3.1), fewer when they are very large.
     pub fn max_waiting(&self) -> usize {
         (MAX_BUFFERED_MACROBLOCKS / self.sequence.macroblocks.max(1)).clamp(2, 16)
