@@ -25,6 +25,7 @@ pub use error::ExperimentError;
 pub use paper::Paper;
 pub use result::{Bar, Finding, Reproduction, Row, Spread, Verdict};
 pub use which_filter::{FilterComparison, FilterErrors, which_filter};
+pub use zhai2024::{ClipFigures, depth_clips};
 
 /// How to run an experiment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

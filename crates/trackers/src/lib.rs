@@ -4,6 +4,8 @@
 pub mod appearance;
 pub mod ball;
 pub mod correlation;
+pub mod depth;
+pub mod depth_occlusion;
 pub mod dsst;
 pub mod features;
 pub mod kcf;

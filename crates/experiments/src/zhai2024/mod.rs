@@ -1,9 +1,13 @@
 //! `zhai2024`, the filter's part: the maximum-likelihood recursion of the motion noise, equations (24) and (25), and what
 //! it does for a particle filter with few particles.
 
+mod clip;
+mod clips;
 mod params;
 mod pictures;
 mod toy;
+
+pub use clips::{ClipFigures, depth_clips};
 
 use super::Paper;
 use super::monte_carlo::{mean, over_seeds};
