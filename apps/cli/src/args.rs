@@ -4,6 +4,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit::media::depth::DepthCoding;
 use pursuit::sinks::Format;
 #[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
@@ -122,9 +123,22 @@ pub struct Track {
     /// Read the configuration from a TOML file; options given here override it
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Depth images (16-bit, millimetres) that belong to the input
+    /// Depth that belongs to the input: a folder of 16-bit PNG, paired by frame number or time with a folder of images, else
+    /// by order
     #[arg(long, value_name = "INPUT")]
     pub depth: Option<String>,
+    /// What the numbers of depth images mean [default: found out from the images]
+    #[arg(long, value_name = "CODING", value_parser = coding_parser())]
+    pub depth_coding: Option<DepthCoding>,
+    /// Focal lengths and principal point of the camera, in pixels
+    #[arg(long, value_name = "FX,FY,CX,CY")]
+    pub intrinsics: Option<String>,
+    /// The same of the depth camera, where depth has to be moved into the picture
+    #[arg(long, value_name = "FX,FY,CX,CY", requires = "intrinsics")]
+    pub depth_intrinsics: Option<String>,
+    /// Where the camera has the depth camera's origin, in millimetres: right, down, ahead
+    #[arg(long, value_name = "X,Y,Z", requires = "depth_intrinsics", allow_hyphen_values = true)]
+    pub depth_offset: Option<String>,
     /// Folder for the results [default: pursuit-out/INPUT]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -149,6 +163,12 @@ pub struct Track {
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
+}
+
+/// Takes the names of the codings of depth.
+fn coding_parser() -> impl TypedValueParser<Value = DepthCoding> {
+    let of = |name: String| DepthCoding::ALL.into_iter().find(|c| c.name() == name).ok_or("no coding of depth");
+    PossibleValuesParser::new(DepthCoding::ALL.map(DepthCoding::name)).try_map(of)
 }
 
 /// Takes the names of the formats, and says what each is.

@@ -7,6 +7,7 @@ use crate::session::{Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::{BBox, Truth};
+use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
@@ -17,6 +18,8 @@ pub struct Run {
     session: Session,
     info: SourceInfo,
     stats: PrefetchStats,
+    /// What was found out about the input's depth.
+    depth: Option<DepthFacts>,
     recipe: RecipeFacts,
     config: RunConfig,
     out: PathBuf,
@@ -65,13 +68,13 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
-        let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
+        let OpenedInput { source, info, stats, depth } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
         let out = config.out.clone().unwrap_or_else(|| default_folder(name));
         std::fs::create_dir_all(&out).map_err(RunError::output(&out))?;
-        Ok(Self { session, info, stats, recipe, config, out })
+        Ok(Self { session, info, stats, depth, recipe, config, out })
     }
 
     /// How many frames there will be, where the input knows.
@@ -154,6 +157,7 @@ impl Run {
                 width: self.info.size.width,
                 height: self.info.size.height,
                 nominal_fps: self.info.fps,
+                depth: self.depth.clone(),
             },
             recipe: self.recipe.clone(),
             host: HostFacts::here(),

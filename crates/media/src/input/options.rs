@@ -1,3 +1,4 @@
+use crate::depth::DepthOptions;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -11,11 +12,13 @@ pub struct OpenOptions {
     pub search_path: Option<OsString>,
     /// Frames per second of inputs that state no rate: image folders, Motion JPEG on standard input, `frames.csv`.
     pub default_fps: f64,
+    /// How depth images are to be read, where an input has some.
+    pub depth: DepthOptions,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { ffmpeg: None, search_path: None, default_fps: 30.0 }
+        Self { ffmpeg: None, search_path: None, default_fps: 30.0, depth: DepthOptions::default() }
     }
 }
 
