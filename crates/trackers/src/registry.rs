@@ -79,6 +79,12 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "kernelized correlation filter on HOG of depth (of grey where there is none): keeps the size"
         ),
         tracker!(
+            "acpf",
+            "zhai2024",
+            crate::acpf::acpf,
+            "occlusion-aware particle filter on colour and depth: the baseline that depth-occlusion is compared with"
+        ),
+        tracker!(
             "csk",
             "kcf",
             crate::kcf::csk,

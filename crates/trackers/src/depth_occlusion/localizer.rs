@@ -1,3 +1,4 @@
+use super::hypotheses::add_apart;
 use super::{DepthOcclusionParams, Hypotheses, Occluder, TargetDepth};
 use crate::correlation::CorrelationLocalizer;
 use crate::depth::samples;
@@ -30,6 +31,8 @@ pub struct DepthLocalizer {
     hidden: bool,
     /// What hides it, where that is known.
     occluder: Option<Occluder>,
+    /// Where it was seen last.
+    last: BBox,
     /// Frames learned from.
     learned: u64,
 }
@@ -43,6 +46,7 @@ struct Raw {
     hypotheses: Hypotheses,
     hidden: bool,
     occluder: Option<Occluder>,
+    last: BBox,
     learned: u64,
 }
 
@@ -50,14 +54,14 @@ impl TryFrom<Raw> for DepthLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, depth, picture, hypotheses, hidden, occluder, learned } = raw;
+        let Raw { params, depth, picture, hypotheses, hidden, occluder, last, learned } = raw;
         if params.check_all().is_err() {
             return Err("its parameters are out of range");
         }
         if occluder.is_some_and(|o| !o.distance_m.is_finite()) {
             return Err("what hides its target has no distance");
         }
-        Ok(Self { params, depth, picture, hypotheses, hidden, occluder, learned })
+        Ok(Self { params, depth, picture, hypotheses, hidden, occluder, last, learned })
     }
 }
 
@@ -98,6 +102,7 @@ impl DepthLocalizer {
             hypotheses: Hypotheses::new(&params.rules(), usable_depth(frame), &bbox).map_err(failed(frame))?,
             hidden: false,
             occluder: None,
+            last: bbox,
             learned: 0,
             params: params.clone(),
         })
@@ -159,6 +164,7 @@ impl DepthLocalizer {
     fn saw(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
         let was_hidden = std::mem::replace(&mut self.hidden, false);
         self.occluder = None;
+        self.last = outcome.bbox;
         let clear = self.covered(frame, &outcome.bbox) <= self.params.learn_covered;
         let (Some(part), Some(depth), Some(found)) = (&mut self.depth, usable_depth(frame), outcome.found) else {
             return;
@@ -227,6 +233,10 @@ impl Localizer for DepthLocalizer {
         self.hypotheses.clusters(&prior.bbox, self.params.clusters, places);
         if let (Some(occluder), Some(depth), true) = (&self.occluder, depth, self.params.occluder_edges) {
             occluder.edges(depth, &prior.bbox, places);
+        }
+        // What nothing hides may have stopped.
+        if self.occluder.is_none() {
+            add_apart(places, self.last);
         }
         Ok(())
     }

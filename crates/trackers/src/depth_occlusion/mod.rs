@@ -36,6 +36,9 @@ pursuit_tracking::parameters! {
         pub epsilon_again: f64 = 0.2, in 0.0..=10.0, unit "1/m", source "zhai2024, eq. 30; section 3: 0.2";
         /// minFz: below this response the target is occluded.
         pub min_response: f64 = 0.2, in 0.0..=1.0, source "zhai2024, section 3: 0.2";
+        /// The same where nothing nearer covers it and what is there is as far away as it was: a target that only looks
+        /// different is no occluded one. Equal to `min_response`: the paper.
+        pub min_clear: f64 = 0.1, in 0.0..=1.0, source "ours";
         /// Δf: a target out of sight is found where the response is less than this below the usual one.
         pub response_drop: f64 = 0.2, in 0.0..=1.0, source "zhai2024, eq. 30; section 3: 0.15 to 0.25";
         /// What being wholly covered by something nearer takes from the response; 0: the paper.
@@ -75,6 +78,7 @@ impl DepthOcclusionParams {
     /// The paper alone: no cover, no edges, a size that stays.
     pub fn zhai2024() -> Self {
         Self {
+            min_clear: 0.2,
             cover_weight: 0.0,
             learn_covered: 1.0,
             occluder_edges: false,

@@ -98,9 +98,17 @@ impl TargetDepth {
         let response = penalised(response, epsilon, self.0.mean_m, here) - params.cover_weight * covered;
         let threshold = match self.0.usual {
             Some(usual) if hidden => params.min_response.max(usual - params.response_drop),
+            _ if !hidden && covered <= params.learn_covered && self.is_where_it_was(params, &seen) => {
+                params.min_clear.min(params.min_response)
+            }
             _ => params.min_response,
         };
         Candidate { depth: seen, covered, judged: Judged { response, threshold } }
+    }
+
+    /// Whether what was seen is as far away as the target was: then it is the target that looks different.
+    fn is_where_it_was(&self, params: &DepthOcclusionParams, seen: &BoxDepth) -> bool {
+        self.0.mean_m.zip(seen.mean_m).is_some_and(|(l, p)| (l - p).abs() < params.nearer_by)
     }
 
     /// The target was seen at `bbox`, answering with `response`, and little of it was covered.
@@ -159,6 +167,8 @@ mod tests {
             cover_weight: 0.4,
             half_depth: 0.3,
             nearer_by: 0.15,
+            min_clear: 0.1,
+            learn_covered: 0.2,
             ..DepthOcclusionParams::default()
         }
     }
@@ -187,11 +197,14 @@ mod tests {
             target.judge(&params, image(mm, covered).view(), &region(), 0.6, hidden)
         };
         let plain = judge(&target, 2000, false, false);
-        assert_eq!((plain.covered, plain.judged), (0.0, Judged { response: 0.6, threshold: 0.2 }));
+        assert_eq!((plain.covered, plain.judged), (0.0, Judged { response: 0.6, threshold: 0.1 }), "nothing covers it");
+        assert_eq!(judge(&target, 2140, false, false).judged.threshold, 0.1);
+        assert_eq!(judge(&target, 2160, false, false).judged.threshold, 0.2, "something else");
         // Half is covered, the mean 0.5 m nearer.
         let half = judge(&target, 2000, true, false);
         assert!((half.covered - 0.5).abs() < 0.03 && (half.depth.nearer_m.unwrap() - 1.0).abs() < 1e-9, "{half:?}");
         assert!((half.judged.response - (0.6 - 0.1 * 0.5 - 0.4 * 0.5)).abs() < 0.02, "{half:?}");
+        assert_eq!(half.judged.threshold, 0.2);
         // While it is hidden the other ε counts, and the response it had.
         target.learn(&params, image(2000, false).view(), &region(), 0.5);
         let behind = judge(&target, 2500, false, true);
@@ -199,7 +212,6 @@ mod tests {
         assert!((behind.judged.threshold - 0.35).abs() < 1e-9);
         target.learn(&params, image(2000, false).view(), &region(), 0.3);
         assert!((judge(&target, 2000, false, true).judged.threshold - 0.33).abs() < 1e-9);
-        assert_eq!(judge(&target, 2000, false, false).judged.threshold, 0.2);
         // Never more than a metre's worth.
         let far = judge(&target, 8000, false, true).judged.response;
         assert!((far - (0.6 - 0.3)).abs() < 1e-9, "{far}");
