@@ -189,6 +189,9 @@ pub struct Reproduce {
     /// How many seeds to average over [default: what the bars ask for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: Option<u32>,
+    /// Of zhai2024: compare on the sequences with depth below this folder too (the Princeton Tracking Benchmark as published)
+    #[arg(long, value_name = "DIR")]
+    pub dataset: Option<PathBuf>,
     /// Exit with 1 when a figure misses its bar
     #[arg(long)]
     pub check: bool,

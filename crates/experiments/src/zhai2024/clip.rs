@@ -13,7 +13,7 @@ use std::time::Instant;
 pub(crate) struct Shown {
     /// Where the target is, visible or not; `None` where that is not known, or it is not there.
     pub(crate) bbox: Option<BBox>,
-    /// The share of it that can be seen.
+    /// The share of it that can be seen; NaN where nothing is known.
     pub(crate) visible: f64,
 }
 
@@ -53,6 +53,9 @@ pub(crate) fn follow(
         let start = Instant::now();
         let estimate = tracker.update(&frame)?;
         followed.seconds += start.elapsed().as_secs_f64();
+        if shown.visible.is_nan() {
+            continue;
+        }
         followed.frames.push((shown, Said { bbox: estimate.bbox, state: estimate.state }));
     }
     Ok(followed)

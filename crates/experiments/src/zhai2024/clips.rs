@@ -36,7 +36,7 @@ pub struct ClipFigures {
 }
 
 /// Frames of a scene with their truth.
-fn scene_frames(query: &str) -> Result<impl Iterator<Item = (Frame, Shown)>, ExperimentError> {
+pub(super) fn scene_frames(query: &str) -> Result<impl Iterator<Item = (Frame, Shown)>, ExperimentError> {
     let scene = pursuit_scenes::open(query).map_err(|e| ExperimentError::usage(e.to_string()))?;
     let view = scene.home();
     Ok((0..scene.frame_count()).map(move |k| {

@@ -73,7 +73,7 @@ impl DepthReader {
     /// A reader for the depth images `files`; the first few tell their coding, unless it is said.
     ///
     /// # Errors
-    /// Intrinsics that no lens has, or a first image that is no depth image.
+    /// Intrinsics that no lens has.
     pub(crate) fn new<'a>(options: &DepthOptions, mut files: impl Iterator<Item = &'a Path>) -> Result<Self> {
         let own = options.intrinsics.map(|n| lens("the intrinsics of the picture's camera", n)).transpose()?;
         let depths = options.depth_intrinsics.map(|n| lens("the intrinsics of the depth camera", n)).transpose()?;
@@ -88,16 +88,10 @@ impl DepthReader {
         let coding = match options.coding {
             Some(coding) => coding,
             None => {
-                // An image without data tells nothing; the next may.
-                let looked = files.by_ref().take(8).map(|path| read_raw(path).map_err(|f| f.unreadable(&name(path))));
-                let mut found = DepthCoding::Millimetres;
-                for image in looked {
-                    if let Some(coding) = DepthCoding::detect(image?.as_slice()) {
-                        found = coding;
-                        break;
-                    }
-                }
-                found
+                // An image without data tells nothing, and one that cannot be read breaks off at its own frame.
+                let looked = files.by_ref().take(8).filter_map(|path| read_raw(path).ok());
+                let found = looked.into_iter().find_map(|image| DepthCoding::detect(image.as_slice()));
+                found.unwrap_or(DepthCoding::Millimetres)
             }
         };
         Ok(Self { coding, registration, lens: own })
@@ -139,10 +133,6 @@ impl DepthReader {
             ))
         })
     }
-}
-
-fn name(path: &Path) -> String {
-    path.display().to_string()
 }
 
 /// A 16-bit grey image as it is stored.

@@ -2,6 +2,7 @@
 
 use super::world::World;
 use crate::texture::fractal_noise;
+use crate::view::possible;
 use crate::{View, hash};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
@@ -137,8 +138,9 @@ pub(super) fn turned_depth(depth: &Image<u16>, home: &View, view: &View) -> Imag
         let inside = p.x >= 0.0 && p.y >= 0.0;
         inside.then(|| depth.view().get(p.x as usize, p.y as usize).copied()).flatten()
     };
-    let turned = Image::from_fn(view.size.width, view.size.height, |x, y| read(x, y).unwrap_or(0));
-    turned.unwrap_or_else(|_| unreachable!("the size of a view that has a picture"))
+    let size = possible(view.size);
+    let turned = Image::from_fn(size.width, size.height, |x, y| read(x, y).unwrap_or(0));
+    turned.unwrap_or_else(|_| unreachable!("a possible size"))
 }
 
 #[cfg(test)]
