@@ -4,6 +4,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit::media::depth::DepthCoding;
 use pursuit::sinks::Format;
 #[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
@@ -122,9 +123,22 @@ pub struct Track {
     /// Read the configuration from a TOML file; options given here override it
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Depth images (16-bit, millimetres) that belong to the input
+    /// Depth that belongs to the input: a folder of 16-bit PNG, paired by frame number or time with a folder of images, else
+    /// by order
     #[arg(long, value_name = "INPUT")]
     pub depth: Option<String>,
+    /// What the numbers of depth images mean [default: found out from the images]
+    #[arg(long, value_name = "CODING", value_parser = coding_parser())]
+    pub depth_coding: Option<DepthCoding>,
+    /// Focal lengths and principal point of the camera, in pixels
+    #[arg(long, value_name = "FX,FY,CX,CY")]
+    pub intrinsics: Option<String>,
+    /// The same of the depth camera, where depth has to be moved into the picture
+    #[arg(long, value_name = "FX,FY,CX,CY", requires = "intrinsics")]
+    pub depth_intrinsics: Option<String>,
+    /// Where the camera has the depth camera's origin, in millimetres: right, down, ahead
+    #[arg(long, value_name = "X,Y,Z", requires = "depth_intrinsics", allow_hyphen_values = true)]
+    pub depth_offset: Option<String>,
     /// Folder for the results; an earlier run there is replaced. `-`: JSON lines on standard output, no files [default: a new pursuit-out/INPUT, INPUT-2 …]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -160,6 +174,12 @@ pub struct Track {
     pub fps: Option<f64>,
 }
 
+/// Takes the names of the codings of depth.
+fn coding_parser() -> impl TypedValueParser<Value = DepthCoding> {
+    let of = |name: String| DepthCoding::ALL.into_iter().find(|c| c.name() == name).ok_or("no coding of depth");
+    PossibleValuesParser::new(DepthCoding::ALL.map(DepthCoding::name)).try_map(of)
+}
+
 /// Takes the names of the formats, and says what each is.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
     let formats = Format::ALL.map(|f| PossibleValue::new(f.name()).help(f.summary()));
@@ -178,6 +198,9 @@ pub struct Reproduce {
     /// How many seeds to average over [default: what the bars ask for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: Option<u32>,
+    /// Of zhai2024: compare on the sequences with depth below this folder too (the Princeton Tracking Benchmark as published)
+    #[arg(long, value_name = "DIR")]
+    pub dataset: Option<PathBuf>,
     /// Exit with 1 when a figure misses its bar
     #[arg(long)]
     pub check: bool,

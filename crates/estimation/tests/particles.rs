@@ -208,3 +208,30 @@ fn zhai2024_few_particles_suffice() {
     assert!(few <= many, "{few} against {many}");
     assert!(printed_lost >= 71 && learnt_lost <= 20, "{printed_lost}, {learnt_lost}");
 }
+
+/// What is better known than the last two positions moves the particles; what was found for certain tells where they are.
+#[test]
+fn zhai2024_particles_go_where_they_are_told() {
+    let params = VarianceParams { rule: VarianceRule::Corrected, floor: 1e-12, cap: 1.0 };
+    let start = SVector::from([50.0, 40.0]);
+    let mut filter = LikelihoodNoiseFilter::new(8, start, params, ParticleOptions::default(), 3).unwrap();
+    filter.predict_by(&SVector::from([3.0, -2.0]), 0.5).unwrap();
+    assert!((filter.predicted_px() - SVector::from([53.0, 38.0])).norm() < 1e-12);
+    assert!((filter.particles().mean() - SVector::from([53.0, 38.0])).norm() < 1e-5);
+    let spread = filter.particles().states()[0] - filter.particles().states()[1];
+    filter.center_on(&SVector::from([10.0, 20.0])).unwrap();
+    assert!((filter.particles().mean() - SVector::from([10.0, 20.0])).norm() < 1e-9);
+    assert!((filter.particles().states()[0] - filter.particles().states()[1] - spread).norm() < 1e-9);
+    assert!(filter.center_on(&SVector::from([f64::NAN, 0.0])).is_err() && filter.predict_by(&start, 0.0).is_err());
+    // The velocity is that of the positions found: 50 to 53 px, 40 to 38 px, in half a second.
+    filter.correct(&SVector::from([53.0, 38.0])).unwrap();
+    filter.predict(1.0).unwrap();
+    assert!((filter.predicted_px() - SVector::from([59.0, 34.0])).norm() < 1e-12);
+    // A copy made over another one goes on alike.
+    let mut copy = LikelihoodNoiseFilter::new(8, start, params, ParticleOptions::default(), 9).unwrap();
+    copy.clone_from(&filter);
+    copy.predict(0.25).unwrap();
+    filter.predict(0.25).unwrap();
+    assert_eq!(copy.particles().states(), filter.particles().states());
+    assert_eq!((copy.predicted_px(), copy.variance_px2()), (filter.predicted_px(), filter.variance_px2()));
+}

@@ -176,13 +176,47 @@ fn princeton_sequences_have_colour_truth_and_hidden_frames() {
         let to = folder.join("rgb").join(format!("r-{}-{}.png", i * 33_370, i + 1));
         std::fs::rename(folder.join("rgb").join(name), to).unwrap();
     }
-    write_images(&folder.join("depth"), 3, 1, 1);
+    // The sensor began before the camera; one depth image is missing.
+    std::fs::create_dir_all(folder.join("depth")).unwrap();
+    for (time, id) in [(5000, 1), (71_740, 3)] {
+        let mm = |x: usize, y: usize| (1000 + 100 * x as u16 + y as u16).rotate_left(3);
+        let depth = pursuit_imaging::Image::from_fn(16, 12, mm).unwrap();
+        let to = folder.join("depth").join(format!("d-{time}-{id}.png"));
+        pursuit_media::wrappers::write_png(&pursuit_imaging::Frame::new(0, 0.0, depth), &to).unwrap();
+    }
     write(&folder.join("init.txt"), "3,4,5,6\n");
     write(&folder.join("zcup_move_1.txt"), "3,4,5,6,1\nNaN,NaN,NaN,NaN,2\n4,4,5,6,3\n");
     let dataset = discover(root.path());
     assert_eq!(names(&dataset), ["zcup_move_1"]);
     assert_eq!(dataset.sequences[0].truth(), [visible(2.0, 3.0, 5.0, 6.0), Truth::Absent, visible(3.0, 3.0, 5.0, 6.0)]);
     plays(root.path());
+    // The folder brings its depth along.
+    let mut source = pursuit_media::open(folder.to_str().unwrap(), &pursuit_media::OpenOptions::default()).unwrap();
+    let facts = source.depth_facts().unwrap();
+    assert_eq!((facts.coding.name(), facts.pairing.paired, facts.pairing.unpaired), ("princeton", 2, 1));
+    let depths: Vec<_> = std::iter::from_fn(|| source.next_frame().unwrap())
+        .map(|frame| frame.depth_mm().map(|depth| depth.row(1)[2]))
+        .collect();
+    assert_eq!(depths, [Some(1201), None, Some(1201)]);
+}
+
+#[test]
+fn depth_lies_beside_the_colours_of_cdtb() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("box_room");
+    write_images(&folder.join("color"), 2, 1, 8);
+    std::fs::create_dir_all(folder.join("depth")).unwrap();
+    for k in 1..=2_u16 {
+        let depth = pursuit_imaging::Image::from_fn(16, 12, |x, _| 900 + k + x as u16).unwrap();
+        let to = folder.join("depth").join(format!("{k:08}.png"));
+        pursuit_media::wrappers::write_png(&pursuit_imaging::Frame::new(0, 0.0, depth), &to).unwrap();
+    }
+    write(&folder.join("groundtruth.txt"), "3,4,5,6\nnan,nan,nan,nan\n");
+    let dataset = discover(root.path());
+    assert_eq!(dataset.sequences[0].truth(), [visible(3.0, 4.0, 5.0, 6.0), Truth::Absent]);
+    let mut source = pursuit_media::open(folder.to_str().unwrap(), &pursuit_media::OpenOptions::default()).unwrap();
+    let frame = source.next_frame().unwrap().unwrap();
+    assert_eq!(frame.depth_mm().unwrap().row(0)[5], 906);
 }
 
 proptest::proptest! {

@@ -25,13 +25,18 @@ pub use error::ExperimentError;
 pub use paper::Paper;
 pub use result::{Bar, Finding, Reproduction, Row, Spread, Verdict};
 pub use which_filter::{FilterComparison, FilterErrors, which_filter};
+pub use zhai2024::{ClipFigures, depth_clips};
+
+use std::path::PathBuf;
 
 /// How to run an experiment.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Options {
     /// How many seeds to average over; [`Paper::default_seeds`] unless given. The particle filter of `zhai2024` runs on a
-    /// tenth of them.
+    /// tenth of them, and so do its clips.
     pub seeds: Option<u32>,
+    /// Of `zhai2024`: a folder of sequences with depth, of the Princeton Tracking Benchmark or others, to compare on as well.
+    pub dataset: Option<PathBuf>,
 }
 
 /// Runs the experiment of one paper.
@@ -43,10 +48,13 @@ pub fn run(paper: Paper, options: &Options) -> Result<Reproduction, ExperimentEr
     if seeds == 0 {
         return Err(ExperimentError::usage("an experiment needs one seed at least"));
     }
+    if options.dataset.is_some() && paper != Paper::Zhai2024 {
+        return Err(ExperimentError::usage(format!("the experiment of {paper} takes no data set; zhai2024 does")));
+    }
     match paper {
         Paper::Ball => ball::run(seeds),
         Paper::Qu2010 => qu2010::run(seeds),
-        Paper::Zhai2024 => zhai2024::run(seeds),
+        Paper::Zhai2024 => zhai2024::run(seeds, options.dataset.as_deref()),
         Paper::Zhu2014 => zhu2014::run(seeds),
         Paper::Gao2007 => gao2007::run(seeds),
     }

@@ -11,7 +11,7 @@ pub enum Paper {
     Ball,
     /// A constant-acceleration filter that predicts a walking person.
     Qu2010,
-    /// Depth, a correlation filter and a particle filter: the part that filters.
+    /// Depth, a correlation filter and a particle filter.
     Zhai2024,
     /// TLD with a Kalman filter that corrects at manoeuvres: the part that filters.
     Zhu2014,
@@ -39,7 +39,7 @@ impl Paper {
         match self {
             Self::Ball => "A ball followed by its colour and a linear Kalman filter",
             Self::Qu2010 => "A constant-acceleration filter that predicts a walking person",
-            Self::Zhai2024 => "Depth, a correlation filter and a particle filter (the filter part)",
+            Self::Zhai2024 => "Depth, a correlation filter and a particle filter, through occlusion",
             Self::Zhu2014 => "TLD with a Kalman filter that corrects at manoeuvres (the filter part)",
             Self::Gao2007 => "A Kalman filter whose transition is learnt by support vector regression",
         }

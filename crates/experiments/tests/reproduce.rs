@@ -42,14 +42,22 @@ fn gao2007_reaches_its_bars() {
 
 #[test]
 fn no_seeds_are_wrong_usage() {
-    let error = run(Paper::Ball, &Options { seeds: Some(0) }).unwrap_err();
+    let error = run(Paper::Ball, &Options { seeds: Some(0), ..Options::default() }).unwrap_err();
     assert_eq!(error.exit_code(), 2);
+}
+
+#[test]
+fn only_one_paper_takes_a_data_set() {
+    let options = Options { seeds: Some(1), dataset: Some("somewhere".into()) };
+    let error = run(Paper::Ball, &options).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("zhai2024"), "{error}");
 }
 
 #[test]
 fn results_pictures_and_the_table_agree() {
     let folder = tempfile::tempdir().unwrap();
-    let reproduction = run(Paper::Qu2010, &Options { seeds: Some(3) }).unwrap();
+    let reproduction = run(Paper::Qu2010, &Options { seeds: Some(3), ..Options::default() }).unwrap();
     reproduction.write(folder.path()).unwrap();
     let json: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("results.json")).unwrap()).unwrap();
@@ -61,7 +69,8 @@ fn results_pictures_and_the_table_agree() {
     }
     assert!(reproduction.to_string().contains("DOES NOT HOLD: §4"), "{reproduction}");
     // The same seeds give the same numbers, on any number of threads.
-    let again = rayon_pool(1).install(|| run(Paper::Qu2010, &Options { seeds: Some(3) })).unwrap();
+    let again =
+        rayon_pool(1).install(|| run(Paper::Qu2010, &Options { seeds: Some(3), ..Options::default() })).unwrap();
     assert_eq!(again.to_json().unwrap(), reproduction.to_json().unwrap());
 }
 

@@ -1,7 +1,8 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
 use crate::{RunConfig, RunError};
-use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Trimmed, WithDepth};
+use pursuit_media::depth::DepthFacts;
+use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Trimmed};
 use pursuit_media::{OpenOptions, Source, SourceInfo};
 use pursuit_scenes::{SceneQuery, SceneSource};
 
@@ -14,6 +15,8 @@ pub(crate) struct OpenedInput {
     pub source: Prefetch,
     /// What is known of it.
     pub info: SourceInfo,
+    /// What was found out about its depth, where it has some.
+    pub depth: Option<DepthFacts>,
     /// Counts what was decoded and what a live source dropped.
     pub stats: PrefetchStats,
 }
@@ -24,12 +27,11 @@ pub(crate) struct OpenedInput {
 /// Senseless options, or an input that cannot be read.
 pub(crate) fn open(name: &str, config: &RunConfig, options: &OpenOptions) -> Result<OpenedInput, RunError> {
     check(config)?;
-    let mut source = open_one(name, options)?;
+    let options = &OpenOptions { depth: config.depth_options, ..options.clone() };
+    let mut source = open_both(name, config.depth.as_deref(), options)?;
     // Truth is numbered as the frames of the whole input are.
     let truth = source.info().truth.clone();
-    if let Some(depth) = &config.depth {
-        source = Box::new(WithDepth::new(source, open_one(depth, options)?)?);
-    }
+    let depth = source.depth_facts().cloned();
     if let Some(fps) = config.fps {
         source = Box::new(Retimed::new(source, fps)?);
     }
@@ -38,7 +40,21 @@ pub(crate) fn open(name: &str, config: &RunConfig, options: &OpenOptions) -> Res
     }
     let info = SourceInfo { truth, ..source.info().clone() };
     let source = Prefetch::new(source, AHEAD_FRAMES)?;
-    Ok(OpenedInput { stats: source.stats(), source, info })
+    Ok(OpenedInput { stats: source.stats(), source, info, depth })
+}
+
+/// Opens an input and, where it is named, its depth.
+fn open_both(name: &str, depth: Option<&str>, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
+    match depth {
+        None => open_one(name, options),
+        Some(depth) if depth.starts_with(SceneQuery::PREFIX) => Err(RunError::usage(format!(
+            "`{depth}` gives no depth images; a scene with depth brings its own, so leave --depth out"
+        ))),
+        Some(depth) if name.starts_with(SceneQuery::PREFIX) => {
+            Ok(pursuit_media::with_depth(open_one(name, options)?, depth, options)?)
+        }
+        Some(depth) => Ok(pursuit_media::open_with_depth(name, depth, options)?),
+    }
 }
 
 /// Opens one input without wrappers: a scene, or whatever the media layer knows.

@@ -3,6 +3,7 @@
 use crate::RunError;
 pub use crate::timing::{Timing, TimingSummary};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
+use pursuit_media::depth::DepthFacts;
 use pursuit_tracking::TrackState;
 use serde::Serialize;
 use std::path::Path;
@@ -54,6 +55,9 @@ pub struct InputFacts {
     pub height: usize,
     /// Frames per second that the input claims, where it does.
     pub nominal_fps: Option<f64>,
+    /// How its depth is read, where it has depth images.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth: Option<DepthFacts>,
 }
 
 /// The tracker of a run.

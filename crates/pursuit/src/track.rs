@@ -8,6 +8,7 @@ use crate::session::{Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, JsonlSink, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::{BBox, Truth};
+use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
@@ -19,6 +20,8 @@ pub struct Run {
     session: Session,
     info: SourceInfo,
     stats: PrefetchStats,
+    /// What was found out about the input's depth.
+    depth: Option<DepthFacts>,
     recipe: RecipeFacts,
     config: RunConfig,
     /// None for standard output.
@@ -70,11 +73,11 @@ impl Run {
         let methods = config.methods()?;
         formats(&config)?;
         let destination = destination(&config, name)?;
-        let OpenedInput { source, info, stats } = input::open(name, &config, options)?;
+        let OpenedInput { source, info, stats, depth } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
-        Ok(Self { session, info, stats, recipe, config, destination })
+        Ok(Self { session, info, stats, depth, recipe, config, destination })
     }
 
     /// How many frames there will be, where the input knows.
@@ -152,6 +155,7 @@ impl Run {
                 width: self.info.size.width,
                 height: self.info.size.height,
                 nominal_fps: self.info.fps,
+                depth: self.depth.clone(),
             },
             recipe: self.recipe.clone(),
             host: HostFacts::here(),

@@ -1,6 +1,7 @@
 //! The camera: layers over a backdrop, light, sensor noise and 8 bits, one row at a time.
 
 use crate::texture::{Color, Texture};
+use crate::view::possible;
 use crate::{View, hash};
 use multiversion::multiversion;
 use pursuit_geometry::{Point, Size};
@@ -117,6 +118,7 @@ pub(crate) fn compose_view(shot: &Shot<'_>, home: &View, view: &View) -> Image<R
 
 /// Exposes the rows that `mix` writes.
 pub(crate) fn develop(size: Size, light: Color, noise: Noise, mut mix: impl FnMut(usize, &mut [Color])) -> Image<Rgb8> {
+    let size = possible(size);
     let mut data = vec![[0u8; 3]; size.area()];
     let mut row = vec![[0f32; 3]; size.width];
     for (y, out) in data.chunks_exact_mut(size.width.max(1)).enumerate() {
@@ -125,7 +127,7 @@ pub(crate) fn develop(size: Size, light: Color, noise: Noise, mut mix: impl FnMu
         expose(row.as_flattened_mut(), light, noise.sigma, key, out.as_flattened_mut());
     }
     Image::from_vec(data, size.width, size.height)
-        .unwrap_or_else(|_| unreachable!("scene sizes are checked when built"))
+        .unwrap_or_else(|_| unreachable!("a possible size, and as many pixels"))
 }
 
 fn backdrop_row(backdrop: &Texture, origin: Point, y: usize, row: &mut [Color]) {

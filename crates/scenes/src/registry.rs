@@ -81,6 +81,12 @@ pub static SCENES: &[SceneEntry] = &[
         build: patches::depth_occluder,
     },
     SceneEntry {
+        name: "rgbd-occlusion",
+        summary: "with depth: one patch, one occlusion by something nearer, at true depths, in any light",
+        keys: patches::RGBD_OCCLUSION_KEYS,
+        build: patches::rgbd_occlusion,
+    },
+    SceneEntry {
         name: "person",
         summary: "a fixed camera: somebody comes in, stands, and leaves; light, door and shadow to mislead",
         keys: surround::PERSON_KEYS,

@@ -7,14 +7,16 @@ use pursuit_imaging::{CameraPose, Direction, Lens};
 pub struct View {
     /// Pan, tilt and zoom. Its time is that of the pose and does not matter here: a scene is asked for the time to render.
     pub camera: CameraPose,
-    /// Width and height of the picture.
+    /// Width and height of the picture; sides below 1 or above 8192 pixels count as that.
     pub size: Size,
 }
 
 impl View {
     /// Straight ahead, `horizontal_rad` wide; the scenes' own constants make sense, anything else becomes 1 rad.
     pub(crate) fn ahead(horizontal_rad: f64, size: Size) -> Self {
-        let lens = Lens::field_of_view(horizontal_rad.clamp(0.01, 3.0));
+        // What is no number stays none when it is clamped.
+        let horizontal_rad = if horizontal_rad.is_nan() { 1.0 } else { horizontal_rad.clamp(0.01, 3.0) };
+        let lens = Lens::field_of_view(horizontal_rad);
         let camera = lens.and_then(|lens| CameraPose::new(0.0, 0.0, 0.0, lens));
         Self { camera: camera.unwrap_or_else(|_| unreachable!("a clamped field of view is one")), size }
     }
@@ -61,6 +63,14 @@ impl View {
         let inside = seen_at_home.map_or(0.0, |b| b.fraction_inside(&self.size.bounds()));
         TargetTruth { extent: Some(extent), visible_fraction: truth.visible_fraction * inside }
     }
+}
+
+/// The longest side of a picture, in pixels.
+const LONGEST_SIDE: usize = 8192;
+
+/// A size that a picture can have.
+pub(crate) fn possible(size: Size) -> Size {
+    Size::new(size.width.clamp(1, LONGEST_SIDE), size.height.clamp(1, LONGEST_SIDE))
 }
 
 /// The smallest box around points; `None` when one of them cannot be seen, or there is none.

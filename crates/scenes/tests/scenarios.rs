@@ -172,3 +172,66 @@ fn the_guide_names_every_scene_and_every_key() {
         }
     }
 }
+
+#[test]
+fn a_senseless_view_is_a_small_picture_and_no_panic() {
+    use pursuit_geometry::Size;
+    for query in ["scene:rgbd-occlusion?duration=1", "scene:person?duration=1", "scene:table-tennis"] {
+        let scene = made(query);
+        for size in [Size::new(0, 0), Size::new(0, 7), Size::new(5, 0)] {
+            let moment = scene.render_view(0.1, &pursuit_scenes::View { size, ..scene.home() });
+            let want = Size::new(size.width.max(1), size.height.max(1));
+            assert_eq!(moment.image.size(), want, "{query}");
+            assert!(moment.depth_mm.is_none_or(|d| d.size() == want), "{query}");
+        }
+    }
+}
+
+/// The clip of depth-aware tracking: sizes at true depths, covered as far and as long as asked.
+#[test]
+fn an_occlusion_is_as_long_and_as_full_as_asked() {
+    for (seed, keys, frames) in [(1, "hidden=20", 20), (2, "hidden=12&pan=30&approach=100", 12), (3, "hidden=0", 0)] {
+        let scene = made(&format!("scene:rgbd-occlusion?seed={seed}&{keys}"));
+        let shown: Vec<f64> =
+            (0..scene.frame_count()).map(|k| scene.targets(scene.frame_time_s(k))[0].visible_fraction).collect();
+        let hidden = shown.iter().filter(|v| **v < 0.01).count() as i64;
+        assert!((hidden - frames).abs() <= 3, "{keys}: {hidden}");
+        assert!(shown[0] > 0.99 && *shown.last().unwrap() > 0.99, "{keys}: {shown:?}");
+    }
+    let partly = made("scene:rgbd-occlusion?seed=4&cover=0.5");
+    let least = (0..partly.frame_count())
+        .map(|k| partly.targets(partly.frame_time_s(k))[0].visible_fraction)
+        .fold(1.0, f64::min);
+    assert!((least - 0.5).abs() < 0.05, "{least}");
+    let none = made("scene:rgbd-occlusion?seed=4&cover=0");
+    assert!((0..none.frame_count()).all(|k| none.targets(none.frame_time_s(k))[0].visible_fraction > 0.99));
+}
+
+#[test]
+fn sizes_and_depths_belong_together() {
+    let scene = made("scene:rgbd-occlusion?seed=5&cover=0&approach=200&relief=0&holes=0&size=40&distance=2000");
+    let at = |t: f64| {
+        let moment = scene.render(t);
+        let extent = moment.targets[0].extent.unwrap();
+        let center = extent.center();
+        let depth = moment.depth_mm.unwrap();
+        let mm = depth.view().row(center.y as usize)[center.x as usize];
+        (extent.width(), f64::from(mm))
+    };
+    let ((first, near), (later, nearer)) = (at(0.0), at(2.0));
+    assert!((first - 40.0).abs() < 1e-9 && (later - 50.0).abs() < 1e-9);
+    // Disparities in eighths of a pixel are 12 mm apart at that distance.
+    assert!((near - 2000.0).abs() < 60.0 && (nearer - 1600.0).abs() < 40.0, "{near} {nearer}");
+}
+
+#[test]
+fn the_light_changes_the_picture_alone() {
+    let at = |light: &str| made(&format!("scene:rgbd-occlusion?seed=6&light={light}&noise=0")).render(0.5);
+    let (steady, dark, black) = (at("steady"), at("dark"), at("black"));
+    assert_eq!((&steady.depth_mm, &dark.depth_mm), (&dark.depth_mm, &black.depth_mm));
+    let mean = |m: &pursuit_scenes::SceneMoment| {
+        m.image.as_slice().as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>()
+            / (3 * m.image.size().area()) as f64
+    };
+    assert!((mean(&dark) / mean(&steady) - 0.1).abs() < 0.02 && mean(&black) == 0.0);
+}

@@ -1,4 +1,5 @@
-//! Kernelized correlation filters: `kcf`, `kcf-fixed` (henriques2015; sizes as in li2014) and `csk` (henriques2012).
+//! Kernelized correlation filters: `kcf`, `kcf-fixed` and, on depth, `kcf-depth` (henriques2015; sizes as in li2014), and
+//! `csk` (henriques2012).
 
 use crate::correlation::filters::{FilterKind, Kernel};
 use crate::correlation::{
@@ -19,6 +20,10 @@ pursuit_tracking::choices! {
         Hog = "hog",
         /// Grey values.
         Gray = "gray",
+        /// Histograms of oriented gradients of inverse depth; of frames without depth, of grey.
+        DepthHog = "depth-hog",
+        /// Those of depth, and those of the picture beside them.
+        FusedHog = "fused-hog",
     }
 }
 
@@ -89,7 +94,8 @@ impl KcfParams {
         }
     }
 
-    fn fixed() -> Self {
+    /// On HOG, of fixed size.
+    pub(crate) fn fixed() -> Self {
         Self {
             scale: ScaleLadderParams::default(),
             score: ScoreParams { bias: -1.8, psr: 0.17, collapse: 1.25, likeness: 7.1, ..ScoreParams::default() },
@@ -113,12 +119,14 @@ impl KcfParams {
         }
     }
 
-    fn spec(&self) -> CorrelationSpec {
+    pub(crate) fn spec(&self) -> CorrelationSpec {
         CorrelationSpec {
             window: self.window.clone(),
             features: match self.features {
                 KcfFeatures::Hog => FeatureKind::Hog,
                 KcfFeatures::Gray => FeatureKind::Gray,
+                KcfFeatures::DepthHog => FeatureKind::DepthHog { fused: false },
+                KcfFeatures::FusedHog => FeatureKind::DepthHog { fused: true },
             },
             filter: FilterKind::Kernel {
                 kernel: match self.kernel {
@@ -174,6 +182,12 @@ pub fn kcf_fixed(name: &'static str) -> TrackerRecipe<KcfParams> {
         ..PolicyParams::default()
     };
     TrackerRecipe { name, localizer: KcfParams::fixed(), groups: groups(policy) }
+}
+
+/// `kcf-depth`: on HOG of depth, of fixed size; the baseline of zhai2024.
+pub fn kcf_depth(name: &'static str) -> TrackerRecipe<KcfParams> {
+    let localizer = KcfParams { features: KcfFeatures::DepthHog, ..KcfParams::fixed() };
+    TrackerRecipe { localizer, ..kcf_fixed(name) }
 }
 
 /// `csk`: on grey values.

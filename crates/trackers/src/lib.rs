@@ -1,9 +1,12 @@
 //! Everything that looks: features, appearance models, correlation filters, and every tracker and detector, each a short
 //! file of parameters and assembly, in one [`registry`].
 
+pub mod acpf;
 pub mod appearance;
 pub mod ball;
 pub mod correlation;
+pub mod depth;
+pub mod depth_occlusion;
 pub mod dsst;
 pub mod features;
 pub mod kcf;

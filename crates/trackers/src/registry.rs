@@ -37,6 +37,18 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "a ball (or anything of one colour) by colour and shape, with a filter for bounces"
         ),
         tracker!(
+            "depth-occlusion",
+            "zhai2024",
+            crate::depth_occlusion::depth_occlusion,
+            "correlation on depth: knows when something nearer hides the target, waits, finds it again, in any light"
+        ),
+        tracker!(
+            "depth-occlusion-fused",
+            "zhai2024",
+            crate::depth_occlusion::depth_occlusion_fused,
+            "depth-occlusion on the gradients of depth and of the picture together"
+        ),
+        tracker!(
             "bacf",
             "bacf",
             crate::regularised::bacf,
@@ -59,6 +71,18 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "kcf",
             crate::kcf::kcf_fixed,
             "kernelized correlation filter on HOG as published: keeps the size, faster still"
+        ),
+        tracker!(
+            "kcf-depth",
+            "kcf",
+            crate::kcf::kcf_depth,
+            "kernelized correlation filter on HOG of depth (of grey where there is none): keeps the size"
+        ),
+        tracker!(
+            "acpf",
+            "zhai2024",
+            crate::acpf::acpf,
+            "occlusion-aware particle filter on colour and depth: the baseline that depth-occlusion is compared with"
         ),
         tracker!(
             "csk",

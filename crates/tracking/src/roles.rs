@@ -7,7 +7,7 @@
 //! | find, learn | a [`Localizer`] | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Result};
+use crate::{BoxCovariance, Diagnostics, Result, TrackState};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
@@ -129,6 +129,27 @@ pub trait Localizer: Send {
     /// When the frame lacks what the method needs.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
 
+    /// Places besides the prediction that are worth a look in `frame`, into `places` (boxes of the size expected there), of
+    /// localizers that hold hypotheses of their own; called once a frame before anything is looked at, with the state before
+    /// it. Looked at while the target is occluded. Changes nothing that is saved.
+    ///
+    /// # Errors
+    /// When the hypotheses cannot be carried to this frame.
+    fn suggest(&mut self, frame: &Frame, prior: &Prior, state: TrackState, places: &mut Vec<BBox>) -> Result<()> {
+        let _ = (frame, prior, state, places);
+        Ok(())
+    }
+
+    /// Is told what became of a frame, after it was judged and learned from: the one place where what is not appearance
+    /// (hypotheses, the distance of what hides the target) may change.
+    ///
+    /// # Errors
+    /// When the hypotheses cannot be corrected.
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+        let _ = (frame, outcome);
+        Ok(())
+    }
+
     /// Forgets everything and starts on a new target.
     ///
     /// # Errors
@@ -141,6 +162,19 @@ pub trait Localizer: Send {
         let _ = expected;
         None
     }
+}
+
+/// What the loop made of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome<'a> {
+    /// The state of the frame.
+    pub state: TrackState,
+    /// The box believed: corrected when tracking, else predicted.
+    pub bbox: BBox,
+    /// What was found, believed or not.
+    pub found: Option<&'a Measurement>,
+    /// Seconds since the frame before, > 0.
+    pub dt_s: f64,
 }
 
 /// Width and height of what one look takes in, in pixels.

@@ -1,6 +1,6 @@
 use crate::motion::{CameraShift, Motion, MotionFilter, Sight};
 use crate::policy::{Evidence, Policy, Verdict};
-use crate::roles::{Localizer, Measurement, Prior, Search};
+use crate::roles::{Localizer, Measurement, Outcome, Prior, Search};
 use crate::search::{Found, Proposer, Situation};
 use crate::{Estimate, Forecast, GroupParams, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::{BBox, Size};
@@ -28,6 +28,8 @@ pub struct SingleTarget<L> {
     time_s: f64,
     #[serde(skip)]
     searches: Vec<Search>,
+    #[serde(skip)]
+    places: Vec<BBox>,
 }
 
 impl<L: Localizer> SingleTarget<L> {
@@ -50,6 +52,7 @@ impl<L: Localizer> SingleTarget<L> {
             frame_size: (width, height),
             time_s: frame.time_s(),
             searches: Vec::new(),
+            places: Vec::new(),
         })
     }
 
@@ -82,6 +85,8 @@ impl<L: Localizer> SingleTarget<L> {
             }
         }
         self.state = verdict.state;
+        let bbox = self.motion.bbox();
+        self.localizer.observe(frame, &Outcome { state: self.state, bbox, found: found.as_ref(), dt_s })?;
         let lost = verdict.state == TrackState::Lost;
         Ok(Estimate {
             time_s: frame.time_s(),
@@ -117,9 +122,11 @@ impl<L: Localizer> SingleTarget<L> {
 
     /// Looks where the proposer says, until it has seen enough, and measures what it decides on.
     fn look(&mut self, frame: &Frame, situation: &Situation<'_>) -> Result<Option<Measurement>> {
+        self.places.clear();
+        self.localizer.suggest(frame, situation.prior, situation.state, &mut self.places)?;
         self.proposer.begin();
         loop {
-            self.proposer.propose(situation, &mut self.searches);
+            self.proposer.propose(situation, &self.places, &mut self.searches);
             if self.searches.is_empty() {
                 break;
             }

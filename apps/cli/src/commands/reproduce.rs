@@ -12,7 +12,7 @@ pub fn run(args: &Reproduce) -> anyhow::Result<ExitCode> {
         Some(folder) => folder.clone(),
         None => PathBuf::from(format!("pursuit-out/reproduce-{}", paper.name())),
     };
-    let reproduction = experiments::run(paper, &Options { seeds: args.seeds })?;
+    let reproduction = experiments::run(paper, &Options { seeds: args.seeds, dataset: args.dataset.clone() })?;
     reproduction.write(&out)?;
     let text = if args.json { reproduction.to_json()? } else { summary(&reproduction, &out)? };
     print(text.as_bytes())?;

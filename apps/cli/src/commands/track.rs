@@ -3,6 +3,7 @@ use crate::args::{Global, Track};
 use crate::console;
 use pursuit::config::parse_box;
 use pursuit::media::OpenOptions;
+use pursuit::media::depth::DepthOptions;
 use pursuit::{Finished, Run, RunConfig, RunError};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -44,6 +45,7 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
     let options = RunConfig {
         input: args.input.clone(),
         depth: args.depth.clone(),
+        depth_options: depth_options(args)?,
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
         tracker: args.tracker.clone(),
         detect: args.detect.clone(),
@@ -60,6 +62,27 @@ fn config(args: &Track) -> Result<RunConfig, RunError> {
         read_from: None,
     };
     Ok(file.overridden_by(options))
+}
+
+/// How depth images are to be read.
+fn depth_options(args: &Track) -> Result<DepthOptions, RunError> {
+    let four = |text: &Option<String>, what: &str| text.as_deref().map(|t| numbers(t, what)).transpose();
+    let offset = args.depth_offset.as_deref().map(|text| numbers(text, "--depth-offset"));
+    Ok(DepthOptions {
+        coding: args.depth_coding,
+        intrinsics: four(&args.intrinsics, "--intrinsics")?,
+        depth_intrinsics: four(&args.depth_intrinsics, "--depth-intrinsics")?,
+        offset_mm: offset.transpose()?,
+    })
+}
+
+/// `N` finite numbers between commas.
+fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], RunError> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    numbers
+        .and_then(|n| n.try_into().ok())
+        .ok_or_else(|| RunError::usage(format!("{what} `{text}` is not {N} finite numbers between commas")))
 }
 
 pub fn json(finished: &Finished) -> anyhow::Result<String> {
@@ -79,6 +102,17 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
         facts.input.name, facts.frame_count, facts.input.width, facts.input.height, facts.status
     )?;
     writeln!(text, "tracker   {}", facts.recipe.tracker)?;
+    if let Some(depth) = &facts.input.depth {
+        let pairs = &depth.pairing;
+        let moved = if depth.registered { ", moved into the picture" } else { "" };
+        writeln!(
+            text,
+            "depth     {}{moved}, for {} frames, {} without",
+            depth.coding.name(),
+            pairs.paired,
+            pairs.unpaired
+        )?;
+    }
     writeln!(text, "states    {} tracking, {} occluded, {} lost", states.tracking, states.occluded, states.lost)?;
     if update.count > 0 {
         writeln!(

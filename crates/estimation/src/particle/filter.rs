@@ -38,7 +38,7 @@ impl Default for ParticleOptions {
 const MODEL: EstimationError = EstimationError::NotFinite { what: "a particle moved by the motion model" };
 
 /// A belief as weighted samples of a state of `N` components.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(try_from = "Raw<N>", into = "Raw<N>")]
 pub struct ParticleFilter<const N: usize> {
     options: ParticleOptions,
@@ -94,6 +94,30 @@ impl<const N: usize> TryFrom<Raw<N>> for ParticleFilter<N> {
         }
         filter.weights = raw.weights;
         Ok(filter)
+    }
+}
+
+impl<const N: usize> Clone for ParticleFilter<N> {
+    fn clone(&self) -> Self {
+        Self {
+            options: self.options,
+            states: self.states.clone(),
+            log_weights: self.log_weights.clone(),
+            weights: self.weights.clone(),
+            generator: self.generator.clone(),
+            drawn: Vec::with_capacity(self.states.len()),
+            next: Vec::with_capacity(self.states.len()),
+            likelihoods: Vec::with_capacity(self.states.len()),
+        }
+    }
+
+    /// Allocates nothing where `self` has had as many particles: for looking ahead in every frame.
+    fn clone_from(&mut self, source: &Self) {
+        self.options = source.options;
+        self.states.clone_from(&source.states);
+        self.log_weights.clone_from(&source.log_weights);
+        self.weights.clone_from(&source.weights);
+        self.generator.clone_from(&source.generator);
     }
 }
 

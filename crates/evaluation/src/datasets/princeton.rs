@@ -23,6 +23,6 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
         let reason = format!("has {} boxes for the {images} images in rgb/", truth.len());
         return Err(EvaluationError::dataset(&file, None, reason));
     }
-    // Names are r-TIME-FRAME.png: natural order is order of time. Depth is not read.
-    Ok(Sequence::from_path(name, &folder.join("rgb"), 0, truth))
+    // Names are r-TIME-FRAME.png: natural order is order of time. The folder brings its depth along.
+    Ok(Sequence::from_path(name, folder, 0, truth))
 }

@@ -1,5 +1,5 @@
 //! VOT (Kristan et al. 2013…2022): `groundtruth.txt` with polygons (x1,y1,…,x4,y4) or rectangles, images beside it or in
-//! `color/` from 2019 on; also a lone video with such a file. A polygon's truth is its axis-aligned bounds, which is how
+//! `color/` from 2019 on, with depth in `depth/` (CDTB, DepthTrack); also a lone video with such a file. A polygon's truth is its axis-aligned bounds, which is how
 //! the toolkit converts regions for trackers of boxes.
 
 use super::text::{Line, read_numbers, truth_ltwh};
@@ -16,7 +16,9 @@ pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequen
     if input.is_dir() && count_images(&input) < truth.len() {
         return Err(too_few_images(&file, truth.len(), count_images(&input), &input));
     }
-    Ok(Sequence::from_path(name, &input, 0, truth))
+    // CDTB and DepthTrack: `color/` and `depth/` are opened together.
+    let both = folder.join("depth").is_dir() && input == folder.join("color");
+    Ok(Sequence::from_path(name, if both { folder } else { &input }, 0, truth))
 }
 
 /// The images beside the truth, in `color/`, in the only other folder of images, or the only video.

@@ -1,9 +1,14 @@
-//! `zhai2024`, the filter's part: the maximum-likelihood recursion of the motion noise, equations (24) and (25), and what
-//! it does for a particle filter with few particles.
+//! `zhai2024`: the maximum-likelihood recursion of the motion noise, equations (24) and (25), what it does for a particle
+//! filter with few particles, and the whole tracker beside plain KCF and ACPF on clips with depth.
 
+mod clip;
+mod clips;
 mod params;
 mod pictures;
 mod toy;
+mod tracking;
+
+pub use clips::{ClipFigures, depth_clips};
 
 use super::Paper;
 use super::monte_carlo::{mean, over_seeds};
@@ -13,9 +18,10 @@ use crate::ExperimentError;
 use nalgebra::Vector2;
 use params::{LOOKED_AT, RESIDUAL_VARIANCE};
 use pursuit_estimation::zhai2024::{VarianceEstimate, VarianceParams, VarianceRule};
+use std::path::Path;
 
 const STREAM: u64 = 2024;
-/// Seeds of the particle filter: one for each ten of the recursion's.
+/// Seeds of the particle filter, and clips: one for each ten of the recursion's.
 const SEEDS_PER_TOY: u32 = 10;
 
 /// What the recursion made of the residuals of one seed: the estimates as printed and corrected at each step, and the
@@ -75,7 +81,7 @@ fn recursion(seeds: u32) -> Result<(Vec<Row>, Vec<Estimates>), ExperimentError> 
 }
 
 /// Runs the experiment.
-pub(super) fn run(seeds: u32) -> Result<Reproduction, ExperimentError> {
+pub(super) fn run(seeds: u32, dataset: Option<&Path>) -> Result<Reproduction, ExperimentError> {
     let (mut rows, all) = recursion(seeds)?;
     let grown = rows.iter().find(|r| r.figure == "as printed, k = 1000").map_or(f64::NAN, |r| r.ours.value);
     let mut findings = vec![Finding::new(
@@ -90,13 +96,25 @@ pub(super) fn run(seeds: u32) -> Result<Reproduction, ExperimentError> {
     let (more_rows, more_findings) = toy::rows(seeds.div_ceil(SEEDS_PER_TOY))?;
     rows.extend(more_rows);
     findings.extend(more_findings);
+    let (more_rows, more_findings, more_charts) = tracking::on_scenes(seeds.div_ceil(SEEDS_PER_TOY))?;
+    rows.extend(more_rows);
+    findings.extend(more_findings);
+    let mut charts = pictures::charts(&all)?;
+    charts.extend(more_charts);
+    if let Some(folder) = dataset {
+        let (more_rows, more_charts) = tracking::on_dataset(folder)?;
+        rows.extend(more_rows);
+        charts.extend(more_charts);
+    }
     Ok(Reproduction {
         paper: Paper::Zhai2024,
-        title: "motion noise by maximum likelihood, alone and in a particle filter".into(),
+        title: "motion noise by maximum likelihood, and tracking through occlusion by depth; the paper's own images have to be \
+                had from the Princeton Tracking Benchmark and given by --dataset"
+            .into(),
         seeds,
         rows,
         findings,
-        charts: pictures::charts(&all)?,
+        charts,
     })
 }
 

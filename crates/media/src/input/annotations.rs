@@ -1,6 +1,6 @@
 use super::folder::{FolderSource, Row};
 use super::source::StopHandle;
-use crate::{MediaError, Result, Source, SourceInfo, Truth};
+use crate::{MediaError, OpenOptions, Result, Source, SourceInfo, Truth};
 use csv::StringRecord;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -19,14 +19,15 @@ const MAX_INDEX: u64 = 1 << 24;
 
 /// Opens a folder with `frames.csv`: `index,image[,depth],x,y,w,h`, one row a frame in order; images are named relative to
 /// the folder.
-pub(crate) fn open_list(folder: &Path, name: &str, fps: f64) -> Result<FolderSource> {
+pub(crate) fn open_list(folder: &Path, name: &str, options: &OpenOptions) -> Result<FolderSource> {
     let path = folder.join(LIST_NAME);
     let file = File::open(&path).map_err(|e| MediaError::unreadable(path.display().to_string(), e.to_string()))?;
     let list = read_list(file, &path.display().to_string())?;
     let rows = list
         .iter()
         .map(|row| Row { image: folder.join(&row.image), depth: row.depth.as_ref().map(|depth| folder.join(depth)) });
-    let mut source = FolderSource::new(rows.collect(), name, fps, "frames.csv (built in)")?;
+    let mut source = FolderSource::new(rows.collect(), name, options.default_fps, "frames.csv (built in)")?
+        .with_depth(&options.depth, None)?;
     source.info_mut().truth = Some(list.into_iter().map(|row| row.truth).collect());
     Ok(source)
 }

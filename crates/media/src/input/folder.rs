@@ -1,7 +1,8 @@
 use super::fault::Fault;
 use super::image::read_image;
+use crate::depth::{DepthFacts, DepthOptions, DepthReader, Pairing, PairingFacts};
 use crate::{MediaError, Result, Source, SourceInfo};
-use pursuit_imaging::{Frame, Pixels};
+use pursuit_imaging::Frame;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,8 @@ pub(crate) struct Row {
 /// A folder of images as a video.
 pub(crate) struct FolderSource {
     rows: Vec<Row>,
+    /// Reads the depth images, where there are some.
+    depth: Option<(DepthReader, DepthFacts)>,
     info: SourceInfo,
     fps: f64,
     next: usize,
@@ -43,7 +46,26 @@ impl FolderSource {
             decoder: decoder.to_owned(),
             truth: None,
         };
-        Ok(Self { rows, info, fps, next: 0, finished: false })
+        Ok(Self { rows, depth: None, info, fps, next: 0, finished: false })
+    }
+
+    /// The same, its rows' depth images read as `options` say; `pairing` is how the rows came by them.
+    pub fn with_depth(mut self, options: &DepthOptions, pairing: Option<PairingFacts>) -> Result<Self> {
+        let files = || self.rows.iter().filter_map(|row| row.depth.as_deref());
+        let paired = files().count();
+        if paired > 0 {
+            let reader = DepthReader::new(options, files())?;
+            let listed = PairingFacts {
+                pairing: Pairing::List,
+                paired,
+                unpaired: self.rows.len() - paired,
+                largest_offset_s: None,
+                mean_offset_s: None,
+            };
+            let facts = reader.facts(options, pairing.unwrap_or(listed));
+            self.depth = Some((reader, facts));
+        }
+        Ok(self)
     }
 
     pub const fn info_mut(&mut self) -> &mut SourceInfo {
@@ -64,17 +86,9 @@ impl FolderSource {
             );
             return Err(broken(&row.image, Fault::malformed(reason)));
         }
-        let Some(path) = &row.depth else { return Ok(frame) };
-        match read_image(path).map_err(|f| damaged(path, f))? {
-            Pixels::Gray16(depth_mm) => {
-                let size = depth_mm.size();
-                frame.with_depth(depth_mm).map_err(|_| {
-                    let reason = format!("the depth image is {size} pixels, its frame {}", self.info.size);
-                    broken(path, Fault::malformed(reason))
-                })
-            }
-            _ => Err(broken(path, Fault::malformed("a depth image must be a 16-bit grey PNG in millimetres"))),
-        }
+        let Some((reader, _)) = &self.depth else { return Ok(frame) };
+        let depth = row.depth.as_deref();
+        reader.add(frame, depth).map_err(|fault| broken(depth.unwrap_or(&row.image), fault))
     }
 }
 
@@ -94,6 +108,10 @@ impl Source for FolderSource {
         frame.map(Some)
     }
 
+    fn depth_facts(&self) -> Option<&DepthFacts> {
+        self.depth.as_ref().map(|(_, facts)| facts)
+    }
+
     fn is_seekable(&self) -> bool {
         true
     }
@@ -107,7 +125,7 @@ impl Source for FolderSource {
 }
 
 /// JPEG and PNG files of a folder (by extension; hidden files left out) in natural order.
-fn list_images(folder: &Path, name: &str) -> Result<Vec<PathBuf>> {
+pub(crate) fn list_images(folder: &Path, name: &str) -> Result<Vec<PathBuf>> {
     let unreadable = |e: std::io::Error| MediaError::unreadable(name, e.to_string());
     let mut images = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {

@@ -14,9 +14,9 @@ pub(crate) mod avi;
 mod color;
 #[cfg(feature = "h264")]
 mod fallback;
-mod fault;
+pub(crate) mod fault;
 mod ffmpeg;
-mod folder;
+pub(crate) mod folder;
 #[cfg(feature = "h264")]
 mod h264;
 pub(crate) mod image;
@@ -29,6 +29,7 @@ mod open;
 mod options;
 #[cfg(feature = "h264")]
 mod orientation;
+mod rgbd;
 mod sniff;
 mod source;
 pub(crate) mod y4m;
@@ -38,4 +39,5 @@ pub use locator::Locator;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;
 pub use pursuit_geometry::Truth;
+pub use rgbd::{open_with_depth, with_depth};
 pub use source::{Source, SourceInfo, StopHandle};

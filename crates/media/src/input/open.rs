@@ -6,6 +6,7 @@ use super::ffmpeg::{FfmpegSource, Target};
 use super::folder::FolderSource;
 use super::image::ImageSource;
 use super::mjpeg::{self, MjpegSource};
+use super::rgbd;
 use super::sniff::{Kind, describe, sniff};
 use super::y4m::Y4mSource;
 use crate::{MediaError, OpenOptions, Result, Source};
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 ///
 /// - a video file, with the truth in `NAME.csv` beside it where there is one; what it is, is decided by its content, so
 ///   that a JPEG named `clip.mp4` is one image;
-/// - a folder with `frames.csv`, or a folder of JPEG or PNG images in natural order; a single image;
+/// - a folder with `frames.csv`, a folder with `depth/` beside `rgb/` or `color/` (Princeton, CDTB, DepthTrack), or a folder of JPEG or PNG images in natural order; a single image;
 /// - `-` for Y4M or Motion JPEG on standard input;
 /// - `camera:0` or a video device; `rtsp://`, `http://`, `https://` and other streams `ffmpeg` knows.
 ///
@@ -43,7 +44,9 @@ pub fn open(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
     let unreadable = |e: std::io::Error| MediaError::unreadable(input, io_reason(&e));
     if metadata.is_dir() {
         return Ok(if path.join(LIST_NAME).is_file() {
-            Box::new(annotations::open_list(path, input, options.default_fps)?)
+            Box::new(annotations::open_list(path, input, options)?)
+        } else if let Some((images, depth)) = rgbd::parts(path) {
+            Box::new(rgbd::open_folders(&images, &depth, input, options)?)
         } else {
             Box::new(FolderSource::list(path, input, options.default_fps)?)
         });

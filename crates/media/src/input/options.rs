@@ -1,3 +1,4 @@
+use crate::depth::DepthOptions;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -14,11 +15,13 @@ pub struct OpenOptions {
     /// Whether streams and cameras run in real time, so that frames which come while the caller is busy are dropped; by
     /// default what they are decides.
     pub live: Option<bool>,
+    /// How depth images are to be read, where an input has some.
+    pub depth: DepthOptions,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { ffmpeg: None, search_path: None, default_fps: 30.0, live: None }
+        Self { ffmpeg: None, search_path: None, default_fps: 30.0, live: None, depth: DepthOptions::default() }
     }
 }
 

@@ -1,3 +1,4 @@
+use crate::depth::DepthFacts;
 use crate::{MediaError, Result, Truth};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
@@ -30,6 +31,11 @@ pub trait Source: Send {
     /// or has no such frame; it then goes on where it was.
     fn seek(&mut self, index: u64) -> Result<()> {
         Err(MediaError::not_seekable(&self.info().name, index, "it can only be read from front to back"))
+    }
+
+    /// What was found out about its depth, of sources that have any of their own.
+    fn depth_facts(&self) -> Option<&DepthFacts> {
+        None
     }
 
     /// A way to end the source from another thread while [`next_frame`](Self::next_frame) waits for something that may
@@ -76,6 +82,10 @@ impl<S: Source + ?Sized> Source for Box<S> {
 
     fn seek(&mut self, index: u64) -> Result<()> {
         (**self).seek(index)
+    }
+
+    fn depth_facts(&self) -> Option<&DepthFacts> {
+        (**self).depth_facts()
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {

@@ -7,6 +7,8 @@ use pursuit_imaging::{Frame, Pixels};
 pub struct WithDepth<S, D> {
     source: S,
     depth: D,
+    /// A depth image whose frame has not come yet.
+    ahead: Option<Frame>,
 }
 
 impl<S: Source, D: Source> WithDepth<S, D> {
@@ -17,10 +19,23 @@ impl<S: Source, D: Source> WithDepth<S, D> {
     pub fn new(source: S, depth: D) -> Result<Self> {
         let (size, depth_size) = (source.info().size, depth.info().size);
         if size == depth_size {
-            return Ok(Self { source, depth });
+            return Ok(Self { source, depth, ahead: None });
         }
         let reason = format!("the depth images are {depth_size} pixels, the frames {size}; they must be registered");
         Err(MediaError::unreadable(&depth.info().name, reason))
+    }
+}
+
+impl<S, D: Source> WithDepth<S, D> {
+    /// The first depth image with this number or a later one.
+    fn depth_from(&mut self, index: u64) -> Result<Option<Frame>> {
+        loop {
+            match self.depth.next_frame() {
+                Ok(Some(depth)) if depth.index() < index => {}
+                Err(damage) if damage.is_damage() && damage.frame().is_some_and(|at| at < index) => {}
+                other => return other,
+            }
+        }
     }
 }
 
@@ -31,7 +46,15 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
         let Some(frame) = self.source.next_frame()? else { return Ok(None) };
-        let depth = self.depth.next_frame()?;
+        // Where one of them leaves out what is damaged, the numbers still say what belongs together.
+        let depth = match self.ahead.take().filter(|depth| depth.index() >= frame.index()) {
+            Some(depth) => Some(depth),
+            None => self.depth_from(frame.index())?,
+        };
+        if let Some(depth) = depth.as_ref().filter(|depth| depth.index() > frame.index()) {
+            self.ahead = Some(depth.clone());
+            return Ok(Some(frame));
+        }
         let broken = |reason: &str| MediaError::broken(&self.depth.info().name, frame.index(), reason);
         let depth = depth.ok_or_else(|| broken("there are fewer depth images than frames"))?;
         let Pixels::Gray16(millimetres) = depth.pixels() else {
@@ -58,6 +81,7 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
         // Both know beforehand how many frames they have: neither goes anywhere unless both can.
         self.source.info().check_seek(index)?;
         self.depth.info().check_seek(index)?;
+        self.ahead = None;
         self.source.seek(index)?;
         self.depth.seek(index)
     }

@@ -6,6 +6,7 @@ pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, S
 
 use crate::RunError;
 use pursuit_geometry::BBox;
+use pursuit_media::depth::DepthOptions;
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{AcquisitionParams, AssociationParams};
 use pursuit_tracking::parameters::{Parameters, merge, nested};
@@ -31,6 +32,9 @@ pub struct RunConfig {
     /// Depth images that belong to the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<String>,
+    /// How depth images are to be read.
+    #[serde(skip_serializing_if = "is_default")]
+    pub depth_options: DepthOptions,
     /// Boxes to start from, `[left, top, width, height]` in pixels.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<[f64; 4]>,
@@ -75,6 +79,20 @@ pub struct RunConfig {
     pub read_from: Option<PathBuf>,
 }
 
+fn is_default(options: &DepthOptions) -> bool {
+    *options == DepthOptions::default()
+}
+
+/// The options with those of `over` in their place that it says.
+fn merged(own: DepthOptions, over: DepthOptions) -> DepthOptions {
+    DepthOptions {
+        coding: over.coding.or(own.coding),
+        intrinsics: over.intrinsics.or(own.intrinsics),
+        depth_intrinsics: over.depth_intrinsics.or(own.depth_intrinsics),
+        offset_mm: over.offset_mm.or(own.offset_mm),
+    }
+}
+
 impl RunConfig {
     /// Reads a configuration file.
     ///
@@ -96,6 +114,7 @@ impl RunConfig {
         Self {
             input: over.input.or(self.input),
             depth: over.depth.or(self.depth),
+            depth_options: merged(self.depth_options, over.depth_options),
             boxes: if over.boxes.is_empty() { self.boxes } else { over.boxes },
             tracker: over.tracker.or(self.tracker),
             detect: over.detect.or(self.detect),
@@ -217,6 +236,7 @@ pub fn parse_box(text: &str) -> Result<[f64; 4], RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pursuit_media::depth::DepthCoding;
 
     #[test]
     fn settings_are_toml_or_words() {
@@ -250,6 +270,12 @@ mod tests {
         let some = |n: u64| RunConfig {
             input: Some(format!("input {n}")),
             depth: Some(format!("depth {n}")),
+            depth_options: DepthOptions {
+                coding: Some(DepthCoding::ALL[n as usize]),
+                intrinsics: Some([n as f64; 4]),
+                depth_intrinsics: Some([n as f64 + 0.5; 4]),
+                offset_mm: Some([n as f64; 3]),
+            },
             boxes: vec![[n as f64, 0.0, 1.0, 1.0]],
             tracker: Some(format!("tracker {n}")),
             detect: Some(format!("detect {n}")),

@@ -1,6 +1,8 @@
 //! Where the results of a run go. Files are written as the run goes, complete up to the last frame.
 
 mod csv;
+#[cfg(feature = "encode")]
+mod depth_inset;
 mod format;
 mod jsonl;
 mod mot;

@@ -1,4 +1,4 @@
-use super::Sink;
+use super::{Sink, depth_inset};
 use crate::{Record, RunError};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Rgb8};
@@ -22,7 +22,7 @@ const ESTIMATE: Rgb8 = [255, 255, 255];
 const COASTING: Rgb8 = [255, 190, 40];
 
 /// Writes the overlay video on a thread of its own: measured box and centre green, predicted box red, estimate white (amber
-/// while it is coasted), state and score in words, and a trail.
+/// while it is coasted), state and score in words, and a trail; of frames with depth that as well, small, in false colours.
 pub struct OverlaySink {
     path: PathBuf,
     queue: Option<SyncSender<(Arc<Frame>, Vec<Record>)>>,
@@ -102,7 +102,11 @@ impl Trails {
 }
 
 fn draw(frame: &Frame, records: &[Record], trails: &Trails) -> pursuit_imaging::Image<Rgb8> {
-    let mut canvas = Canvas::new(frame.color().to_image());
+    let mut picture = frame.color().to_image();
+    if let Some(depth) = frame.depth_mm() {
+        depth_inset::draw(&mut picture, depth, records.iter().filter_map(|r| r.estimate.as_ref().map(|e| e.bbox)));
+    }
+    let mut canvas = Canvas::new(picture);
     let many = records.len() > 1;
     for record in records {
         match &record.estimate {

@@ -1,6 +1,8 @@
 //! A depth sensor that looks along with the camera, pixel by pixel registered, with the faults of real ones.
 
 use super::world::World;
+use crate::texture::fractal_noise;
+use crate::view::possible;
 use crate::{View, hash};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
@@ -13,6 +15,33 @@ pub(super) struct DepthSensor {
     pub(super) nearer_mm: f64,
     /// Fraction of pixels without a value.
     pub(super) holes: f64,
+    /// How far the surfaces of targets and of what is before them stand out, in millimetres.
+    pub(super) relief_mm: f64,
+    /// Distance of the wall at the picture's top, in millimetres; `None`: it keeps its distance from the targets.
+    pub(super) wall_mm: Option<f64>,
+    /// Boxes of the backdrop that stand out from the wall, and their distances in millimetres.
+    pub(super) clutter: Vec<(BBox, f64)>,
+    /// Whether disparities come in eighths of a pixel.
+    pub(super) quantised: bool,
+}
+
+/// Something that the sensor sees.
+struct Seen {
+    bbox: BBox,
+    mm: f64,
+    relief_mm: f64,
+}
+
+impl Seen {
+    /// Its distance at a point of the picture.
+    fn at(&self, key: u64, x: f64, y: f64) -> f64 {
+        if self.relief_mm == 0.0 {
+            return self.mm;
+        }
+        // The relief is its own: it moves and grows with it.
+        let (u, v) = ((x - self.bbox.left()) / self.bbox.width(), (y - self.bbox.top()) / self.bbox.height());
+        self.mm - self.relief_mm * fractal_noise(key, 2.6 * u, 2.6 * v, 2)
+    }
 }
 
 /// Standard deviation of a reading over the squared distance: σ = 1.425e-6/mm · z² (Khoshelham & Elberink 2012, eq. 8).
@@ -33,21 +62,34 @@ impl DepthSensor {
         let target = (self.target_mm)(time_s);
         let frame = (time_s * world.fps).round() as i64 as u64;
         let key = hash::mix(world.seed ^ 0xde97, frame);
-        let boxes = |things: &[super::world::Thing], mm: f64| -> Vec<(BBox, f64)> {
-            things.iter().filter_map(|t| Some(((t.path)(time_s)?, mm))).collect()
+        let boxes = |things: &[super::world::Thing], mm: f64| -> Vec<Seen> {
+            let seen = |bbox: BBox| Seen { bbox, mm, relief_mm: self.relief_mm };
+            things.iter().filter_map(|t| Some(seen((t.path)(time_s)?))).collect()
         };
-        let mut surfaces = boxes(&world.targets, target);
+        let origin = (world.camera)(time_s);
+        let mut surfaces: Vec<Seen> = self
+            .clutter
+            .iter()
+            .map(|(bbox, mm)| Seen { bbox: bbox.translated(-origin.x, -origin.y), mm: *mm, relief_mm: 0.0 })
+            .collect();
+        surfaces.extend(boxes(&world.targets, target));
         surfaces.extend(boxes(&world.before, (target - self.nearer_mm).max(400.0)));
+        let relief = hash::mix(world.seed, 0x7e11);
+        let wall = self.wall_mm.map_or((target + WALL_MM.0, WALL_MM.1 - WALL_MM.0), |mm| (mm, -0.2 * mm));
         let mut row = vec![0.0f64; width];
         let mut data = Vec::with_capacity(width * height);
         for y in 0..height {
             let share = y as f64 / height as f64;
-            row.fill(target + WALL_MM.0 + (WALL_MM.1 - WALL_MM.0) * share);
-            for (bbox, mm) in &surfaces {
+            row.fill(wall.0 + wall.1 * share);
+            for seen in &surfaces {
+                let bbox = &seen.bbox;
                 // A pixel belongs to what covers its middle.
                 if (bbox.top()..bbox.bottom()).contains(&(y as f64 + 0.5)) {
                     let column = |edge: f64| (edge - 0.5).ceil().clamp(0.0, width as f64) as usize;
-                    row[column(bbox.left())..column(bbox.right()).max(column(bbox.left()))].fill(*mm);
+                    let columns = column(bbox.left())..column(bbox.right()).max(column(bbox.left()));
+                    for (x, mm) in columns.clone().zip(&mut row[columns]) {
+                        *mm = seen.at(relief, x as f64 + 0.5, y as f64 + 0.5);
+                    }
                 }
             }
             let shadowed = shadows(&row);
@@ -58,11 +100,19 @@ impl DepthSensor {
                     return 0;
                 }
                 let noise = f64::from(hash::nearly_normal(hash::mix(key, at) as u32));
-                (mm + NOISE_PER_MM * mm * mm * noise).round().clamp(1.0, 65_535.0) as u16
+                let mm = mm + NOISE_PER_MM * mm * mm * noise;
+                let mm = if self.quantised { in_eighths(mm, width) } else { mm };
+                mm.round().clamp(1.0, 65_535.0) as u16
             }));
         }
         Image::from_vec(data, width, height).unwrap_or_else(|_| unreachable!("scene sizes are checked when built"))
     }
+}
+
+/// The distance whose disparity in a picture `width` pixels wide is a whole number of eighths of a pixel.
+fn in_eighths(mm: f64, width: usize) -> f64 {
+    let eighths = 8.0 * BASELINE_MM * FOCAL * width as f64;
+    eighths / (eighths / mm.max(1.0)).round().max(1.0)
 }
 
 /// Which pixels of a row the projector, to the right of the camera, does not reach: left of something nearer, as wide as
@@ -88,13 +138,22 @@ pub(super) fn turned_depth(depth: &Image<u16>, home: &View, view: &View) -> Imag
         let inside = p.x >= 0.0 && p.y >= 0.0;
         inside.then(|| depth.view().get(p.x as usize, p.y as usize).copied()).flatten()
     };
-    let turned = Image::from_fn(view.size.width, view.size.height, |x, y| read(x, y).unwrap_or(0));
-    turned.unwrap_or_else(|_| unreachable!("the size of a view that has a picture"))
+    let size = possible(view.size);
+    let turned = Image::from_fn(size.width, size.height, |x, y| read(x, y).unwrap_or(0));
+    turned.unwrap_or_else(|_| unreachable!("a possible size"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn quantised_disparities_are_eighths() {
+        // 75 mm * 580 px = 43 500: at 2 m 21.75 px, at 2.01 m 21.64 px, nearer to 21.625 than to 21.75.
+        assert!((in_eighths(2000.0, 640) - 2000.0).abs() < 1e-9);
+        assert!((in_eighths(2010.0, 640) - 43_500.0 / 21.625).abs() < 1e-9);
+        assert_eq!(in_eighths(1e12, 640), 348_000.0);
+    }
 
     #[test]
     fn a_shadow_lies_left_of_what_is_nearer_and_is_as_wide_as_the_disparities_differ() {

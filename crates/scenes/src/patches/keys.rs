@@ -151,3 +151,33 @@ pub(crate) const DEPTH_OCCLUDER_KEYS: &[Key] = &[
     NOISE,
     PLAIN,
 ];
+pub(crate) const RGBD_OCCLUSION_KEYS: &[Key] = &[
+    WIDTH,
+    HEIGHT,
+    FPS,
+    DURATION,
+    Key { default: 40.0, ..SIZE },
+    Key { default: 50.0, ..SPEED },
+    Key::number("distance", "the patch's distance at the start in millimetres", 2200.0, 500.0, 9000.0),
+    Key::number("approach", "how fast the patch comes nearer in millimetres per second", 0.0, -1000.0, 1000.0),
+    Key::number("nearer", "how much nearer what passes before it is, in millimetres", 900.0, 50.0, 8000.0),
+    Key::number("hidden", "for how many frames the patch is covered as far as it gets", 22.0, 0.0, 300.0),
+    Key::number("cover", "the share of the patch that is covered, 1 wholly", 1.0, 0.0, 1.0),
+    Key::choice(
+        "occluder",
+        "what passes before the patch: a board, or what looks almost like it",
+        &["board", "similar"],
+    ),
+    Key::choice(
+        "light",
+        "steady, darkened to a tenth, flickering, or none at all",
+        &["steady", "dark", "flicker", "black"],
+    ),
+    Key::number("pan", "how far the camera sweeps to and fro, in pixels", 0.0, 0.0, 200.0),
+    Key::number("relief", "how far surfaces stand out, in millimetres", 60.0, 0.0, 500.0),
+    Key::number("clutter", "how many boxes stand before the wall", 6.0, 0.0, 50.0),
+    Key::number("holes", "the fraction of pixels without depth, besides the shadows of what is nearer", 0.03, 0.0, 1.0),
+    Key::number("quantised", "1 for disparities in eighths of a pixel", 1.0, 0.0, 1.0),
+    NOISE,
+    PLAIN,
+];

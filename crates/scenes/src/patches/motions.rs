@@ -98,6 +98,10 @@ pub(crate) fn depth_occluder(scenery: &Scenery) -> Box<dyn Scene> {
         target_mm: Box::new(move |t| distance * (1.0 + 0.1 * (0.9 * t).sin())),
         nearer_mm: scenery.get("nearer"),
         holes: scenery.get("holes"),
+        relief_mm: 0.0,
+        wall_mm: None,
+        clutter: Vec::new(),
+        quantised: false,
     });
     Box::new(world)
 }

@@ -1,9 +1,11 @@
 //! What trackers look at: a window of a frame as planes of features on a grid of cells.
 
 mod appearance;
+mod depth;
 mod pixels;
 
 pub use appearance::AppearanceFeatures;
+pub use depth::DepthHogFeatures;
 pub use pixels::{GrayFeatures, HogFeatures, LogGrayFeatures};
 
 use pursuit_geometry::Size;
@@ -53,6 +55,11 @@ pub enum FeatureKind {
     Hog,
     /// Histograms of oriented gradients of colour, where the frame has it.
     ColorHog,
+    /// Histograms of oriented gradients of inverse depth; of frames without depth, of grey.
+    DepthHog {
+        /// Whether those of the picture stand beside them.
+        fused: bool,
+    },
     /// Histograms of oriented gradients of grey, and grey.
     HogGray,
     /// Gradients and grey of colour frames with colour names, where the frame the target is started on has colour.
@@ -79,6 +86,7 @@ impl FeatureKind {
             Self::LogGray => FeatureSet::LogGray(LogGrayFeatures::default()),
             Self::Hog => hog(false),
             Self::ColorHog => hog(true),
+            Self::DepthHog { fused } => FeatureSet::Depth(Box::new(DepthHogFeatures::new(cell_px, fused))),
             Self::HogGray => FeatureSet::Appearance(Box::new(AppearanceFeatures::new(cell_px, false))),
             Self::Appearance { names } => FeatureSet::Appearance(Box::new(AppearanceFeatures::new(cell_px, names))),
         }
@@ -94,6 +102,8 @@ pub enum FeatureSet {
     LogGray(LogGrayFeatures),
     /// Histograms of oriented gradients.
     Hog(Box<HogFeatures>),
+    /// Histograms of oriented gradients of inverse depth.
+    Depth(Box<DepthHogFeatures>),
     /// Gradients, grey and colour names.
     Appearance(Box<AppearanceFeatures>),
 }
@@ -104,6 +114,7 @@ impl FeatureSet {
             Self::Gray(f) => f,
             Self::LogGray(f) => f,
             Self::Hog(f) => &**f,
+            Self::Depth(f) => &**f,
             Self::Appearance(f) => &**f,
         }
     }
@@ -127,6 +138,7 @@ impl Features for FeatureSet {
             Self::Gray(f) => f.extract(frame, window, out),
             Self::LogGray(f) => f.extract(frame, window, out),
             Self::Hog(f) => f.extract(frame, window, out),
+            Self::Depth(f) => f.extract(frame, window, out),
             Self::Appearance(f) => f.extract(frame, window, out),
         }
     }

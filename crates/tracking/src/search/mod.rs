@@ -122,9 +122,13 @@ impl Proposer {
         self.progress = Progress::default();
     }
 
-    /// The next round of searches, into `searches`; none: enough has been seen.
-    pub fn propose(&mut self, situation: &Situation<'_>, searches: &mut Vec<Search>) {
+    /// The next round of searches, into `searches`; none: enough has been seen. `places` are hypotheses of the localizer's
+    /// own, which are looked at in the first round while the target is not in sight.
+    pub fn propose(&mut self, situation: &Situation<'_>, places: &[BBox], searches: &mut Vec<Search>) {
         searches.clear();
+        if self.progress.round == Round::First && situation.state != TrackState::Tracking {
+            searches.extend(places.iter().map(|place| self.at(*place)));
+        }
         self.progress.round = match self.progress.round {
             Round::First if self.is_wide(situation.state) => self.sweep(situation, self.params.wide_windows, searches),
             Round::First => {
@@ -205,6 +209,11 @@ impl Proposer {
             }),
             look: Look::Near,
         }
+    }
+
+    /// The look at a place that the localizer suggests: by its own hypotheses, so that no gate applies.
+    fn at(&self, place: BBox) -> Search {
+        Search { expected: place, region: place.scaled(self.params.reach), gate: None, look: Look::Near }
     }
 
     /// The gate of the search model of that name.

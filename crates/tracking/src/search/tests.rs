@@ -24,10 +24,20 @@ fn run(
     situation: &Situation<'_>,
     answer: impl Fn(&Search) -> Option<f64>,
 ) -> (Vec<(Look, f64, f64)>, Option<Found>) {
+    run_with(proposer, situation, &[], answer)
+}
+
+/// The same with places that the localizer suggests.
+fn run_with(
+    proposer: &mut Proposer,
+    situation: &Situation<'_>,
+    places: &[BBox],
+    answer: impl Fn(&Search) -> Option<f64>,
+) -> (Vec<(Look, f64, f64)>, Option<Found>) {
     let (mut searches, mut looks) = (Vec::new(), Vec::new());
     proposer.begin();
     loop {
-        proposer.propose(situation, &mut searches);
+        proposer.propose(situation, places, &mut searches);
         if searches.is_empty() {
             return (looks, proposer.finish(situation));
         }
@@ -142,4 +152,22 @@ fn the_gate_reaches_as_far_as_the_covariance_says() {
     let (looks, found) = run(&mut proposer, &situation(&prior, TrackState::Lost), |_| Some(0.9));
     assert_eq!(looks[0].0, Look::Sweep);
     assert_eq!(found.unwrap().search.gate, None);
+}
+
+#[test]
+fn places_suggested_are_looked_at_while_the_target_is_out_of_sight() {
+    let prior = prior();
+    let place = BBox::from_center_size(Point::new(140.0, 30.0), 22.0, 24.0);
+    let far = |s: &Search| Some(s.expected.center().x / 1000.0);
+    let mut proposer = proposer(SearchParams::default());
+    let (looks, found) = run_with(&mut proposer, &situation(&prior, TrackState::Tracking), &[place], far);
+    assert_eq!(looks, [(Look::Near, 60.0, 40.0)], "in sight it is where it is seen");
+    assert_eq!(found.unwrap().search.expected.width(), 20.0);
+    let (looks, found) = run_with(&mut proposer, &situation(&prior, TrackState::Occluded), &[place], far);
+    assert_eq!(looks, [(Look::Near, 140.0, 30.0), (Look::Near, 60.0, 40.0)]);
+    let search = found.unwrap().search;
+    assert_eq!((search.expected, search.region, search.gate), (place, place.scaled(2.5), None));
+    let (looks, _) = run_with(&mut proposer, &situation(&prior, TrackState::Lost), &[place], far);
+    assert_eq!(looks[0], (Look::Near, 140.0, 30.0));
+    assert_eq!(looks[1].0, Look::Sweep);
 }

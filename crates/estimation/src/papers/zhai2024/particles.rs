@@ -15,7 +15,7 @@ use crate::{EstimationError, Result};
 ///
 /// One frame is [`predict`](Self::predict), then weighing through [`particles_mut`](Self::particles_mut), then
 /// [`correct`](Self::correct) with the position found.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub struct LikelihoodNoiseFilter {
     particles: ParticleFilter<2>,
@@ -36,6 +36,20 @@ struct Raw {
     velocity_px_per_s: SVector<f64, 2>,
     predicted_px: SVector<f64, 2>,
     since_s: f64,
+}
+
+impl Clone for LikelihoodNoiseFilter {
+    fn clone(&self) -> Self {
+        Self { particles: self.particles.clone(), ..*self }
+    }
+
+    /// Allocates nothing where `self` has had as many particles.
+    fn clone_from(&mut self, source: &Self) {
+        self.particles.clone_from(&source.particles);
+        self.variance = source.variance;
+        (self.estimate_px, self.velocity_px_per_s) = (source.estimate_px, source.velocity_px_per_s);
+        (self.predicted_px, self.since_s) = (source.predicted_px, source.since_s);
+    }
 }
 
 impl From<LikelihoodNoiseFilter> for Raw {
@@ -117,8 +131,17 @@ impl LikelihoodNoiseFilter {
     /// # Errors
     /// Where `dt_s` is not positive and finite, or a particle overflows; the filter is then as it was.
     pub fn predict(&mut self, dt_s: f64) -> Result<()> {
+        self.predict_by(&(self.velocity_px_per_s * dt_s), dt_s)
+    }
+
+    /// [`predict`](Self::predict) where the target is known to move by `shift_px` in those `dt_s` seconds, from better
+    /// knowledge than its last two positions.
+    ///
+    /// # Errors
+    /// Where `dt_s` is not positive and finite, or a particle overflows; the filter is then as it was.
+    pub fn predict_by(&mut self, shift_px: &SVector<f64, 2>, dt_s: f64) -> Result<()> {
         require_time_step(dt_s)?;
-        let shift = self.velocity_px_per_s * dt_s;
+        let shift = *shift_px;
         let deviation = self.variance.variance().map(f64::sqrt);
         self.particles.predict_with(|state, generator| {
             let normal = SVector::from_fn(|_, _| StandardNormal.sample(generator));
@@ -127,6 +150,16 @@ impl LikelihoodNoiseFilter {
         self.predicted_px += shift;
         self.since_s += dt_s;
         Ok(())
+    }
+
+    /// Moves all particles such that their weighted mean is `at_px`: what was found for certain tells where they belong.
+    ///
+    /// # Errors
+    /// Where the position is not finite; the filter is then as it was.
+    pub fn center_on(&mut self, at_px: &SVector<f64, 2>) -> Result<()> {
+        require_finite("the position", at_px)?;
+        let shift = at_px - self.particles.mean();
+        self.particles.predict_with(|state, _| state + shift)
     }
 
     /// Ends the frame with the position `found_px` (a detector's, or the particles' weighted mean): learns variance and

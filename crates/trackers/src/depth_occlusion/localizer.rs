@@ -1,0 +1,264 @@
+use super::hypotheses::add_apart;
+use super::{DepthOcclusionParams, Hypotheses, Occluder, TargetDepth};
+use crate::correlation::CorrelationLocalizer;
+use crate::depth::samples;
+use pursuit_estimation::EstimationError;
+use pursuit_geometry::BBox;
+use pursuit_imaging::{Frame, ImageView};
+use pursuit_tracking::parameters::Parameters;
+use pursuit_tracking::{
+    Diagnostics, Localizer, Look, Measurement, Outcome, Place, Prior, Result, Search, TrackState, TrackingError,
+    ViewSize,
+};
+use serde::{Deserialize, Serialize};
+
+/// A depth image with data in fewer points than this share is none.
+const LEAST_DEPTH: f64 = 0.02;
+/// Points along a side of the grid by which that is told.
+const PROBES: usize = 24;
+
+/// Finds the target by the correlation of depth, and knows when something nearer hides it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Raw")]
+pub struct DepthLocalizer {
+    params: DepthOcclusionParams,
+    /// On depth, from the first frame with depth on.
+    depth: Option<DepthFilter>,
+    /// On the picture, for frames without depth.
+    picture: CorrelationLocalizer,
+    hypotheses: Hypotheses,
+    /// The target is not in sight.
+    hidden: bool,
+    /// What hides it, where that is known.
+    occluder: Option<Occluder>,
+    /// Where it was seen last.
+    last: BBox,
+    /// Frames learned from.
+    learned: u64,
+}
+
+/// What is stored, before it is checked.
+#[derive(Deserialize)]
+struct Raw {
+    params: DepthOcclusionParams,
+    depth: Option<DepthFilter>,
+    picture: CorrelationLocalizer,
+    hypotheses: Hypotheses,
+    hidden: bool,
+    occluder: Option<Occluder>,
+    last: BBox,
+    learned: u64,
+}
+
+impl TryFrom<Raw> for DepthLocalizer {
+    type Error = &'static str;
+
+    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
+        let Raw { params, depth, picture, hypotheses, hidden, occluder, last, learned } = raw;
+        if params.check_all().is_err() {
+            return Err("its parameters are out of range");
+        }
+        if occluder.is_some_and(|o| !o.distance_m.is_finite()) {
+            return Err("what hides its target has no distance");
+        }
+        Ok(Self { params, depth, picture, hypotheses, hidden, occluder, last, learned })
+    }
+}
+
+/// The filter on depth and what is known of the target's distance.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct DepthFilter {
+    filter: CorrelationLocalizer,
+    target: TargetDepth,
+}
+
+impl DepthFilter {
+    /// `None` where the box has no depth.
+    fn new(params: &DepthOcclusionParams, frame: &Frame, bbox: &BBox) -> Option<Self> {
+        let target = TargetDepth::new(params, usable_depth(frame)?, bbox)?;
+        Some(Self { filter: CorrelationLocalizer::new(params.filter.spec(), frame, bbox), target })
+    }
+}
+
+/// The frame's depth, unless it has hardly any data.
+fn usable_depth(frame: &Frame) -> Option<ImageView<'_, u16>> {
+    let depth = frame.depth_mm()?;
+    let (all, valid) = samples(depth, &frame.size().bounds(), PROBES)
+        .fold((0_u32, 0_u32), |(all, valid), mm| (all + 1, valid + u32::from(mm > 0)));
+    (f64::from(valid) >= LEAST_DEPTH * f64::from(all.max(1))).then_some(depth)
+}
+
+fn failed(frame: &Frame) -> impl FnOnce(EstimationError) -> TrackingError {
+    let index = frame.index();
+    move |e| TrackingError::Computation { tracker: "depth-occlusion".to_owned(), index, source: Box::new(e) }
+}
+
+impl DepthLocalizer {
+    /// Starts on the target at `bbox`.
+    pub(super) fn new(params: &DepthOcclusionParams, frame: &Frame, bbox: BBox) -> Result<Self> {
+        Ok(Self {
+            depth: DepthFilter::new(params, frame, &bbox),
+            picture: CorrelationLocalizer::new(params.picture.spec(), frame, &bbox),
+            hypotheses: Hypotheses::new(&params.rules(), usable_depth(frame), &bbox).map_err(failed(frame))?,
+            hidden: false,
+            occluder: None,
+            last: bbox,
+            learned: 0,
+            params: params.clone(),
+        })
+    }
+
+    /// Where to look with which size: at another place than the expected one, things may be at another distance.
+    fn expected_size(&self, depth: ImageView<'_, u16>, target: &TargetDepth, search: &Search) -> Search {
+        let mut search = search.clone();
+        if search.look == Look::Centred && self.params.scale_from_depth {
+            let found = target.scale_in(&self.params, depth, &search.expected, true);
+            let last = target.scale_at(target.surface_m());
+            if let Some(scale) = found {
+                search.expected = search.expected.scaled((scale / last).clamp(0.5, 2.0));
+            }
+        }
+        search
+    }
+
+    /// The response of the filter on depth, held against the distances.
+    fn locate_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        let (Some(mut part), Some(depth)) = (self.depth.take(), usable_depth(frame)) else { return Ok(None) };
+        let search = self.expected_size(depth, &part.target, search);
+        let located = part.filter.locate(frame, &search);
+        let target = part.target;
+        self.depth = Some(part);
+        let Some(found) = located? else { return Ok(None) };
+        let raw = found.peak.unwrap_or(0.0);
+        let seen = target.judge(&self.params, depth, &found.bbox, raw, self.hidden);
+        let confidence = seen.judged.probability(self.params.softness);
+        Ok(Some(Measurement {
+            confidence,
+            strength: seen.judged.response,
+            peak: Some(seen.judged.response),
+            diagnostics: Diagnostics::default()
+                .with("response", raw)
+                .with("penalised", seen.judged.response)
+                .with("threshold", seen.judged.threshold)
+                .with("depth_m", seen.depth.mean_m.unwrap_or(0.0))
+                .with("covered", seen.covered)
+                .with("psr", found.psr.unwrap_or(0.0)),
+            ..found
+        }))
+    }
+
+    /// Whether this frame is looked at by its depth.
+    fn sees_depth(&self, frame: &Frame) -> bool {
+        self.depth.is_some() && usable_depth(frame).is_some()
+    }
+
+    /// How much of the target at `bbox` something nearer covers.
+    fn covered(&self, frame: &Frame, bbox: &BBox) -> f64 {
+        match (&self.depth, usable_depth(frame)) {
+            (Some(part), Some(depth)) => part.target.judge(&self.params, depth, bbox, 0.0, false).covered,
+            _ => 0.0,
+        }
+    }
+
+    /// The target was seen: what is known of its distance follows, unless it is partly covered.
+    fn saw(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
+        let was_hidden = std::mem::replace(&mut self.hidden, false);
+        self.occluder = None;
+        self.last = outcome.bbox;
+        let clear = self.covered(frame, &outcome.bbox) <= self.params.learn_covered;
+        let (Some(part), Some(depth), Some(found)) = (&mut self.depth, usable_depth(frame), outcome.found) else {
+            return;
+        };
+        if was_hidden {
+            part.target.found_again(&self.params, depth, &outcome.bbox);
+        } else if clear {
+            part.target.learn(&self.params, depth, &outcome.bbox, found.peak.unwrap_or(0.0));
+            self.hypotheses.learn(depth, &outcome.bbox);
+        }
+    }
+
+    /// The target is out of sight: what is nearer at its place hides it.
+    fn missed(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
+        self.hidden = true;
+        let (Some(part), Some(depth)) = (&self.depth, usable_depth(frame)) else { return };
+        let seen = part.target.judge(&self.params, depth, &outcome.bbox, 0.0, true);
+        if outcome.state == TrackState::Lost {
+            self.occluder = None;
+        } else if let (Some(distance_m), true) = (seen.depth.nearer_m, seen.covered > self.params.learn_covered) {
+            self.occluder = Some(Occluder { distance_m });
+        }
+    }
+}
+
+impl Localizer for DepthLocalizer {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        if self.sees_depth(frame) { self.locate_in_depth(frame, search) } else { self.picture.locate(frame, search) }
+    }
+
+    /// Measures the size by the distance.
+    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
+        let (Some(part), Some(depth)) = (&self.depth, usable_depth(frame)) else { return Ok(found) };
+        let (Some(place), true) = (found.place, self.params.scale_from_depth) else { return Ok(found) };
+        let anywhere = look != Look::Near;
+        let Some(scale) = part.target.scale_in(&self.params, depth, &found.bbox, anywhere) else { return Ok(found) };
+        let window = part.filter.window();
+        let scale = window.within_bounds(scale);
+        let place = Place { scale, ..place };
+        Ok(Measurement { bbox: window.bbox(place.center, scale), place: Some(place), ..found })
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
+        if self.covered(frame, &bbox) > self.params.learn_covered {
+            return Ok(());
+        }
+        self.learned = self.learned.wrapping_add(1);
+        match &mut self.depth {
+            Some(part) if usable_depth(frame).is_some() => part.filter.adapt(frame, bbox, measurement)?,
+            Some(_) => return self.picture.adapt(frame, bbox, measurement),
+            none => *none = DepthFilter::new(&self.params, frame, &bbox),
+        }
+        if self.depth.is_none() || self.learned % self.params.picture_every.max(1) as u64 == 0 {
+            self.picture.adapt(frame, bbox, measurement)?;
+        }
+        Ok(())
+    }
+
+    fn suggest(&mut self, frame: &Frame, prior: &Prior, state: TrackState, places: &mut Vec<BBox>) -> Result<()> {
+        let depth = usable_depth(frame);
+        let rules = self.params.rules();
+        self.hypotheses.look_ahead(&rules, frame, depth, &prior.bbox, prior.dt_s).map_err(failed(frame))?;
+        if state == TrackState::Tracking {
+            return Ok(());
+        }
+        self.hypotheses.clusters(&prior.bbox, self.params.clusters, places);
+        if let (Some(occluder), Some(depth), true) = (&self.occluder, depth, self.params.occluder_edges) {
+            occluder.edges(depth, &prior.bbox, places);
+        }
+        // What nothing hides may have stopped.
+        if self.occluder.is_none() {
+            add_apart(places, self.last);
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+        let seen = outcome.state == TrackState::Tracking;
+        if seen {
+            self.saw(frame, outcome);
+        } else {
+            self.missed(frame, outcome);
+        }
+        let distance_m = self.depth.as_ref().filter(|_| self.sees_depth(frame)).map(|part| part.target.surface_m());
+        let seen = seen.then(|| (outcome.bbox.center(), distance_m));
+        self.hypotheses.settle(frame, seen, outcome.dt_s).map_err(failed(frame))
+    }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        *self = Self::new(&self.params, frame, bbox)?;
+        Ok(())
+    }
+
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        self.depth.as_ref().map_or(&self.picture, |part| &part.filter).view(expected)
+    }
+}

@@ -1,0 +1,163 @@
+//! The depth-aware tracker in worlds with depth: it says when it is hidden, is back at once, and does not mind the light.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
+
+use pursuit_imaging::Frame;
+use pursuit_scenes::{Scene, TargetTruth};
+use pursuit_trackers::registry;
+use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker};
+
+fn recipe(name: &str, settings: &str) -> Box<dyn Recipe> {
+    registry::tracker(name).unwrap().recipe(&settings.parse().unwrap()).unwrap()
+}
+
+fn scene(query: &str) -> Box<dyn Scene> {
+    pursuit_scenes::open(&format!("scene:rgbd-occlusion?{query}")).unwrap()
+}
+
+fn frame(scene: &dyn Scene, k: u64) -> (Frame, TargetTruth) {
+    let time_s = scene.frame_time_s(k);
+    let moment = scene.render(time_s);
+    let truth = moment.targets[0];
+    (moment.into_frame(k, time_s, &scene.home()), truth)
+}
+
+/// What a tracker says of every frame after the first, with the truth.
+fn follow(recipe: &dyn Recipe, scene: &dyn Scene, change: impl Fn(Frame) -> Frame) -> Vec<(Estimate, TargetTruth)> {
+    let (first, truth) = frame(scene, 0);
+    let mut tracker = recipe.init(&change(first), truth.extent.unwrap()).unwrap();
+    (1..scene.frame_count())
+        .map(|k| {
+            let (frame, truth) = frame(scene, k);
+            (tracker.update(&change(frame)).unwrap(), truth)
+        })
+        .collect()
+}
+
+#[test]
+fn it_says_when_it_is_hidden_and_is_back_at_once() {
+    for (seed, keys) in [(3, "hidden=20"), (4, "hidden=15&occluder=similar"), (5, "hidden=25&nearer=400&pan=20")] {
+        let scene = scene(&format!("seed={seed}&width=240&height=160&duration=3&{keys}"));
+        let said = follow(&*recipe("depth-occlusion", ""), &*scene, |f| f);
+        let hidden: Vec<_> = said.iter().filter(|(_, t)| t.visible_fraction < 0.1).collect();
+        assert!(hidden.len() > 8, "{seed}: {} hidden frames", hidden.len());
+        let told = hidden.iter().filter(|(e, _)| e.state != TrackState::Tracking).count();
+        assert!(10 * told >= 9 * hidden.len(), "{seed}: {told} of {}", hidden.len());
+        let last = said.iter().rposition(|(_, t)| t.visible_fraction < 0.1).unwrap();
+        let back = last + said[last..].iter().position(|(_, t)| t.visible_fraction >= 0.8).unwrap();
+        let relocked = said[back..]
+            .iter()
+            .position(|(e, t)| e.state == TrackState::Tracking && e.bbox.iou(&t.extent.unwrap()) > 0.5);
+        assert!(relocked.is_some_and(|frames| frames <= 5), "{seed}: {relocked:?}");
+        let (end, truth) = said.last().unwrap();
+        assert!(end.state == TrackState::Tracking && end.bbox.iou(&truth.extent.unwrap()) > 0.6, "{seed}: {end:?}");
+    }
+}
+
+#[test]
+fn the_size_follows_the_distance() {
+    let scene = scene("seed=7&width=240&height=160&duration=3&cover=0&approach=300&size=30");
+    let said = follow(&*recipe("depth-occlusion", ""), &*scene, |f| f);
+    let (end, truth) = said.last().unwrap();
+    let grown = truth.extent.unwrap().width() / 30.0;
+    assert!(grown > 1.5, "{grown}");
+    assert!((end.bbox.width() / truth.extent.unwrap().width() - 1.0).abs() < 0.08, "{end:?} {truth:?}");
+    let fixed = follow(&*recipe("depth-occlusion", "scale_from_depth = false"), &*scene, |f| f);
+    assert!((fixed.last().unwrap().0.bbox.width() - 30.0).abs() < 1.0);
+}
+
+#[test]
+fn the_light_does_not_matter() {
+    let run = |light: &str| {
+        let scene = scene(&format!("seed=8&width=240&height=160&duration=2&hidden=12&light={light}"));
+        follow(&*recipe("depth-occlusion", ""), &*scene, |f| f)
+    };
+    let steady = run("steady");
+    for light in ["dark", "flicker", "black"] {
+        for ((a, _), (b, _)) in steady.iter().zip(run(light)) {
+            assert!(a.bbox.center().distance(b.bbox.center()) < 1.0, "{light}: {a:?} {b:?}");
+            assert_eq!(a.state, b.state, "{light}");
+        }
+    }
+}
+
+#[test]
+fn the_picture_stands_in_where_depth_is_missing() {
+    let scene = scene("seed=9&width=240&height=160&duration=3&cover=0");
+    // From frame 20 to 50 there is none, or only zeros.
+    let without = |f: Frame| match f.index() {
+        20..35 => Frame::new(f.index(), f.time_s(), f.pixels().clone()),
+        35..50 => {
+            let size = f.size();
+            let zeros = pursuit_imaging::Image::filled(size.width, size.height, 0_u16).unwrap();
+            f.with_depth(zeros).unwrap()
+        }
+        _ => f,
+    };
+    // And a start without depth, which comes later.
+    let late = |f: Frame| if f.index() < 10 { Frame::new(f.index(), f.time_s(), f.pixels().clone()) } else { f };
+    for (name, said) in [
+        ("gap", follow(&*recipe("depth-occlusion", ""), &*scene, without)),
+        ("late", follow(&*recipe("depth-occlusion", ""), &*scene, late)),
+    ] {
+        for (k, (estimate, truth)) in said.iter().enumerate() {
+            assert!(estimate.bbox.iou(&truth.extent.unwrap()) > 0.5, "{name} {k}: {estimate:?} {truth:?}");
+        }
+        let seen = said.iter().filter(|(e, _)| e.state == TrackState::Tracking).count();
+        assert!(10 * seen >= 9 * said.len(), "{name}: {seen} of {}", said.len());
+    }
+    // Depth that comes later is used: the tracker says how far away its target is.
+    let said = follow(&*recipe("depth-occlusion", ""), &*scene, late);
+    let metres = |k: usize| said[k].0.diagnostics.get("depth_m");
+    assert_eq!(metres(5), None);
+    assert!((metres(60).unwrap() - 2.2).abs() < 0.3, "{:?}", metres(60));
+}
+
+#[test]
+fn an_occluded_target_is_not_learned() {
+    let scene = scene("seed=3&width=240&height=160&duration=3&hidden=20");
+    let (first, truth) = frame(&*scene, 0);
+    let mut tracker: Box<dyn Tracker> = recipe("depth-occlusion", "").init(&first, truth.extent.unwrap()).unwrap();
+    let likeness =
+        |tracker: &mut dyn Tracker, f: &Frame| tracker.peek(f).unwrap().and_then(|m| m.diagnostics.get("response"));
+    let mut before = None;
+    for k in 1..scene.frame_count() {
+        let (frame, truth) = frame(&*scene, k);
+        let estimate = tracker.update(&frame).unwrap();
+        if truth.visible_fraction >= 0.99 && estimate.state == TrackState::Tracking {
+            before = likeness(&mut *tracker, &frame).or(before);
+        }
+        if truth.visible_fraction < 0.1 {
+            break;
+        }
+    }
+    // After the occlusion it answers as before.
+    let mut after = None;
+    for k in 1..scene.frame_count() {
+        let (frame, truth) = frame(&*scene, k);
+        if k < 50 {
+            continue;
+        }
+        let estimate = tracker.update(&frame).unwrap();
+        if truth.visible_fraction >= 0.99 && estimate.state == TrackState::Tracking {
+            after = estimate.diagnostics.get("response");
+            break;
+        }
+    }
+    let (before, after) = (before.unwrap(), after.unwrap());
+    assert!(after > 0.6 * before, "{before} {after}");
+}
+
+#[test]
+fn a_warm_tracker_allocates_nothing() {
+    let scene = scene("seed=3&width=240&height=160&duration=2.5&hidden=15");
+    let frames: Vec<(Frame, TargetTruth)> = (0..scene.frame_count()).map(|k| frame(&*scene, k)).collect();
+    // Grey is made once a frame, by whoever asks first.
+    frames.iter().for_each(|(f, _)| assert!(f.gray().size().area() > 0));
+    let mut tracker = recipe("depth-occlusion", "").init(&frames[0].0, frames[0].1.extent.unwrap()).unwrap();
+    frames[1..20].iter().for_each(|(f, _)| assert!(tracker.update(f).is_ok()));
+    // The first occluded frame makes room for its places.
+    let used = allocation_counter::measure(|| {
+        frames[20..].iter().for_each(|(f, _)| assert!(tracker.update(f).is_ok()));
+    });
+    assert!(used.count_total <= 8, "{used:?}");
+}
