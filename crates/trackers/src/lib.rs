@@ -4,6 +4,7 @@
 pub mod appearance;
 pub mod ball;
 pub mod correlation;
+pub mod detectors;
 pub mod dsst;
 pub mod features;
 pub mod kcf;

@@ -183,6 +183,21 @@ impl Acquiring {
         })
     }
 
+    /// Lets a detector that models the scene see it, though nothing is sought.
+    fn watch(&mut self, frame: &Frame, tracks: &mut [Track]) -> Result<()> {
+        if self.detector.watches() {
+            self.detector.detect(frame, &followed(tracks))?;
+            self.say(tracks);
+        }
+        Ok(())
+    }
+
+    /// Adds what the detector says of the frame as a whole to every target's figures.
+    fn say(&self, tracks: &mut [Track]) {
+        let figures = self.detector.diagnostics();
+        tracks.iter_mut().filter_map(|t| t.estimate.as_mut()).for_each(|e| e.diagnostics.extend(&figures));
+    }
+
     /// Seeks the target, and says what is known of it.
     fn seek(
         &mut self,
@@ -214,6 +229,12 @@ impl Acquiring {
     }
 }
 
+/// What a detector is told of `tracks`.
+fn followed(tracks: &[Track]) -> Vec<Followed> {
+    let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
+    seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect()
+}
+
 impl MultiTracker for Acquiring {
     fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
         let dt_s = LastFrame::advance(&mut self.last, frame)?;
@@ -224,11 +245,9 @@ impl MultiTracker for Acquiring {
         self.lost_s = if lost { self.lost_s + dt_s } else { 0.0 };
         if at.is_some() && self.lost_s <= self.params.seek_again_after_s {
             self.hypotheses.clear();
-            return Ok(());
+            return self.watch(frame, tracks);
         }
-        let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
-        let tracked: Vec<Followed> =
-            seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect();
+        let tracked = followed(tracks);
         match (self.seek(id, frame, dt_s, &tracked, at.is_some())?, at) {
             (Some(track), Some(at)) => tracks[at] = track,
             (Some(track), None) => {
@@ -237,6 +256,7 @@ impl MultiTracker for Acquiring {
             }
             (None, _) => {}
         }
+        self.say(tracks);
         Ok(())
     }
 
