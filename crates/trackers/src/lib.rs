@@ -10,6 +10,7 @@ pub mod features;
 pub mod kcf;
 pub mod mosse;
 pub mod nanotrack;
+pub mod person;
 pub mod pursuit;
 pub mod registry;
 pub mod regularised;

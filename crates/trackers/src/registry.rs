@@ -38,6 +38,12 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "a ball (or anything of one colour) by colour and shape, with a filter for bounces"
         ),
         tracker!(
+            "person",
+            "qu2010",
+            crate::person::person,
+            "someone before a camera that stands still: the default's eye, the background's outline, the next position predicted"
+        ),
+        tracker!(
             "bacf",
             "bacf",
             crate::regularised::bacf,
@@ -107,7 +113,7 @@ pub const fn detectors() -> &'static [DetectorEntry] {
         DetectorEntry::of::<MotionDetectorParams>(
             "motion",
             "whatever moves, or has moved, in front of a camera that stands still",
-            "pursuit",
+            "person",
             motion::detected_motion,
         ),
     ];

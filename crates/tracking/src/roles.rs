@@ -7,7 +7,7 @@
 //! | find, learn | a [`Localizer`] | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Result};
+use crate::{BoxCovariance, Diagnostics, Result, TrackState};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
@@ -128,6 +128,15 @@ pub trait Localizer: Send {
     /// # Errors
     /// When the frame lacks what the method needs.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
+
+    /// Learns what the scene is beside the target, which is believed at `bbox`; called at the end of every frame, seen or not.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn observe(&mut self, frame: &Frame, bbox: &BBox, state: TrackState) -> Result<()> {
+        let _ = (frame, bbox, state);
+        Ok(())
+    }
 
     /// Forgets everything and starts on a new target.
     ///

@@ -83,16 +83,20 @@ impl<L: Localizer> SingleTarget<L> {
         }
         self.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
+        let measurement = found.as_ref().map(|m| m.bbox);
+        let mut diagnostics = found.map(|m| m.diagnostics).unwrap_or_default();
+        self.motion.say(&mut diagnostics);
+        self.localizer.observe(frame, &self.motion.bbox(), self.state)?;
         Ok(Estimate {
             time_s: frame.time_s(),
             bbox: if lost { self.last_believed } else { self.motion.bbox() },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             prediction: Some(prior.bbox),
-            measurement: found.as_ref().map(|m| m.bbox),
+            measurement,
             covariance: self.motion.covariance(),
             velocity: self.motion.velocity().filter(|_| !lost),
-            diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
+            diagnostics,
         })
     }
 

@@ -7,6 +7,7 @@
 
 mod detector;
 mod ghost;
+mod groups;
 mod params;
 mod scene;
 

@@ -32,13 +32,13 @@ pursuit_tracking::parameters! {
         /// Of `mog2`: squared distance, in variances, up to which a value belongs to a Gaussian.
         pub match_distance: f64 = 25.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 9";
         /// Of `mog2`: how dark a shadow may be against the background. 1: shadows are foreground.
-        pub shadow_ratio: f64 = 0.5, in above(0.0).at_most(1.0), source "OpenCV";
+        pub shadow_ratio: f64 = 0.75, in above(0.0).at_most(1.0), source "ours; OpenCV: 0.5";
         /// Radius of the opening that removes noise.
-        pub opening: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
+        pub opening: f64 = 0.0025, in 0.0..=0.1, unit "frame heights", source "ours";
         /// Radius of the closing that joins the parts of a thing, after that.
-        pub closing: f64 = 0.012, in 0.0..=0.1, unit "frame heights", source "ours";
-        /// Parts above one another that are no farther apart are one thing.
-        pub join: f64 = 0.05, in 0.0..=1.0, unit "frame heights", source "ours";
+        pub closing: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
+        /// Regions above one another that are no farther apart are one thing.
+        pub join: f64 = 0.06, in 0.0..=1.0, unit "of the height of both together", source "ours";
         /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
         pub ghost: f64 = 1.6, in above(1.0), source "ours";
         /// What nobody follows starts a target only when this share of its pixels has changed, by `threshold`, since the frame

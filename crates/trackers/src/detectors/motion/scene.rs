@@ -1,6 +1,7 @@
 //! The background of one camera, and the regions that stand out of it.
 
 use super::ghost::ghostliness;
+use super::groups::{Part, divide};
 use super::params::{BackgroundKind, MotionDetectorParams};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
@@ -43,6 +44,8 @@ pub(super) struct Found {
     pub features: RegionFeatures,
     /// Share of its pixels that have changed since the frame before.
     pub stirred: f64,
+    /// Whether it is the part that one target has in a region; the features but the place are those of the region.
+    pub part: bool,
 }
 
 /// A background of pixels `P`.
@@ -57,6 +60,7 @@ pub(super) struct Scene<P> {
     protect: Image<u8>,
     background: Image<P>,
     boxes: Vec<BBox>,
+    parts: Vec<Part>,
     finder: RegionFinder,
     morphology: MorphologyScratch,
     outline: Vec<(usize, usize)>,
@@ -78,6 +82,7 @@ impl<P: Channels> Scene<P> {
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
             boxes: Vec::new(),
+            parts: Vec::new(),
             finder: RegionFinder::default(),
             morphology: MorphologyScratch::default(),
             outline: Vec::new(),
@@ -152,7 +157,7 @@ impl<P: Channels> Scene<P> {
 
     /// Keeps what the matching rule admits, and learns ghosts.
     fn judge(&mut self, frame: ImageView<'_, P>, params: &MotionDetectorParams) -> Result<(), VisionError> {
-        let (size, ranges) = (frame.size(), params.rule.ranges(frame.size()));
+        let ranges = params.rule.ranges(frame.size());
         let least = *ranges.area_px.start() / PARTS;
         let known = self.model.model().background(&mut self.background)?;
         let tells_ghosts = known && params.background != BackgroundKind::ThreeFrame;
@@ -163,11 +168,12 @@ impl<P: Channels> Scene<P> {
                 self.ghosts.push(features.bounds);
             } else {
                 let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
-                self.found.push(Found { features, stirred });
+                self.found.push(Found { features, stirred, part: false });
             }
         }
-        join(&mut self.found, params.join * size.height as f64);
-        self.found.retain(|f| ranges.admit(&f.features));
+        join(&mut self.found, params.join);
+        self.divide();
+        self.found.retain(|f| f.part || ranges.admit(&f.features));
         if !self.ghosts.is_empty() {
             // Everything but the ghosts is kept.
             protect_foreground(self.mask.view(), &self.ghosts, &mut self.protect)?;
@@ -178,17 +184,35 @@ impl<P: Channels> Scene<P> {
     }
 }
 
+impl<P: Channels> Scene<P> {
+    /// Puts parts in the place of regions in which several targets are expected.
+    fn divide(&mut self) {
+        for i in 0..self.found.len() {
+            let whole = self.found[i];
+            divide(&whole.features.bounds, &self.mask, &self.boxes, &mut self.parts);
+            let mut seen = self.parts.iter().filter_map(Part::bbox).map(|bbox| {
+                let features = RegionFeatures { bounds: bbox, centroid: bbox.center(), ..whole.features };
+                Found { features, part: true, ..whole }
+            });
+            if let Some(first) = seen.next() {
+                self.found[i] = first;
+                self.found.extend(seen);
+            }
+        }
+    }
+}
+
 /// A thing's parts may be this many times smaller than the thing.
 const PARTS: f64 = 4.0;
 /// Parts are above one another when they share this much of the narrower one's width.
 const ABOVE: f64 = 0.5;
 
-/// Joins regions above one another that are no more than `gap_px` apart: a belt, or a wall of the colour of a coat, cuts a
+/// Joins regions above one another that are no farther apart than a share `gap` of the height of both together: a belt, or a wall of the colour of a coat, cuts a
 /// person in two.
-fn join(parts: &mut Vec<Found>, gap_px: f64) {
+fn join(parts: &mut Vec<Found>, gap: f64) {
     let mut i = 0;
     while i < parts.len() {
-        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, gap_px)) {
+        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, gap)) {
             Some(j) => {
                 let other = parts.swap_remove(j);
                 parts[i] = parts[i].with(&other);
@@ -200,10 +224,10 @@ fn join(parts: &mut Vec<Found>, gap_px: f64) {
     }
 }
 
-fn belong(a: &BBox, b: &BBox, gap_px: f64) -> bool {
+fn belong(a: &BBox, b: &BBox, gap: f64) -> bool {
     let shared = a.right().min(b.right()) - a.left().max(b.left());
-    let gap = a.top().max(b.top()) - a.bottom().min(b.bottom());
-    gap <= gap_px && shared >= ABOVE * a.width().min(b.width())
+    let apart = a.top().max(b.top()) - a.bottom().min(b.bottom());
+    apart <= gap * a.union(b).height() && shared >= ABOVE * a.width().min(b.width())
 }
 
 impl Found {
@@ -221,7 +245,7 @@ impl Found {
             centroid: Point::new(mean(a.centroid.x, b.centroid.x), mean(a.centroid.y, b.centroid.y)),
             bounds,
         };
-        Self { features, stirred: mean(self.stirred, other.stirred) }
+        Self { features, stirred: mean(self.stirred, other.stirred), part: false }
     }
 }
 
@@ -262,7 +286,7 @@ mod tests {
             centroid: bounds.center(),
             bounds,
         };
-        Found { features, stirred: left / 100.0 }
+        Found { features, stirred: left / 100.0, part: false }
     }
 
     #[test]
@@ -270,7 +294,7 @@ mod tests {
         // Legs, someone beside them, a head far above, a trunk between.
         let mut parts =
             vec![part(10.0, 60.0, 20.0, 40.0), part(40.0, 60.0, 20.0, 40.0), part(15.0, 20.0, 10.0, 10.0), part(12.0, 34.0, 20.0, 22.0)];
-        join(&mut parts, 4.0);
+        join(&mut parts, 0.1);
         assert_eq!(parts.len(), 2);
         let whole = parts[0].features;
         assert!((parts[0].stirred - (0.1 * 800.0 + 0.15 * 100.0 + 0.12 * 440.0) / 1340.0).abs() < 1e-12);
@@ -281,9 +305,9 @@ mod tests {
         assert!((whole.centroid.y - (80.0 * 800.0 + 25.0 * 100.0 + 45.0 * 440.0) / 1340.0).abs() < 1e-12);
         assert_eq!(parts[1].features.bounds.left(), 40.0);
         // Too far, and hardly above one another.
-        for (other, together) in [(part(10.0, 104.0, 20.0, 9.0), 1), (part(10.0, 104.5, 20.0, 9.0), 2), (part(20.0, 102.0, 20.0, 9.0), 1), (part(20.5, 102.0, 20.0, 9.0), 2)] {
+        for (other, together) in [(part(10.0, 104.0, 20.0, 36.0), 1), (part(10.0, 104.1, 20.0, 36.0), 2), (part(20.0, 102.0, 20.0, 36.0), 1), (part(20.5, 102.0, 20.0, 36.0), 2)] {
             let mut parts = vec![part(10.0, 60.0, 20.0, 40.0), other];
-            join(&mut parts, 4.0);
+            join(&mut parts, 0.05);
             assert_eq!(parts.len(), together, "{other:?}");
         }
     }
