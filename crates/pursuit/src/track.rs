@@ -20,6 +20,8 @@ pub struct Run {
     recipe: RecipeFacts,
     config: RunConfig,
     out: PathBuf,
+    /// Where results go besides the files.
+    further: Vec<Box<dyn Sink>>,
 }
 
 /// What starts a run that has both the truth's first box and a detector.
@@ -71,7 +73,19 @@ impl Run {
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
         let out = config.out.clone().unwrap_or_else(|| default_folder(name));
         std::fs::create_dir_all(&out).map_err(RunError::output(&out))?;
-        Ok(Self { session, info, stats, recipe, config, out })
+        Ok(Self { session, info, stats, recipe, config, out, further: Vec::new() })
+    }
+
+    /// Results also go to `sink`, such as a pan-tilt head; it comes before the files.
+    #[must_use]
+    pub fn with_sink(mut self, sink: Box<dyn Sink>) -> Self {
+        self.further.push(sink);
+        self
+    }
+
+    /// What is known of the input: the size of its frames, whether it is live.
+    pub const fn input(&self) -> &SourceInfo {
+        &self.info
     }
 
     /// How many frames there will be, where the input knows.
@@ -93,11 +107,12 @@ impl Run {
     ///
     /// # Errors
     /// Only when nothing could be started; what ends a run early is in [`Finished::outcome`].
-    pub fn run(self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
+    pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
         let mut facts = self.facts();
         let run_json = self.out.join("run.json");
         facts.write(&run_json)?;
-        let sinks = self.sinks()?;
+        let mut sinks = std::mem::take(&mut self.further);
+        sinks.extend(self.sinks()?);
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();

@@ -171,7 +171,8 @@ impl SampledBox {
 
     fn spread(&self, added: f64) -> Option<BoxCovariance> {
         let belief = self.belief_now().ok()?;
-        let size = self.params.measurement_variance_px2 + added;
+        // Unseen for a sample, the size is as uncertain again.
+        let size = self.params.measurement_variance_px2 * (1.0 + self.unseen_s / self.unit_s) + added;
         Some(BoxCovariance::from_fn(|i, j| match (i, j) {
             (0 | 1, 0 | 1) => belief.covariance()[(i, j)] + if i == j { added } else { 0.0 },
             _ if i == j => size,
