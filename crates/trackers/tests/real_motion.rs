@@ -8,7 +8,7 @@ use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
 use pursuit_media::{OpenOptions, open};
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, AssociationParams};
-use pursuit_tracking::{Estimate, MultiTracker, TrackState, Track};
+use pursuit_tracking::{Estimate, MultiTracker, Track, TrackState};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -118,7 +118,10 @@ fn trackers_started_by_motion_follow_too() {
     for (tracker, least) in [("person", 0.60), ("kcf", 0.0)] {
         let figures = judge(&follow(&folder, one(tracker), |f| f), &truth(&folder), 1.0);
         println!("{tracker}: {figures:?}");
-        assert!(figures.overlap >= least && figures.longest_in_lead <= 10 && figures.targets == 1, "{tracker}: {figures:?}");
+        assert!(
+            figures.overlap >= least && figures.longest_in_lead <= 10 && figures.targets == 1,
+            "{tracker}: {figures:?}"
+        );
     }
 }
 
@@ -130,7 +133,9 @@ fn redrawn(frame: &Frame, size: (usize, usize), pixel: impl Fn(usize, usize) -> 
 
 fn lit(frame: Frame, gain: f64) -> Frame {
     let image = frame.color();
-    redrawn(&frame, (image.width(), image.height()), |x, y| image.row(y)[x].map(|v| (f64::from(v) * gain).min(255.0) as u8))
+    redrawn(&frame, (image.width(), image.height()), |x, y| {
+        image.row(y)[x].map(|v| (f64::from(v) * gain).min(255.0) as u8)
+    })
 }
 
 /// Half the size: the mean of four pixels.
@@ -151,7 +156,8 @@ fn coarse(frame: Frame) -> Frame {
         std::array::from_fn(|c| {
             let block = i32::from(image.row(y / 8 * 8)[x / 8 * 8][c]);
             let own = i32::from(image.row(y)[x][c]);
-            let mut h = (x as u64 + 7919 * y as u64 + 104_729 * c as u64 + 1_299_709 * seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let mut h = (x as u64 + 7919 * y as u64 + 104_729 * c as u64 + 1_299_709 * seed)
+                .wrapping_mul(0x9e37_79b9_7f4a_7c15);
             h ^= h >> 31;
             let noise = (h.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 59) as i32 - 16;
             ((3 * own + block) / 4 + noise / 2).clamp(0, 255) as u8
@@ -167,16 +173,23 @@ fn it_holds_when_size_light_and_noise_vary() {
     let report = |name: &str, all: Vec<Vec<Track>>, scale: f64| {
         let figures = judge(&all, &truth, scale);
         println!("{name}: {figures:?}");
-        assert!(figures.overlap >= 0.60 && figures.tracked_standing >= 0.95 && figures.longest_in_lead <= 10, "{name}: {figures:?}");
+        assert!(
+            figures.overlap >= 0.60 && figures.tracked_standing >= 0.95 && figures.longest_in_lead <= 10,
+            "{name}: {figures:?}"
+        );
         all
     };
     report("half the size", follow(&folder, many(""), halved), 0.5);
     report("noise and blocks", follow(&folder, many(""), coarse), 1.0);
     report("dark", follow(&folder, many(""), |f| lit(f, 0.5)), 1.0);
-    report("grey", follow(&folder, many(""), |f| {
-        let gray = f.gray().to_image();
-        Frame::new(f.index(), f.time_s(), Pixels::Gray8(gray.into()))
-    }), 1.0);
+    report(
+        "grey",
+        follow(&folder, many(""), |f| {
+            let gray = f.gray().to_image();
+            Frame::new(f.index(), f.time_s(), Pixels::Gray8(gray.into()))
+        }),
+        1.0,
+    );
     // The light goes out in steps, and on again.
     let steps = |f: Frame| {
         let gain = match f.index() {
@@ -187,6 +200,8 @@ fn it_holds_when_size_light_and_noise_vary() {
         lit(f, gain)
     };
     let all = report("steps of the light", follow(&folder, many(""), steps), 1.0);
-    let said = |k: usize| all[k].iter().any(|t| t.estimate.as_ref().is_some_and(|e| e.diagnostics.get("light_step_gain").is_some()));
+    let said = |k: usize| {
+        all[k].iter().any(|t| t.estimate.as_ref().is_some_and(|e| e.diagnostics.get("light_step_gain").is_some()))
+    };
     assert!(said(180) && said(300) && !said(179) && !said(181), "steps of the light are said");
 }

@@ -334,7 +334,11 @@ struct Watcher {
 }
 
 impl Detector for Watcher {
-    fn detect(&mut self, frame: &Frame, followed: &[pursuit_tracking::Followed]) -> pursuit_tracking::Result<Vec<Detection>> {
+    fn detect(
+        &mut self,
+        frame: &Frame,
+        followed: &[pursuit_tracking::Followed],
+    ) -> pursuit_tracking::Result<Vec<Detection>> {
         self.asked.lock().unwrap().push((frame.index(), followed.len()));
         Ok((self.script)(frame.index()))
     }
@@ -351,7 +355,8 @@ impl Detector for Watcher {
 #[test]
 fn a_detector_that_models_the_scene_sees_every_frame_and_puts_a_wrong_box_right() {
     // From frame 30 on the detector sees twice as much: the target had been started on a part.
-    let whole = |k: u64| BBox::from_ltwh(ball(k).left(), ball(k).top() - 20.0, ball(k).width(), ball(k).height() + 40.0);
+    let whole =
+        |k: u64| BBox::from_ltwh(ball(k).left(), ball(k).top() - 20.0, ball(k).width(), ball(k).height() + 40.0);
     let script = |k: u64| {
         let far = BBox::from_ltwh(250.0, 10.0, 20.0, 20.0);
         let b = at(60.0 + 4.0 * k as f64, 60.0);

@@ -102,9 +102,7 @@ mod tests {
     }
 
     fn seen(x: f64, state: TrackState) -> impl Fn(f64) -> Option<Aim> {
-        move |_| {
-            Some(Aim { bbox: BBox::from_center_size(Point::new(x, 180.0), 30.0, 80.0), covariance: None, state })
-        }
+        move |_| Some(Aim { bbox: BBox::from_center_size(Point::new(x, 180.0), 30.0, 80.0), covariance: None, state })
     }
 
     #[test]

@@ -62,7 +62,9 @@ impl TryFrom<Raw> for Backdrop {
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
         let Raw { width, height, channels, mean, known } = raw;
         let pixels = width.checked_mul(height).filter(|n| *n > 0);
-        let fits = matches!(channels, 1 | 3) && pixels == Some(known.len()) && pixels.and_then(|n| n.checked_mul(channels)) == Some(mean.len());
+        let fits = matches!(channels, 1 | 3)
+            && pixels == Some(known.len())
+            && pixels.and_then(|n| n.checked_mul(channels)) == Some(mean.len());
         if fits { Ok(Self { width, height, channels, mean, known }) } else { Err("its background has no size") }
     }
 }
@@ -91,11 +93,20 @@ impl Backdrop {
         let rate = (rate.clamp(0.0, 1.0) * f64::from(UNIT)).round().max(1.0) as i32;
         let channels = self.channels;
         for y in 0..self.height {
-            let kept = window.filter(|w| (w.y..w.y + w.height).contains(&y)).map_or(self.width..self.width, |w| w.x..w.x + w.width);
+            let kept = window
+                .filter(|w| (w.y..w.y + w.height).contains(&y))
+                .map_or(self.width..self.width, |w| w.x..w.x + w.width);
             for part in [0..kept.start, kept.end..self.width] {
-                let pixels = row(frame, y, channels).get(part.start * channels..part.end * channels).unwrap_or_default();
+                let pixels =
+                    row(frame, y, channels).get(part.start * channels..part.end * channels).unwrap_or_default();
                 let (from, to) = (y * self.width + part.start, y * self.width + part.end);
-                learn_part(pixels, &mut self.mean[from * channels..to * channels], &mut self.known[from..to], channels, rate);
+                learn_part(
+                    pixels,
+                    &mut self.mean[from * channels..to * channels],
+                    &mut self.known[from..to],
+                    channels,
+                    rate,
+                );
             }
         }
     }
@@ -108,7 +119,8 @@ impl Backdrop {
         for y in (0..self.height).step_by(GRID) {
             let pixels = row(frame, y, self.channels);
             for x in (0..self.width).step_by(GRID) {
-                let kept = window.is_some_and(|w| (w.x..w.x + w.width).contains(&x) && (w.y..w.y + w.height).contains(&y));
+                let kept =
+                    window.is_some_and(|w| (w.x..w.x + w.width).contains(&x) && (w.y..w.y + w.height).contains(&y));
                 if kept || !self.known[y * self.width + x] {
                     continue;
                 }
@@ -133,7 +145,11 @@ impl Backdrop {
         }
         let own = x * self.channels..(x + 1) * self.channels;
         let mean = &self.mean[at * self.channels..][..self.channels];
-        let off = pixels[own].iter().zip(mean).map(|(v, m)| (i32::from(*v) * UNIT - ((i32::from(*m) * gain) >> 8)).abs()).max();
+        let off = pixels[own]
+            .iter()
+            .zip(mean)
+            .map(|(v, m)| (i32::from(*v) * UNIT - ((i32::from(*m) * gain) >> 8)).abs())
+            .max();
         Some(off.unwrap_or(0) > threshold * UNIT)
     }
 

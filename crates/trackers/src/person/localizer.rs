@@ -81,7 +81,11 @@ impl PersonLocalizer {
             for (x, code) in mask.row_mut(y).iter_mut().enumerate() {
                 let within = within_rows && (inner.x..inner.x + inner.width).contains(&(window.x + x));
                 let out = self.backdrop.stands_out(row, window.x + x, window.y + y, gain, threshold);
-                if within { inside.count(out) } else { outside.count(out) }
+                if within {
+                    inside.count(out)
+                } else {
+                    outside.count(out)
+                }
                 *code = match out {
                     Some(true) => OUT,
                     None if within => UNKNOWN,

@@ -171,11 +171,12 @@ impl Motion {
 
     /// Adds the prediction of the next sample to the figures of a frame, of models that sample.
     pub(crate) fn say(&self, diagnostics: &mut Diagnostics) {
+        let Model::Sampled(filter) = &self.model else { return };
         if let Some(next) = self.next_sample() {
             diagnostics.push("next_x", next.center.x);
             diagnostics.push("next_y", next.center.y);
-            diagnostics.push("next_in_s", next.in_s);
         }
+        diagnostics.push("next_in_s", filter.next_in_s());
     }
 
     fn filter(&self) -> &dyn MotionFilter {

@@ -111,7 +111,12 @@ impl SampledBox {
             let ahead = step.matrix() * self.belief.mean();
             SVector::from([ahead[0], ahead[1]])
         };
-        Some(NextSample { in_s: (self.unit_s - self.since_sample_s).max(0.0), center: Point::new(center[0], center[1]) })
+        Some(NextSample { in_s: self.next_in_s(), center: Point::new(center[0], center[1]) })
+    }
+
+    /// Seconds until the next sample is due.
+    pub fn next_in_s(&self) -> f64 {
+        (self.unit_s - self.since_sample_s).max(0.0)
     }
 
     const fn constants(&self) -> Qu2010Params {

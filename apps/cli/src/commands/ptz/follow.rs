@@ -1,7 +1,6 @@
 use crate::args::{Global, PtzFollow};
 use crate::commands::{print, track};
 use crate::console;
-use anyhow::Context;
 use pursuit::media::OpenOptions;
 use pursuit::sinks::Sink;
 use pursuit::{Frame, Record, Run, RunError};
@@ -17,10 +16,7 @@ use std::time::Instant;
 pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let params = match &args.follower {
         None => FollowerParams::default(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-            toml::from_str(&text).with_context(|| format!("{} does not say how to follow", path.display()))?
-        }
+        Some(path) => super::read(path, "does not say how to follow")?,
     };
     let views = FieldsOfView::fixed(0.5 * args.field_of_view)?;
     let mut config = track::config(&args.track)?;
@@ -30,7 +26,8 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let (size, live) = (run.input().size, run.input().live);
     let follower = Follower::new(params, views, size, 0.0)?;
     let head = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;
-    let run = run.with_sink(Box::new(HeadSink { pilot: Pilot::new(follower, head), live, clock: None, complaint: None }));
+    let run =
+        run.with_sink(Box::new(HeadSink { pilot: Pilot::new(follower, head), live, clock: None, complaint: None }));
     let bar = console::progress_bar(run.frame_count(), global);
     let remote = run.remote();
     console::on_interrupt(move || remote.stop());

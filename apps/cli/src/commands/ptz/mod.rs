@@ -6,7 +6,10 @@ mod probe;
 mod simulate;
 
 use crate::args::{Global, Ptz, PtzCommand, Secret};
+use anyhow::Context;
+use pursuit_ptz::PtzError;
 use pursuit_ptz::drivers::{Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -22,14 +25,27 @@ pub fn run(args: &Ptz, global: &Global) -> anyhow::Result<ExitCode> {
 
 /// Reaches the head at an address.
 fn reach(address: &str, secret: &Secret) -> anyhow::Result<Box<dyn Head>> {
-    let address: HeadAddress = address.parse()?;
-    Ok(open(&address, password(secret)?.as_ref(), Timeouts::default())?)
+    let address: HeadAddress = address.parse().map_err(said)?;
+    open(&address, password(secret)?.as_ref(), Timeouts::default()).map_err(said)
+}
+
+/// An error whose text says its cause already.
+fn said(error: PtzError) -> anyhow::Error {
+    anyhow::Error::msg(error.to_string())
+}
+
+/// Parameters from a TOML file; `what` it does not say when it says something else.
+fn read<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> anyhow::Result<T> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let parsed = toml::from_str(&text);
+    // The message alone: the error shows the place in several lines.
+    parsed.map_err(|e: toml::de::Error| anyhow::Error::msg(format!("{} {what}: {}", path.display(), e.message())))
 }
 
 #[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a secret is")]
 fn password(secret: &Secret) -> anyhow::Result<Option<Password>> {
     Ok(match &secret.password_file {
-        Some(path) => Some(Password::from_file(path)?),
+        Some(path) => Some(Password::from_file(path).map_err(said)?),
         None => std::env::var(&secret.password_env).ok().map(Password::new),
     })
 }

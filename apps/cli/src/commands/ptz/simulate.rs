@@ -1,6 +1,5 @@
 use crate::args::PtzSimulate;
 use crate::commands::print;
-use anyhow::Context;
 use pursuit_ptz::simulation::{Contender, Figures, Study, Walk};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -16,10 +15,7 @@ struct Row {
 pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     let study: Study = match &args.head {
         None => Study::default(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-            toml::from_str(&text).with_context(|| format!("{} is no simulation of a head", path.display()))?
-        }
+        Some(path) => super::read(path, "is no simulation of a head")?,
     };
     let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
     let mut rows = Vec::new();

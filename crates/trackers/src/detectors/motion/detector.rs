@@ -60,7 +60,8 @@ impl Detector for MotionDetector {
             source: Box::new(e),
         })?;
         let least = *self.params.rule.ranges(frame.size()).area_px.start();
-        let mut detections: Vec<Detection> = self.found().iter().map(|f| detection(f, least, followed, &self.params)).collect();
+        let mut detections: Vec<Detection> =
+            self.found().iter().map(|f| detection(f, least, followed, &self.params)).collect();
         detections.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         Ok(detections)
     }
@@ -70,9 +71,8 @@ impl Detector for MotionDetector {
     }
 
     fn diagnostics(&self) -> Diagnostics {
-        let figures = Diagnostics::default()
-            .with("foreground", self.sight.changed)
-            .with("ghosts", self.sight.ghosts as f64);
+        let figures =
+            Diagnostics::default().with("foreground", self.sight.changed).with("ghosts", self.sight.ghosts as f64);
         match self.sight.step {
             Some(step) => figures.with("light_step_gain", step.gain).with("light_step_explained", step.explained),
             None => figures,

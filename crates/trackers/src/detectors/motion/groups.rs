@@ -62,7 +62,8 @@ mod tests {
     #[test]
     fn two_who_touch_are_told_apart_by_where_they_were_expected() {
         let mask = Image::from_fn(80, 60, |x, y| {
-            u8::from((10..25).contains(&x) && (5..50).contains(&y) || (25..42).contains(&x) && (9..53).contains(&y)) * 255
+            u8::from((10..25).contains(&x) && (5..50).contains(&y) || (25..42).contains(&x) && (9..53).contains(&y))
+                * 255
         })
         .unwrap();
         let bounds = BBox::from_ltrb(10.0, 5.0, 42.0, 53.0);

@@ -257,7 +257,9 @@ fn stirred<P: Channels>(
     last: &Image<P>,
     threshold: u8,
 ) -> f64 {
-    let Some(window) = PixelWindow::of(bounds, frame.size()).filter(|_| last.size() == frame.size()) else { return 0.0 };
+    let Some(window) = PixelWindow::of(bounds, frame.size()).filter(|_| last.size() == frame.size()) else {
+        return 0.0;
+    };
     let (mut all, mut changed) = (0usize, 0usize);
     for y in window.y..window.y + window.height {
         let columns = window.x..window.x + window.width;
@@ -292,8 +294,12 @@ mod tests {
     #[test]
     fn what_stands_above_another_is_one_thing_and_what_stands_beside_is_not() {
         // Legs, someone beside them, a head far above, a trunk between.
-        let mut parts =
-            vec![part(10.0, 60.0, 20.0, 40.0), part(40.0, 60.0, 20.0, 40.0), part(15.0, 20.0, 10.0, 10.0), part(12.0, 34.0, 20.0, 22.0)];
+        let mut parts = vec![
+            part(10.0, 60.0, 20.0, 40.0),
+            part(40.0, 60.0, 20.0, 40.0),
+            part(15.0, 20.0, 10.0, 10.0),
+            part(12.0, 34.0, 20.0, 22.0),
+        ];
         join(&mut parts, 0.1);
         assert_eq!(parts.len(), 2);
         let whole = parts[0].features;
@@ -305,7 +311,12 @@ mod tests {
         assert!((whole.centroid.y - (80.0 * 800.0 + 25.0 * 100.0 + 45.0 * 440.0) / 1340.0).abs() < 1e-12);
         assert_eq!(parts[1].features.bounds.left(), 40.0);
         // Too far, and hardly above one another.
-        for (other, together) in [(part(10.0, 104.0, 20.0, 36.0), 1), (part(10.0, 104.1, 20.0, 36.0), 2), (part(20.0, 102.0, 20.0, 36.0), 1), (part(20.5, 102.0, 20.0, 36.0), 2)] {
+        for (other, together) in [
+            (part(10.0, 104.0, 20.0, 36.0), 1),
+            (part(10.0, 104.1, 20.0, 36.0), 2),
+            (part(20.0, 102.0, 20.0, 36.0), 1),
+            (part(20.5, 102.0, 20.0, 36.0), 2),
+        ] {
             let mut parts = vec![part(10.0, 60.0, 20.0, 40.0), other];
             join(&mut parts, 0.05);
             assert_eq!(parts.len(), together, "{other:?}");
