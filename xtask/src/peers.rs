@@ -16,6 +16,14 @@ pub enum Comparison {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<OsString>,
     },
+    /// Follow the people of PETS09-S2L1 by motion alone, judged by TrackEval
+    People {
+        /// Arguments of xtask/peers/people.py, the folder of the clip first
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Drive the head of an ONVIF camera simulator that we did not write
+    Onvif,
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
     Crowd {
         /// Arguments of xtask/peers/crowd.py
@@ -32,6 +40,12 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
             timed("speed.py", "release/pursuit", &arguments)
         }
+        Some(Comparison::People { arguments }) => {
+            run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+            let script = run::root().join("xtask/peers/people.py");
+            script_of_ours(&toolkits()?, &script, "release/pursuit").args(arguments).run()
+        }
+        Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Crowd { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
             timed("crowd.py", "release/examples/crowd", &arguments)
@@ -58,10 +72,16 @@ struct Pythons {
 }
 
 fn environments() -> Result<Pythons> {
-    Ok(Pythons {
-        tools: environment("peers", "requirements.txt")?,
-        toolkits: environment("peers-toolkits", "toolkits.txt")?,
-    })
+    Ok(Pythons { tools: environment("peers", "requirements.txt")?, toolkits: toolkits()? })
+}
+
+fn toolkits() -> Result<PathBuf> {
+    environment("peers-toolkits", "toolkits.txt")
+}
+
+/// Our ONVIF driver and the camera simulator of the toolkits' environment.
+fn onvif(python: &Path) -> Result<()> {
+    script_of_ours(python, &run::root().join("xtask/peers/onvif.py"), "release/pursuit").run()
 }
 
 /// The Python of a virtual environment, `target/NAME`, with everything that `xtask/peers/REQUIREMENTS` lists.
@@ -116,6 +136,7 @@ fn headless_opencv(python: &Path) -> Result<()> {
 fn run_all(pythons: &Pythons) -> Result<()> {
     decoding_through_ffmpeg(&pythons.tools)?;
     metrics_of_toolkits(&pythons.toolkits)?;
+    onvif(&pythons.toolkits)?;
     let mut scripts: Vec<PathBuf> = std::fs::read_dir(run::root().join("xtask/peers"))?
         .filter_map(|e| Some(e.ok()?.path()))
         .filter(|p| {

@@ -226,8 +226,58 @@ pub struct Ptz {
 pub enum PtzCommand {
     /// Follow a simulated walker with a simulated head, and compare controllers
     Simulate(PtzSimulate),
+    /// Follow a target with a head: as `track`, and the head turns to where the target will be
+    Follow(Box<PtzFollow>),
+    /// Measure a head by small moves: delay, pixels a degree, acceleration, play
+    Calibrate(PtzCalibrate),
     /// Reach a head and print what it can do and what it says of itself
     Probe(PtzProbe),
+}
+
+/// A head and the way to its password.
+#[derive(Debug, Args)]
+pub struct HeadAt {
+    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    #[arg(long, value_name = "ADDRESS")]
+    pub head: String,
+    #[command(flatten)]
+    pub secret: Secret,
+}
+
+/// Where a password is: never on the command line itself.
+#[derive(Debug, Args)]
+pub struct Secret {
+    /// Variable of the environment that holds the password
+    #[arg(long, value_name = "NAME", default_value = "PURSUIT_PTZ_PASSWORD")]
+    pub password_env: String,
+    /// File whose first line is the password
+    #[arg(long, value_name = "FILE", conflicts_with = "password_env")]
+    pub password_file: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct PtzFollow {
+    #[command(flatten)]
+    pub track: Track,
+    #[command(flatten)]
+    pub head: HeadAt,
+    /// How the head is driven, as a TOML file: delays, limits, lost policy, zoom (what `calibrate` prints belongs there)
+    #[arg(long, value_name = "FILE.toml")]
+    pub follower: Option<PathBuf>,
+    /// How wide the picture is at the widest zoom, from its left to its right edge
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
+    pub field_of_view: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct PtzCalibrate {
+    /// The camera on the head, live: `camera:0`, `rtsp://…`, `http(s)://…` or `-` (Y4M or MJPEG on standard input)
+    pub input: String,
+    #[command(flatten)]
+    pub head: HeadAt,
+    /// How old a picture is when it arrives; the rest of the delay counts as the commands'
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub frame_age: f64,
 }
 
 #[derive(Debug, Args)]
@@ -254,12 +304,8 @@ pub struct PtzSimulate {
 pub struct PtzProbe {
     /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
     pub head: String,
-    /// Variable of the environment that holds the password
-    #[arg(long, value_name = "NAME", default_value = "PURSUIT_PTZ_PASSWORD")]
-    pub password_env: String,
-    /// File whose first line is the password
-    #[arg(long, value_name = "FILE", conflicts_with = "password_env")]
-    pub password_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub secret: Secret,
 }
 
 #[derive(Debug, Args)]

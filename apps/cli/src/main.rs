@@ -32,7 +32,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Eval(args) => commands::eval::run(args, &cli.global),
         #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
-        Command::Ptz(args) => commands::ptz::run(args),
+        Command::Ptz(args) => commands::ptz::run(args, &cli.global),
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Licences => commands::licences::run(),
         Command::Completions { shell } => commands::completions(*shell),

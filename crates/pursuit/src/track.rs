@@ -26,6 +26,8 @@ pub struct Run {
     config: RunConfig,
     /// None for standard output.
     destination: Option<Destination>,
+    /// Where results go besides the files.
+    further: Vec<Box<dyn Sink>>,
 }
 
 /// What starts a run that has both the truth's first box and a detector.
@@ -77,7 +79,19 @@ impl Run {
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
-        Ok(Self { session, info, stats, depth, recipe, config, destination })
+        Ok(Self { session, info, stats, depth, recipe, config, destination, further: Vec::new() })
+    }
+
+    /// Results also go to `sink`, such as a pan-tilt head; it comes before the files.
+    #[must_use]
+    pub fn with_sink(mut self, sink: Box<dyn Sink>) -> Self {
+        self.further.push(sink);
+        self
+    }
+
+    /// What is known of the input: the size of its frames, whether it is live.
+    pub const fn input(&self) -> &SourceInfo {
+        &self.info
     }
 
     /// How many frames there will be, where the input knows.
@@ -104,13 +118,14 @@ impl Run {
         self.session.start()?;
         let mut facts = self.facts();
         let folder = self.destination.map(Destination::open).transpose()?;
-        let sinks: Vec<Box<dyn Sink>> = match &folder {
+        let mut sinks = std::mem::take(&mut self.further);
+        match &folder {
             Some(folder) => {
                 facts.write(&folder.file(FACTS))?;
-                create_sinks(&self.config, &self.info, folder)?
+                sinks.extend(create_sinks(&self.config, &self.info, folder)?);
             }
-            None => vec![Box::new(JsonlSink::standard_output())],
-        };
+            None => sinks.push(Box::new(JsonlSink::standard_output())),
+        }
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();

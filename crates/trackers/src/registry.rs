@@ -2,6 +2,7 @@
 //! documentation read. Adding a tracker is one line in [`trackers`].
 
 use crate::ball::BallDetectorParams;
+use crate::detectors::motion::{self, MotionDetectorParams};
 use pursuit_tracking::registry::unknown;
 use pursuit_tracking::{DetectorEntry, Result, TrackerEntry};
 
@@ -47,6 +48,12 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "zhai2024",
             crate::depth_occlusion::depth_occlusion_fused,
             "depth-occlusion on the gradients of depth and of the picture together"
+        ),
+        tracker!(
+            "person",
+            "qu2010",
+            crate::person::person,
+            "someone before a camera that stands still: the default's eye, the background's outline, the next position predicted"
         ),
         tracker!(
             "bacf",
@@ -120,12 +127,20 @@ pub const fn trackers() -> &'static [TrackerEntry] {
 
 /// Every detector.
 pub const fn detectors() -> &'static [DetectorEntry] {
-    const DETECTORS: &[DetectorEntry] = &[DetectorEntry::of::<BallDetectorParams>(
-        "ball",
-        "round regions of a given colour, or of any strong colour",
-        "ball",
-        crate::ball::detected_motion,
-    )];
+    const DETECTORS: &[DetectorEntry] = &[
+        DetectorEntry::of::<BallDetectorParams>(
+            "ball",
+            "round regions of a given colour, or of any strong colour",
+            "ball",
+            crate::ball::detected_motion,
+        ),
+        DetectorEntry::of::<MotionDetectorParams>(
+            "motion",
+            "whatever moves, or has moved, in front of a camera that stands still",
+            "person",
+            motion::detected_motion,
+        ),
+    ];
     DETECTORS
 }
 

@@ -122,6 +122,11 @@ impl Diagnostics {
         self
     }
 
+    /// Adds all figures of `other`.
+    pub fn extend(&mut self, other: &Self) {
+        other.iter().for_each(|(name, value)| self.push(name, value));
+    }
+
     /// All figures in the order they were added.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
         self.entries.iter().take(self.len).copied()

@@ -212,4 +212,14 @@ pub trait Detector: Send {
     /// # Errors
     /// When the frame lacks what the method needs. Nothing found is an empty list.
     fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>>;
+
+    /// Whether it must see every frame, because it models the scene: it is then asked even where its answer is not needed.
+    fn watches(&self) -> bool {
+        false
+    }
+
+    /// Raw figures of the last frame as a whole, such as a step of the light; they join those of every target.
+    fn diagnostics(&self) -> Diagnostics {
+        Diagnostics::default()
+    }
 }

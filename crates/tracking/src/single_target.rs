@@ -88,16 +88,19 @@ impl<L: Localizer> SingleTarget<L> {
         let bbox = self.motion.bbox();
         self.localizer.observe(frame, &Outcome { state: self.state, bbox, found: found.as_ref(), dt_s })?;
         let lost = verdict.state == TrackState::Lost;
+        let measurement = found.as_ref().map(|m| m.bbox);
+        let mut diagnostics = found.map(|m| m.diagnostics).unwrap_or_default();
+        self.motion.say(&mut diagnostics);
         Ok(Estimate {
             time_s: frame.time_s(),
             bbox: if lost { self.last_believed } else { self.motion.bbox() },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             prediction: Some(prior.bbox),
-            measurement: found.as_ref().map(|m| m.bbox),
+            measurement,
             covariance: self.motion.covariance(),
             velocity: self.motion.velocity().filter(|_| !lost),
-            diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
+            diagnostics,
         })
     }
 

@@ -326,3 +326,61 @@ fn senseless_parameters_and_blind_detectors_are_errors() {
     let mut target = Acquiring::new(Box::new(Blind), recipe(), params()).unwrap();
     assert!(target.step(&film(0), &mut Vec::new()).is_err());
 }
+
+/// Sees what a script says, and the scene in every frame.
+struct Watcher {
+    script: fn(u64) -> Vec<Detection>,
+    asked: std::sync::Arc<std::sync::Mutex<Vec<(u64, usize)>>>,
+}
+
+impl Detector for Watcher {
+    fn detect(
+        &mut self,
+        frame: &Frame,
+        followed: &[pursuit_tracking::Followed],
+    ) -> pursuit_tracking::Result<Vec<Detection>> {
+        self.asked.lock().unwrap().push((frame.index(), followed.len()));
+        Ok((self.script)(frame.index()))
+    }
+
+    fn watches(&self) -> bool {
+        true
+    }
+
+    fn diagnostics(&self) -> pursuit_tracking::Diagnostics {
+        pursuit_tracking::Diagnostics::default().with("light", 0.5)
+    }
+}
+
+#[test]
+fn a_detector_that_models_the_scene_sees_every_frame_and_puts_a_wrong_box_right() {
+    // From frame 30 on the detector sees twice as much: the target had been started on a part.
+    let whole =
+        |k: u64| BBox::from_ltwh(ball(k).left(), ball(k).top() - 20.0, ball(k).width(), ball(k).height() + 40.0);
+    let script = |k: u64| {
+        let far = BBox::from_ltwh(250.0, 10.0, 20.0, 20.0);
+        let b = at(60.0 + 4.0 * k as f64, 60.0);
+        let large = BBox::from_ltwh(b.left(), b.top() - 20.0, b.width(), b.height() + 40.0);
+        vec![seen(far), seen(if k < 30 { b } else { large })]
+    };
+    let asked = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let watcher = Watcher { script, asked: asked.clone() };
+    let params = AcquisitionParams { apart_s: 0.25, ..params() };
+    let mut target = Acquiring::new(Box::new(watcher), recipe(), params).unwrap();
+    let mut moved = None;
+    for k in 0..40 {
+        let tracks = step(&mut target, &film(k));
+        if let Some(estimate) = &tracks[0].estimate {
+            assert_eq!(estimate.diagnostics.get("light"), Some(0.5), "frame {k}");
+        }
+        if moved.is_none() && k >= 30 && bbox(&tracks) == whole(k) {
+            moved = Some(k);
+        }
+    }
+    assert!(target.is_confirmed());
+    let asked = asked.lock().unwrap();
+    assert_eq!(asked.iter().map(|(k, _)| *k).collect::<Vec<_>>(), (0..40).collect::<Vec<_>>());
+    assert!(asked[25..].iter().all(|(_, followed)| *followed == 1));
+    let moved = moved.expect("it is put onto the detector's box");
+    assert!((31..=38).contains(&moved), "{moved}");
+}

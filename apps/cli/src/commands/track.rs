@@ -36,7 +36,7 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
 }
 
 /// The configuration file, overridden by the options given.
-fn config(args: &Track) -> Result<RunConfig, RunError> {
+pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     let file = match &args.config {
         Some(path) => RunConfig::read(path)?,
         None => RunConfig::default(),

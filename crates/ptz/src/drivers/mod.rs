@@ -11,6 +11,7 @@ mod hook;
 pub mod onvif;
 mod password;
 pub mod pelco_d;
+mod pilot;
 mod thread;
 mod time;
 pub mod visca;
@@ -19,6 +20,7 @@ pub use address::{HeadAddress, open};
 pub use capabilities::Capabilities;
 pub use hook::Hook;
 pub use password::Password;
+pub use pilot::Pilot;
 pub use thread::{HeadThread, Report};
 pub use time::Timeouts;
 

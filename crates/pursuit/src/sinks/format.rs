@@ -1,4 +1,4 @@
-use super::{CsvSink, JsonlSink, MotSink, Sink};
+use super::{CsvSink, JsonlSink, MotSink, PredictionsSink, Sink};
 use crate::RunError;
 use std::fmt;
 use std::path::Path;
@@ -15,11 +15,13 @@ pub enum Format {
     Mot,
     /// Parquet, in builds with the feature `parquet`.
     Parquet,
+    /// Actual and predicted positions side by side, as text.
+    Predictions,
 }
 
 impl Format {
     /// All of them, built in or not.
-    pub const ALL: [Self; 4] = [Self::Csv, Self::Jsonl, Self::Mot, Self::Parquet];
+    pub const ALL: [Self; 5] = [Self::Csv, Self::Jsonl, Self::Mot, Self::Parquet, Self::Predictions];
 
     /// The name that commands and configurations use.
     pub const fn name(self) -> &'static str {
@@ -28,6 +30,7 @@ impl Format {
             Self::Jsonl => "jsonl",
             Self::Mot => "mot",
             Self::Parquet => "parquet",
+            Self::Predictions => "predictions",
         }
     }
 
@@ -38,6 +41,7 @@ impl Format {
             Self::Jsonl => "A JSON object a line, with covariances and diagnostics",
             Self::Mot => "MOTChallenge: measured targets only, counted from 1",
             Self::Parquet => "The columns of the CSV as Parquet",
+            Self::Predictions => "A text table of actual positions beside those predicted a sample before",
         }
     }
 
@@ -48,6 +52,7 @@ impl Format {
             Self::Jsonl => "trajectory.jsonl",
             Self::Mot => "trajectory.txt",
             Self::Parquet => "trajectory.parquet",
+            Self::Predictions => "predictions.txt",
         }
     }
 
@@ -61,6 +66,7 @@ impl Format {
             Self::Csv => Box::new(CsvSink::create(&path)?),
             Self::Jsonl => Box::new(JsonlSink::create(&path)?),
             Self::Mot => Box::new(MotSink::create(&path)?),
+            Self::Predictions => Box::new(PredictionsSink::create(&path)?),
             #[cfg(feature = "parquet")]
             Self::Parquet => Box::new(super::ParquetSink::create(&path)?),
             #[cfg(not(feature = "parquet"))]
@@ -113,7 +119,7 @@ mod tests {
         }
         let error = "xml".parse::<Format>().unwrap_err();
         assert!(
-            error.to_string().contains("`xml`") && error.to_string().contains("csv, jsonl, mot, parquet"),
+            error.to_string().contains("`xml`") && error.to_string().contains("csv, jsonl, mot, parquet, predictions"),
             "{error}"
         );
         assert_eq!(error.exit_code(), 2);

@@ -10,6 +10,7 @@ mod mot;
 mod overlay;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod predictions;
 
 pub use csv::{CsvSink, TRAJECTORY_COLUMNS};
 pub use format::Format;
@@ -19,6 +20,7 @@ pub use mot::MotSink;
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
+pub use predictions::PredictionsSink;
 
 use crate::{Record, RunError};
 use pursuit_imaging::Frame;

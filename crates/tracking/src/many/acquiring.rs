@@ -4,7 +4,7 @@ use super::{
     usable_detections,
 };
 use crate::parameters::Parameters;
-use crate::{Detection, Detector, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
+use crate::{Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use rayon::prelude::*;
@@ -33,6 +33,8 @@ pub struct Acquiring {
     hypotheses: Vec<Hypothesis>,
     /// How long the confirmed target has been lost, in seconds.
     lost_s: f64,
+    /// How long the detector's box has been another than the target's, in seconds.
+    apart_s: f64,
     last: Option<LastFrame>,
     clock: Arc<dyn Clock>,
 }
@@ -60,7 +62,7 @@ impl Acquiring {
         let mut targets = TargetSet::timed_by(clock.clone());
         let sought = Some(targets.reserve());
         let hypotheses = Vec::new();
-        Ok(Self { params, detector, recipe, targets, sought, hypotheses, lost_s: 0.0, last: None, clock })
+        Ok(Self { params, detector, recipe, targets, sought, hypotheses, lost_s: 0.0, apart_s: 0.0, last: None, clock })
     }
 
     /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first.
@@ -91,7 +93,7 @@ impl Acquiring {
         let mut restored = Self::new(detector, recipe, saved.params)?;
         restored.targets = TargetSet::restore(&saved.targets, recipe_of)?;
         (restored.sought, restored.hypotheses) = (saved.sought, hypotheses);
-        (restored.lost_s, restored.last) = (saved.lost_s, saved.last);
+        (restored.lost_s, restored.apart_s, restored.last) = (saved.lost_s, saved.apart_s, saved.last);
         Ok(restored)
     }
 
@@ -183,6 +185,34 @@ impl Acquiring {
         })
     }
 
+    /// Lets a detector that models the scene see it, though nothing is sought; where its box and the target's have been apart
+    /// for long, as when the target was started on a part of what came in, the target is put onto the detector's.
+    fn watch(&mut self, id: TargetId, frame: &Frame, dt_s: f64, tracks: &mut [Track]) -> Result<()> {
+        if !self.detector.watches() {
+            return Ok(());
+        }
+        let detections = usable_detections(&mut *self.detector, frame, &followed(tracks))?;
+        let track = tracks.iter_mut().find(|t| t.id == id);
+        let estimate = track.and_then(|t| t.estimate.as_mut()).filter(|e| e.state != TrackState::Lost);
+        if let Some(estimate) = estimate {
+            let apart = other_box(&estimate.bbox, &detections, self.params.agree);
+            self.apart_s = if apart.is_some() { self.apart_s + dt_s } else { 0.0 };
+            if let Some(detection) = apart.filter(|_| self.apart_s > self.params.apart_s) {
+                self.targets.reinit(id, frame, detection.bbox)?;
+                *estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
+                self.apart_s = 0.0;
+            }
+        }
+        self.say(tracks);
+        Ok(())
+    }
+
+    /// Adds what the detector says of the frame as a whole to every target's figures.
+    fn say(&self, tracks: &mut [Track]) {
+        let figures = self.detector.diagnostics();
+        tracks.iter_mut().filter_map(|t| t.estimate.as_mut()).for_each(|e| e.diagnostics.extend(&figures));
+    }
+
     /// Seeks the target, and says what is known of it.
     fn seek(
         &mut self,
@@ -214,6 +244,20 @@ impl Acquiring {
     }
 }
 
+/// The detection that is the target by its place, and not by its box: the one that overlaps most, by less than `agree` (IoU),
+/// where one of the two lies in the other by half.
+fn other_box<'a>(bbox: &BBox, detections: &'a [Detection], agree: f64) -> Option<&'a Detection> {
+    let near = |d: &&Detection| d.bbox.fraction_inside(bbox).max(bbox.fraction_inside(&d.bbox)) >= 0.5;
+    let best = detections.iter().filter(near).max_by(|a, b| a.bbox.iou(bbox).total_cmp(&b.bbox.iou(bbox)));
+    best.filter(|d| d.bbox.iou(bbox) < agree)
+}
+
+/// What a detector is told of `tracks`.
+fn followed(tracks: &[Track]) -> Vec<Followed> {
+    let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
+    seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect()
+}
+
 impl MultiTracker for Acquiring {
     fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
         let dt_s = LastFrame::advance(&mut self.last, frame)?;
@@ -224,11 +268,9 @@ impl MultiTracker for Acquiring {
         self.lost_s = if lost { self.lost_s + dt_s } else { 0.0 };
         if at.is_some() && self.lost_s <= self.params.seek_again_after_s {
             self.hypotheses.clear();
-            return Ok(());
+            return self.watch(id, frame, dt_s, tracks);
         }
-        let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
-        let tracked: Vec<Followed> =
-            seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect();
+        let tracked = followed(tracks);
         match (self.seek(id, frame, dt_s, &tracked, at.is_some())?, at) {
             (Some(track), Some(at)) => tracks[at] = track,
             (Some(track), None) => {
@@ -237,6 +279,7 @@ impl MultiTracker for Acquiring {
             }
             (None, _) => {}
         }
+        self.say(tracks);
         Ok(())
     }
 
@@ -307,6 +350,7 @@ impl MultiTracker for Acquiring {
             sought: self.sought,
             hypotheses,
             lost_s: self.lost_s,
+            apart_s: self.apart_s,
             last: self.last,
         };
         snapshot::write(NAME, &raw)
@@ -324,6 +368,7 @@ struct Raw {
     sought: Option<TargetId>,
     hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
     lost_s: f64,
+    apart_s: f64,
     last: Option<LastFrame>,
 }
 
@@ -337,6 +382,7 @@ struct Saved {
     sought: Option<TargetId>,
     hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
     lost_s: f64,
+    apart_s: f64,
     last: Option<LastFrame>,
 }
 
@@ -344,14 +390,14 @@ impl TryFrom<Raw> for Saved {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, recipe, targets, sought, hypotheses, lost_s, last } = raw;
+        let Raw { params, recipe, targets, sought, hypotheses, lost_s, apart_s, last } = raw;
         let sound = |e: &Evidence| e.nats.is_finite() && e.start.is_finite() && e.age_s.is_finite();
         if !hypotheses.iter().all(|(e, b, _)| sound(e) && b.is_finite())
-            || !lost_s.is_finite()
+            || !(lost_s.is_finite() && apart_s.is_finite())
             || last.is_some_and(|l| !l.time_s.is_finite())
         {
             return Err("a time, a box or evidence is not a finite number");
         }
-        Ok(Self { params, recipe, targets, sought, hypotheses, lost_s, last })
+        Ok(Self { params, recipe, targets, sought, hypotheses, lost_s, apart_s, last })
     }
 }

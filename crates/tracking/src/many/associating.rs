@@ -184,9 +184,11 @@ impl Associating {
 
     /// Says what is known of every target; those with ids above `known` are new.
     fn report(&mut self, known: u64, tracks: &mut Vec<Track>) {
+        let figures = self.detector.diagnostics();
         for target in &mut self.targets {
             let Some(id) = target.belief.id else { continue };
-            let Some((estimate, elapsed)) = target.answer.take() else { continue };
+            let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
+            estimate.diagnostics.extend(&figures);
             let started = id.0 > known;
             tracks.push(Track { id, estimate: Some(estimate), started, elapsed });
         }

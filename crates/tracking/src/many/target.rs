@@ -154,6 +154,8 @@ impl Target {
         }
         belief.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
+        let mut diagnostics = Diagnostics::default();
+        belief.motion.say(&mut diagnostics);
         Ok(Estimate {
             time_s: frame.time_s(),
             bbox: if lost { belief.last_believed } else { belief.motion.bbox() },
@@ -163,7 +165,7 @@ impl Target {
             measurement: found.map(|m| m.bbox),
             covariance: belief.motion.covariance(),
             velocity: belief.motion.velocity().filter(|_| !lost),
-            diagnostics: Diagnostics::default(),
+            diagnostics,
         })
     }
 

@@ -9,16 +9,18 @@ mod center;
 mod constant_velocity;
 mod params;
 mod partial_occlusion;
+mod sampled;
 
 pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
 pub use camera::{CameraCompensation, CameraShift};
 pub use center::CenterFilter;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
-pub use params::{BounceParams, MotionModel, MotionParams};
+pub use params::{BounceParams, MotionModel, MotionParams, SamplingParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
+pub use sampled::{NextSample, SampledBox};
 
 use crate::roles::{Measurement, Prior};
-use crate::{BoxCovariance, Forecast, Velocity};
+use crate::{BoxCovariance, Diagnostics, Forecast, Velocity};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::motion::StepBox;
 use pursuit_estimation::{EstimationError, Result};
@@ -82,6 +84,7 @@ enum Model {
     Bounce(Box<PartialOcclusion<ManoeuvringBox>>),
     Center(Box<CenterFilter>),
     Still(StillBox),
+    Sampled(Box<SampledBox>),
 }
 
 impl Motion {
@@ -100,6 +103,10 @@ impl Motion {
             MotionModel::Bounce => {
                 let filter = ManoeuvringBox::new((&params).into(), bbox)?;
                 Model::Bounce(Box::new(PartialOcclusion::new(filter, (&params.bounce).into())))
+            }
+            MotionModel::Qu2010 | MotionModel::Qu2010Simplified => {
+                let simplified = params.model == MotionModel::Qu2010Simplified;
+                Model::Sampled(Box::new(SampledBox::new(params.sampling.clone(), simplified, bbox)?))
             }
             _ => Model::Center(Box::new(CenterFilter::new(&params, bbox)?)),
         };
@@ -154,12 +161,31 @@ impl Motion {
         })
     }
 
+    /// Where the target will be at the next sample, of models that sample.
+    pub fn next_sample(&self) -> Option<NextSample> {
+        let Model::Sampled(filter) = &self.model else { return None };
+        let next = filter.next_sample()?;
+        let (dx, dy) = self.offset;
+        Some(NextSample { center: Point::new(next.center.x + dx, next.center.y + dy), ..next })
+    }
+
+    /// Adds the prediction of the next sample to the figures of a frame, of models that sample.
+    pub(crate) fn say(&self, diagnostics: &mut Diagnostics) {
+        let Model::Sampled(filter) = &self.model else { return };
+        if let Some(next) = self.next_sample() {
+            diagnostics.push("next_x", next.center.x);
+            diagnostics.push("next_y", next.center.y);
+        }
+        diagnostics.push("next_in_s", filter.next_in_s());
+    }
+
     fn filter(&self) -> &dyn MotionFilter {
         match &self.model {
             Model::Box(filter) => &**filter,
             Model::Bounce(filter) => &**filter,
             Model::Center(filter) => &**filter,
             Model::Still(filter) => filter,
+            Model::Sampled(filter) => &**filter,
         }
     }
 
@@ -169,6 +195,7 @@ impl Motion {
             Model::Bounce(filter) => &mut **filter,
             Model::Center(filter) => &mut **filter,
             Model::Still(filter) => filter,
+            Model::Sampled(filter) => &mut **filter,
         }
     }
 }

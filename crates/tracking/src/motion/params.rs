@@ -27,6 +27,10 @@ crate::choices! {
         Bounce = "bounce",
         /// The filter of `ball` as printed: fixed noise in pixels at every step.
         Ball = "ball",
+        /// Constant acceleration on positions taken every 200 ms, fixed noise in pixels, as printed in qu2010.
+        Qu2010 = "qu2010",
+        /// The same without noise: extrapolation from the last samples (qu2010, section 5).
+        Qu2010Simplified = "qu2010-simplified",
         /// No motion: the target is expected where it was seen last.
         None = "none",
     }
@@ -73,6 +77,8 @@ crate::parameters! {
         pub noise_floor_px: f64 = 0.05, in above(0.0), unit "px", source "ours";
         /// Of `bounce`.
         pub bounce: BounceParams = BounceParams::default();
+        /// Of `qu2010`, `qu2010-simplified`.
+        pub sampling: SamplingParams = SamplingParams::default();
     }
 }
 
@@ -103,6 +109,20 @@ crate::parameters! {
         pub cut_below: f64 = 0.85, in 0.0..=1.0, source "ours";
         /// Sides that shrink in step, to within this ratio, mean a smaller (more distant) target, not a cut one.
         pub in_step: f64 = 0.8, in 0.0..=1.0, source "ours";
+    }
+}
+
+crate::parameters! {
+    /// The predictor of qu2010.
+    pub struct SamplingParams {
+        /// Time between samples. 0: every frame is one.
+        pub sample_s: f64 = 0.2, in 0.0..=60.0, unit "s", source "qu2010, section 4: 200 ms";
+        /// q of `Q = q I`, added at each sample.
+        pub process_variance: f64 = 0.3, in 0.0.., source "qu2010, section 4";
+        /// r of `R = r I`.
+        pub measurement_variance_px2: f64 = 2.0, in above(0.0), unit "px²", source "qu2010, section 4";
+        /// Of `qu2010-simplified`: extrapolate from three samples (follows acceleration, triples the noise), not from two.
+        pub three_points: bool = false, source "qu2010, section 5; Table 1 agrees with two";
     }
 }
 

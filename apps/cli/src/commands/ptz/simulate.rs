@@ -1,18 +1,8 @@
-use super::print;
-use crate::args::{Ptz, PtzCommand, PtzProbe, PtzSimulate};
-use anyhow::Context;
-use pursuit_ptz::drivers::{HeadAddress, Password, Timeouts, open};
+use crate::args::PtzSimulate;
+use crate::commands::print;
 use pursuit_ptz::simulation::{Contender, Figures, Study, Walk};
 use std::fmt::Write;
 use std::process::ExitCode;
-
-/// `pursuit ptz …`.
-pub fn run(args: &Ptz) -> anyhow::Result<ExitCode> {
-    match &args.command {
-        PtzCommand::Simulate(args) => simulate(args),
-        PtzCommand::Probe(args) => probe(args),
-    }
-}
 
 /// The figures of one controller on one walk.
 struct Row {
@@ -21,13 +11,11 @@ struct Row {
     figures: Figures,
 }
 
-fn simulate(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
+/// `pursuit ptz simulate`.
+pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     let study: Study = match &args.head {
         None => Study::default(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-            toml::from_str(&text).with_context(|| format!("{} is no simulation of a head", path.display()))?
-        }
+        Some(path) => super::read(path, "is no simulation of a head")?,
     };
     let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
     let mut rows = Vec::new();
@@ -74,22 +62,4 @@ fn json(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
         })
         .collect();
     Ok(serde_json::to_string_pretty(&serde_json::json!({ "seeds": seeds, "runs": rows }))? + "\n")
-}
-
-#[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a secret is")]
-fn probe(args: &PtzProbe) -> anyhow::Result<ExitCode> {
-    let address: HeadAddress = args.head.parse()?;
-    let password = match &args.password_file {
-        Some(path) => Some(Password::from_file(path)?),
-        None => std::env::var(&args.password_env).ok().map(Password::new),
-    };
-    let mut head = open(&address, password.as_ref(), Timeouts::default())?;
-    let said = serde_json::json!({ "head": head.name(), "capabilities": head.capabilities() });
-    let mut text = serde_json::to_string_pretty(&said)? + "\n";
-    match head.status() {
-        Ok(Some(status)) => writeln!(text, "It says of itself: {status:?}")?,
-        Ok(None) => writeln!(text, "It says nothing of itself.")?,
-        Err(error) => writeln!(text, "Its status could not be read: {error}")?,
-    }
-    print(text.as_bytes())
 }

@@ -1,0 +1,103 @@
+use crate::args::{Global, PtzFollow};
+use crate::commands::{print, track};
+use crate::console;
+use pursuit::media::OpenOptions;
+use pursuit::sinks::Sink;
+use pursuit::{Frame, Record, Run, RunError};
+use pursuit_ptz::control::{Follower, FollowerParams};
+use pursuit_ptz::drivers::Pilot;
+use pursuit_ptz::geometry::FieldsOfView;
+use pursuit_ptz::{Aim, PtzError, Still};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// `pursuit ptz follow`: a run as `pursuit track` makes it, whose first target a head follows.
+pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
+    let params = match &args.follower {
+        None => FollowerParams::default(),
+        Some(path) => super::read(path, "does not say how to follow")?,
+    };
+    let views = FieldsOfView::fixed(0.5 * args.field_of_view)?;
+    let mut config = track::config(&args.track)?;
+    // A picture of everything that was seen is made when asked for.
+    config.video = config.video.or(Some(false));
+    let run = Run::prepare(config, &OpenOptions::from_env())?;
+    let (size, live) = (run.input().size, run.input().live);
+    let follower = Follower::new(params, views, size, 0.0)?;
+    let head = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;
+    let run =
+        run.with_sink(Box::new(HeadSink { pilot: Pilot::new(follower, head), live, clock: None, complaint: None }));
+    let bar = console::progress_bar(run.frame_count(), global);
+    let remote = run.remote();
+    console::on_interrupt(move || remote.stop());
+    let finished = run.run(|progress| {
+        bar.set_position(progress.frames);
+        if let Some(estimate) = progress.records.first().and_then(|r| r.estimate.as_ref()) {
+            bar.set_message(estimate.state.as_str());
+        }
+    })?;
+    bar.finish_and_clear();
+    let text = if args.track.json { track::json(&finished)? } else { track::summary(&finished, false)? };
+    let code = print(text.as_bytes())?;
+    match finished.outcome.failure {
+        Some(error) => Err(error.into()),
+        None => Ok(code),
+    }
+}
+
+/// Where the results of a run become commands to a head.
+struct HeadSink {
+    pilot: Pilot,
+    /// Whether frames arrive as they are taken. A recording is followed by its own clock, as fast as it can be read.
+    live: bool,
+    /// When the first frame came, and its time stamp.
+    clock: Option<(Instant, f64)>,
+    /// What the head complained of last: said once.
+    complaint: Option<String>,
+}
+
+impl HeadSink {
+    /// The time now on the clock of the frames, seconds since the first.
+    fn now_s(&mut self, frame: &Frame) -> (f64, f64) {
+        let (began, first_s) = *self.clock.get_or_insert_with(|| (Instant::now(), frame.time_s()));
+        let stamp_s = frame.time_s() - first_s;
+        (if self.live { began.elapsed().as_secs_f64().max(stamp_s) } else { stamp_s }, stamp_s)
+    }
+
+    /// Says what the head complained of.
+    fn listen(&mut self) {
+        for error in self.pilot.report().errors {
+            let text = error.to_string();
+            if self.complaint.as_ref() != Some(&text) {
+                tracing::warn!("{text}");
+                self.complaint = Some(text);
+            }
+        }
+    }
+}
+
+fn failed(error: PtzError) -> RunError {
+    RunError::output("the head")(std::io::Error::other(error))
+}
+
+impl Sink for HeadSink {
+    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+        let (now_s, stamp_s) = self.now_s(frame);
+        let estimate = records.first().and_then(|r| r.estimate.as_ref());
+        let aim = estimate.map(|e| Aim { bbox: e.bbox, covariance: e.covariance, state: e.state });
+        self.pilot.see(now_s, stamp_s, &Still(aim)).map_err(failed)?;
+        self.listen();
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        let ended = self.pilot.end();
+        self.listen();
+        if ended {
+            return Ok(());
+        }
+        let head = "the head".to_owned();
+        Err(failed(PtzError::TimedOut { head, doing: "the last stop", after_s: 0.0 }))
+    }
+}

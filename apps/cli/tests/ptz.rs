@@ -1,0 +1,149 @@
+//! Heads from the command line: a program of the user's is the head.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
+
+mod common;
+
+use common::{fails, stderr, stdout};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Long enough that nothing else looks like it.
+const SECRET: &str = "hunter2-do-not-show";
+
+/// As `common::command`, where a shell can be found.
+fn command(args: &[&str]) -> Command {
+    let mut command = common::command(args);
+    command.env("PATH", "/usr/bin:/bin");
+    command
+}
+
+fn pursuit(args: &[&str]) -> Output {
+    command(args).output().unwrap()
+}
+
+fn hook(log: &Path) -> String {
+    format!("hook:while read -r line; do echo \"$line\" >> '{}'; done", log.display())
+}
+
+fn said(log: &Path) -> Vec<serde_json::Value> {
+    let text = std::fs::read_to_string(log).unwrap();
+    text.lines().map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+#[test]
+fn a_head_follows_a_target_and_is_stopped_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (folder.path().join("log"), folder.path().join("out"));
+    let head = hook(&log);
+    let input = "scene:drift?seed=7&duration=3";
+    let output =
+        pursuit(&["ptz", "follow", input, "--tracker", "mosse", "--head", &head, "--out", out.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("trajectory.csv") && out.join("run.json").is_file());
+    assert!(!out.join("overlay.mp4").exists());
+    let said = said(&log);
+    assert!(said.iter().any(|c| c["command"] == "move"), "{said:?}");
+    assert_eq!(said.last().unwrap()["command"], "stop");
+}
+
+#[test]
+fn an_input_that_breaks_off_stops_the_head() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (folder.path().join("log"), folder.path().join("out"));
+    // Y4M of which the tenth frame is cut.
+    let mut film = b"YUV4MPEG2 W64 H48 F25:1 Ip A1:1 C420jpeg\n".to_vec();
+    for k in 0..10u32 {
+        film.extend(b"FRAME\n");
+        for i in 0..64 * 48 * 3 / 2u32 {
+            let (x, y) = (i % 64, i / 64);
+            let inside = y < 48 && (8 + 2 * k..20 + 2 * k).contains(&x) && (14..30).contains(&y);
+            film.push(if inside {
+                (90 + 13 * ((x - 2 * k) % 5) + 11 * (y % 4)) as u8
+            } else {
+                (40 + 5 * (x % 3)) as u8
+            });
+        }
+    }
+    film.truncate(film.len() - 700);
+    let mut child =
+        command(&["ptz", "follow", "-", "--box", "8,14,12,16", "--tracker", "mosse", "--head", &hook(&log), "--out"])
+            .arg(&out)
+            .stdin(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+    child.stdin.take().unwrap().write_all(&film).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert_eq!(said(&log).last().unwrap()["command"], "stop");
+}
+
+#[test]
+fn passwords_appear_nowhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let (secret, out, log) = (folder.path().join("secret"), folder.path().join("out"), folder.path().join("log"));
+    std::fs::write(&secret, format!("{SECRET}\n")).unwrap();
+    let (secret, out) = (secret.to_str().unwrap(), out.to_str().unwrap());
+    let show = |output: &Output| format!("{}{}", stdout(output), stderr(output));
+    // In an address it is refused, without being repeated.
+    for command in [
+        vec!["-vv", "ptz", "probe", "onvif://admin:hunter2-do-not-show@127.0.0.1:9"],
+        vec![
+            "-vv",
+            "ptz",
+            "follow",
+            "scene:drift?duration=1",
+            "--out",
+            out,
+            "--head",
+            "onvif://admin:hunter2-do-not-show@127.0.0.1:9",
+        ],
+    ] {
+        let output = pursuit(&command);
+        assert!(!output.status.success() && !show(&output).contains(SECRET), "{}", show(&output));
+    }
+    // By variable and by file, where the head cannot be reached or built.
+    for address in ["onvif://admin@127.0.0.1:9", "visca+tcp://127.0.0.1:9"] {
+        let probe = ["-vv", "ptz", "probe", address];
+        let by_name = command(&probe).env("PURSUIT_PTZ_PASSWORD", SECRET).output().unwrap();
+        let by_file = pursuit(&[&probe[..], &["--password-file", secret]].concat());
+        for output in [by_name, by_file] {
+            assert!(!output.status.success() && !show(&output).contains(SECRET), "{}", show(&output));
+        }
+    }
+    // Nor in what a run leaves behind.
+    let head = hook(&log);
+    let follow =
+        ["-vv", "ptz", "follow", "scene:drift?seed=7&duration=1", "--tracker", "mosse", "--out", out, "--head", &head];
+    let output = command(&follow).env("PURSUIT_PTZ_PASSWORD", SECRET).output().unwrap();
+    assert!(output.status.success() && !show(&output).contains(SECRET), "{}", show(&output));
+    for file in std::fs::read_dir(out).unwrap() {
+        let bytes = std::fs::read(file.unwrap().path()).unwrap();
+        assert!(!String::from_utf8_lossy(&bytes).contains(SECRET));
+    }
+    assert!(!std::fs::read_to_string(&log).unwrap().contains(SECRET));
+}
+
+#[test]
+fn what_cannot_be_followed_is_said_in_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, params) = (folder.path().join("out"), folder.path().join("follower.toml"));
+    let out = out.to_str().unwrap();
+    let follow =
+        |rest: &[&str]| pursuit(&[&["ptz", "follow", "scene:drift?duration=1", "--out", out][..], rest].concat());
+    fails(&follow(&["--head", "nonsense"]), 1, &["scheme"]);
+    fails(&follow(&["--head", "hook:true", "--field-of-view", "400"]), 1, &[]);
+    std::fs::write(&params, "speed = 3").unwrap();
+    fails(
+        &follow(&["--head", "hook:true", "--follower", params.to_str().unwrap()]),
+        1,
+        &["does not say how to follow"],
+    );
+    fails(&follow(&["--head", "hook:true", "--password-file", "/does/not/exist"]), 1, &["password file"]);
+    let output =
+        pursuit(&["ptz", "calibrate", "scene:drift?duration=1", "--head", "hook:while read -r line; do :; done"]);
+    fails(&output, 1, &["ended before the head was measured"]);
+}

@@ -1,0 +1,139 @@
+use super::{LineFile, Sink};
+use crate::{Record, RunError};
+use pursuit_geometry::Point;
+use pursuit_imaging::Frame;
+use pursuit_tracking::{Estimate, TargetId, TrackState};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Writes `predictions.txt`: the table of qu2010, the actual position of a target beside what was predicted for it a sample
+/// before, in whole pixels.
+///
+/// Of motion models that sample (`qu2010`, `qu2010-simplified`) there is a row a sample; of all others a row a frame, with the
+/// prediction made before the frame was seen.
+pub struct PredictionsSink {
+    file: LineFile,
+    /// When a prediction falls due, and what it is.
+    due: BTreeMap<TargetId, (f64, Point)>,
+}
+
+/// A frame this much before its time, in seconds, is the one meant: clocks round.
+const EARLY_S: f64 = 1e-3;
+
+impl PredictionsSink {
+    /// Creates the file and writes its header.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, RunError> {
+        let mut file = LineFile::create(path)?;
+        let _ = writeln!(file.pending, "{:>8} {:>7} {:>15} {:>15}", "frame", "target", "actual", "predicted");
+        file.flush()?;
+        Ok(Self { file, due: BTreeMap::new() })
+    }
+
+    /// The prediction that this frame's position is to be compared with; notes the next one.
+    fn predicted(&mut self, record: &Record, estimate: &Estimate) -> Option<Point> {
+        let figure = |name| estimate.diagnostics.get(name);
+        let Some(in_s) = figure("next_in_s") else { return estimate.prediction.map(|b| b.center()) };
+        // Too few samples yet.
+        let (x, y) = figure("next_x").zip(figure("next_y"))?;
+        let due = self.due.get(&record.target).copied();
+        let is_due = due.is_none_or(|(time_s, _)| record.time_s >= time_s - EARLY_S);
+        if is_due {
+            self.due.insert(record.target, (record.time_s + in_s, Point::new(x, y)));
+        }
+        due.filter(|_| is_due).map(|(_, at)| at)
+    }
+}
+
+impl Sink for PredictionsSink {
+    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+        for record in records {
+            let Some(estimate) = record.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
+            let Some(predicted) = self.predicted(record, estimate) else { continue };
+            let cell = |p: Point| format!("({:.0}, {:.0})", p.x, p.y);
+            let (actual, predicted) = (cell(estimate.bbox.center()), cell(predicted));
+            // Writing to memory cannot fail.
+            let _ =
+                writeln!(self.file.pending, "{:>8} {:>7} {actual:>15} {predicted:>15}", record.frame, record.target);
+        }
+        self.file.flush()
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        self.file.flush()
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.file.path.clone()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_geometry::BBox;
+    use pursuit_imaging::Image;
+    use pursuit_tracking::Track;
+    use pursuit_tracking::many::Elapsed;
+    use pursuit_tracking::motion::{Motion, MotionFilter, MotionModel, MotionParams, Sight};
+
+    fn frame(k: u64) -> Frame {
+        Frame::new(k, k as f64 * 0.04, Image::filled(9, 9, 0u8).unwrap())
+    }
+
+    fn bbox([x, y]: [f64; 2]) -> BBox {
+        BBox::from_center_size(Point::new(x, y), 20.0, 50.0)
+    }
+
+    /// What is written of one target that goes along `path`, five frames to each position.
+    fn written(model: MotionModel, path: &[[f64; 2]]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("predictions.txt");
+        let mut sink = PredictionsSink::create(&file).unwrap();
+        let mut motion = Motion::new(MotionParams { model, ..MotionParams::default() }, bbox(path[0])).unwrap();
+        for k in 0..5 * path.len() as u64 - 4 {
+            let frame = frame(k);
+            let seen = bbox(path[k as usize / 5]);
+            let mut estimate = Estimate::started(frame.time_s(), seen, 1.0);
+            if k > 0 {
+                estimate.prediction = Some(motion.predict(0.04).unwrap().bbox);
+                motion.correct(&Sight { bbox: seen, sigma_px: None }).unwrap();
+                if let Some(next) = motion.next_sample() {
+                    estimate.diagnostics.push("next_x", next.center.x);
+                    estimate.diagnostics.push("next_y", next.center.y);
+                }
+                if model != MotionModel::None {
+                    estimate.diagnostics.push("next_in_s", motion.next_sample().map_or(0.2, |n| n.in_s));
+                }
+            }
+            let track =
+                Track { id: TargetId(1), estimate: Some(estimate), started: k == 0, elapsed: Elapsed::default() };
+            sink.write(&Arc::new(frame.clone()), &[Record::new(&frame, track)]).unwrap();
+        }
+        sink.finish().unwrap();
+        std::fs::read_to_string(&file).unwrap()
+    }
+
+    #[test]
+    fn the_papers_table_is_written() {
+        // Table 1: the positions of frames 1 to 4 and 5 to 8; its predictions are those of the third and fourth.
+        let early =
+            written(MotionModel::Qu2010Simplified, &[[12.0, 119.0], [16.0, 116.0], [34.0, 120.0], [59.0, 113.0]]);
+        let rows: Vec<Vec<&str>> = early.lines().map(|l| l.split_whitespace().collect()).collect();
+        assert_eq!(rows[0], ["frame", "target", "actual", "predicted"]);
+        assert_eq!(rows[1], ["10", "1", "(34,", "120)", "(20,", "113)"], "{early}");
+        assert_eq!(rows[2], ["15", "1", "(59,", "113)", "(52,", "124)"], "{early}");
+        assert_eq!(rows.len(), 3, "{early}");
+    }
+
+    #[test]
+    fn other_models_have_a_row_a_frame() {
+        let text = written(MotionModel::None, &[[12.0, 119.0], [16.0, 116.0]]);
+        assert_eq!(text.lines().count(), 1 + 5, "{text}");
+        assert!(text.lines().last().unwrap().trim_end().ends_with("(16, 116)       (12, 119)"), "{text}");
+    }
+}

@@ -1,0 +1,3 @@
+//! Detectors that belong to no tracker.
+
+pub mod motion;

@@ -1,0 +1,100 @@
+use super::params::MotionDetectorParams;
+use super::scene::{Found, Scene, Sight};
+use pursuit_imaging::{Frame, Rgb8};
+use pursuit_tracking::{Detection, Detector, DetectorRecipe, Diagnostics, Followed, Result, TrackingError};
+use pursuit_vision::VisionError;
+
+impl DetectorRecipe for MotionDetectorParams {
+    fn detector(&self) -> Result<Box<dyn Detector>> {
+        Ok(Box::new(MotionDetector { params: self.clone(), scene: None, sight: Sight::default() }))
+    }
+}
+
+/// Finds what stands out of the background.
+struct MotionDetector {
+    params: MotionDetectorParams,
+    /// `None` before the first frame.
+    scene: Option<Kind>,
+    sight: Sight,
+}
+
+/// By what the first frame had.
+enum Kind {
+    Gray(Scene<u8>),
+    Color(Scene<Rgb8>),
+}
+
+impl MotionDetector {
+    fn look(&mut self, frame: &Frame, followed: &[Followed]) -> Result<(), VisionError> {
+        let params = &self.params;
+        if self.scene.is_none() {
+            self.scene = Some(if frame.has_color() {
+                Kind::Color(Scene::new(params)?)
+            } else {
+                Kind::Gray(Scene::new(params)?)
+            });
+        }
+        let boxes = followed.iter().map(|f| f.bbox);
+        self.sight = match &mut self.scene {
+            Some(Kind::Gray(scene)) => scene.look(frame.gray(), frame.time_s(), boxes, params)?,
+            Some(Kind::Color(scene)) => scene.look(frame.color(), frame.time_s(), boxes, params)?,
+            None => Sight::default(),
+        };
+        Ok(())
+    }
+
+    fn found(&self) -> &[Found] {
+        match &self.scene {
+            Some(Kind::Gray(scene)) => scene.found(),
+            Some(Kind::Color(scene)) => scene.found(),
+            None => &[],
+        }
+    }
+}
+
+impl Detector for MotionDetector {
+    fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>> {
+        self.look(frame, followed).map_err(|e| TrackingError::Computation {
+            tracker: "motion".to_owned(),
+            index: frame.index(),
+            source: Box::new(e),
+        })?;
+        let least = *self.params.rule.ranges(frame.size()).area_px.start();
+        let mut detections: Vec<Detection> =
+            self.found().iter().map(|f| detection(f, least, followed, &self.params)).collect();
+        detections.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+        Ok(detections)
+    }
+
+    fn watches(&self) -> bool {
+        true
+    }
+
+    fn diagnostics(&self) -> Diagnostics {
+        let figures =
+            Diagnostics::default().with("foreground", self.sight.changed).with("ghosts", self.sight.ghosts as f64);
+        match self.sight.step {
+            Some(step) => figures.with("light_step_gain", step.gain).with("light_step_explained", step.explained),
+            None => figures,
+        }
+    }
+}
+
+/// The larger a region, the less likely it is noise: one of the least area counts one half. What nobody follows yet counts
+/// half as much, so that it starts no target, when it does not move (a seam of light, a chair that was moved) or lies within
+/// a target's box.
+fn detection(found: &Found, least_area_px: f64, followed: &[Followed], params: &MotionDetectorParams) -> Detection {
+    let bbox = found.features.bounds;
+    let size = 1.0 - 0.5 * (least_area_px / found.features.area_px).min(1.0);
+    let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= KNOWN);
+    let part = followed.iter().any(|f| bbox.fraction_inside(&f.bbox) > PART);
+    let moves = known || (found.stirred >= params.stirred && !part);
+    Detection { bbox, confidence: if moves { size } else { STILL * size } }
+}
+
+/// Overlap (IoU) with a target from which on a region is that target.
+const KNOWN: f64 = 0.3;
+/// A region of which more than this share lies within a target's box is a part of it, or its shadow.
+const PART: f64 = 0.6;
+/// What the confidence in something new that does not move is worth.
+const STILL: f64 = 0.49;

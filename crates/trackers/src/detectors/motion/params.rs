@@ -1,0 +1,151 @@
+use pursuit_geometry::Size;
+use pursuit_vision::background::{LightingParams, Mog2Params, RunningAverageParams, TemporalMedianParams};
+use pursuit_vision::region_features::FeatureRanges;
+
+pursuit_tracking::choices! {
+    /// The model of the background.
+    pub enum BackgroundKind {
+        /// Adaptive mixture of Gaussians with shadows.
+        Mog2 = "mog2",
+        /// Median of samples of the past.
+        Median = "median",
+        /// Running average.
+        RunningAverage = "running-average",
+        /// The first frame: the paper's background frame difference.
+        Fixed = "fixed",
+        /// Difference to the two last frames; sees only what moves, and only its edges.
+        ThreeFrame = "three-frame",
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// Parameters of the motion detector.
+    pub struct MotionDetectorParams {
+        /// The model of the background.
+        pub background: BackgroundKind = BackgroundKind::Mog2, source "zivkovic2006";
+        /// How long the background is remembered: time constant of `mog2` and `running-average`, span of the samples of `median`.
+        pub history_s: f64 = 20.0, in above(0.0).at_most(86_400.0), unit "s", source "OpenCV: 500 frames, at 25 a second";
+        /// A pixel has changed when a channel differs by more: from the background (but of `mog2`), from the frame before.
+        pub threshold: usize = 25, in 1..=254, unit "codes", source "ours";
+        /// Of `mog2`: squared distance from a Gaussian, in variances, up to which a value is background.
+        pub background_distance: f64 = 36.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 16";
+        /// Of `mog2`: squared distance, in variances, up to which a value belongs to a Gaussian.
+        pub match_distance: f64 = 25.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 9";
+        /// Of `mog2`: how dark a shadow may be against the background. 1: shadows are foreground.
+        pub shadow_ratio: f64 = 0.75, in above(0.0).at_most(1.0), source "ours; OpenCV: 0.5";
+        /// Radius of the opening that removes noise.
+        pub opening: f64 = 0.0025, in 0.0..=0.1, unit "frame heights", source "ours";
+        /// Radius of the closing that joins the parts of a thing, after that.
+        pub closing: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
+        /// Regions above one another that are no farther apart are one thing.
+        pub join: f64 = 0.06, in 0.0..=1.0, unit "of the height of both together", source "ours";
+        /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
+        pub ghost: f64 = 1.6, in above(1.0), source "ours";
+        /// What nobody follows starts a target only when this share of its pixels has changed, by `threshold`, since the frame
+        /// before: it moves.
+        pub stirred: f64 = 0.05, in 0.0..=1.0, source "ours";
+        /// The background is trusted, and what moves is told, after so many frames.
+        pub settled_frames: usize = 5, in 1..=10_000, unit "frames", source "ours";
+        /// Steps of the light.
+        pub light: LightParams = LightParams::default();
+        /// The matching rule.
+        pub rule: MatchingParams = MatchingParams::default();
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// When the light has changed, not the scene.
+    pub struct LightParams {
+        /// Share of the picture that must have changed.
+        pub changed: f64 = 0.4, in 0.0..=1.0, source "ours";
+        /// Share of what changed that one gain must explain.
+        pub explained: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Share of the picture from which on the background is learnt anew whatever the reason.
+        pub replaced: f64 = 0.8, in 0.0..=1.0, source "ours";
+        /// How near a pixel must be to what the gain says.
+        pub tolerance: usize = 20, in 0..=255, unit "codes", source "ours";
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// The matching rule of qu2010, section 2: the ranges in which the features of a region lie. The paper names the
+    /// features; the ranges are ours.
+    pub struct MatchingParams {
+        /// Least area.
+        pub least_area: f64 = 0.0012, in 0.0..=1.0, unit "of the frame", source "ours";
+        /// Greatest area.
+        pub most_area: f64 = 0.5, in 0.0..=1.0, unit "of the frame", source "ours";
+        /// Least perimeter.
+        pub least_perimeter: f64 = 0.1, in 0.0.., unit "frame heights", source "ours";
+        /// Greatest perimeter.
+        pub most_perimeter: f64 = 12.0, in 0.0.., unit "frame heights", source "ours";
+        /// Least height over width. Doors, cars and shadows along the floor are wider than high.
+        pub least_aspect: f64 = 0.5, in 0.0.., source "ours";
+        /// Greatest height over width.
+        pub most_aspect: f64 = 8.0, in 0.0.., source "ours";
+        /// Least perimeter²/area: a disk has 13.
+        pub least_complexity: f64 = 10.0, in 0.0.., source "ours";
+        /// Greatest perimeter²/area: noise and seams of light are ragged or thin.
+        pub most_complexity: f64 = 150.0, in 0.0.., source "ours";
+    }
+    ordered {
+        least_area <= most_area,
+        least_perimeter <= most_perimeter,
+        least_aspect <= most_aspect,
+        least_complexity <= most_complexity,
+    }
+}
+
+impl MatchingParams {
+    /// The ranges in pixels of a frame.
+    pub(super) fn ranges(&self, frame: Size) -> FeatureRanges {
+        let (area, height) = (frame.area() as f64, frame.height as f64);
+        FeatureRanges {
+            area_px: self.least_area * area..=self.most_area * area,
+            perimeter_px: self.least_perimeter * height..=self.most_perimeter * height,
+            aspect_ratio: self.least_aspect..=self.most_aspect,
+            complexity: self.least_complexity..=self.most_complexity,
+        }
+    }
+}
+
+impl MotionDetectorParams {
+    pub(super) fn lighting(&self) -> LightingParams {
+        LightingParams {
+            changed: self.light.changed,
+            explained: self.light.explained,
+            replaced: self.light.replaced,
+            tolerance: self.light.tolerance.min(255) as u8,
+            settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
+        }
+    }
+
+    pub(super) fn mog2(&self) -> Mog2Params {
+        Mog2Params {
+            background_distance: self.background_distance,
+            match_distance: self.match_distance,
+            shadow_ratio: (self.shadow_ratio < 1.0).then_some(self.shadow_ratio),
+            ..Mog2Params::default()
+        }
+    }
+
+    pub(super) fn average(&self) -> RunningAverageParams {
+        RunningAverageParams { threshold: self.codes(), ..RunningAverageParams::default() }
+    }
+
+    /// A sample at each call of the model that learns: how often that is, [`sample_s`](Self::sample_s) says.
+    pub(super) fn median(&self) -> TemporalMedianParams {
+        TemporalMedianParams { samples: Self::SAMPLES, every: 1, threshold: self.codes() }
+    }
+
+    const SAMPLES: usize = 25;
+
+    /// Time between samples of the median.
+    pub(super) fn sample_s(&self) -> f64 {
+        self.history_s / Self::SAMPLES as f64
+    }
+
+    pub(super) fn codes(&self) -> u8 {
+        self.threshold.min(254) as u8
+    }
+}

@@ -1,0 +1,325 @@
+//! The background of one camera, and the regions that stand out of it.
+
+use super::ghost::ghostliness;
+use super::groups::{Part, divide};
+use super::params::{BackgroundKind, MotionDetectorParams};
+use pursuit_geometry::{BBox, Point};
+use pursuit_imaging::{Image, ImageView};
+use pursuit_vision::background::{
+    BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
+    TemporalMedian, ThreeFrame, Watched, learning_rate, protect_foreground,
+};
+use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
+use pursuit_vision::region_features::RegionFeatures;
+use pursuit_vision::regions::RegionFinder;
+use pursuit_vision::{PixelWindow, VisionError};
+
+type Model<P> = Box<dyn BackgroundModel<P> + Send>;
+
+fn model<P: Channels>(params: &MotionDetectorParams) -> Result<Model<P>, VisionError> {
+    Ok(match params.background {
+        BackgroundKind::Mog2 => Box::new(Mog2::new(params.mog2())?),
+        BackgroundKind::Median => Box::new(TemporalMedian::new(params.median())?),
+        BackgroundKind::RunningAverage => Box::new(RunningAverage::new(params.average())?),
+        BackgroundKind::Fixed => Box::new(FixedBackground::from_first_frame(params.codes())),
+        BackgroundKind::ThreeFrame => Box::new(ThreeFrame::new(params.codes())),
+    })
+}
+
+/// What a frame showed besides the regions.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sight {
+    /// Share of the picture that differs from the background.
+    pub changed: f64,
+    /// A step of the light, or of the whole scene.
+    pub step: Option<LightingStep>,
+    /// Ghosts learnt.
+    pub ghosts: usize,
+}
+
+/// A region that the matching rule admits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Found {
+    /// Its features.
+    pub features: RegionFeatures,
+    /// Share of its pixels that have changed since the frame before.
+    pub stirred: f64,
+    /// Whether it is the part that one target has in a region; the features but the place are those of the region.
+    pub part: bool,
+}
+
+/// A background of pixels `P`.
+pub(super) struct Scene<P> {
+    model: Watched<Model<P>, P>,
+    /// Frames looked at, and the times of the last and of the last sample of the median.
+    frames: usize,
+    time_s: f64,
+    sampled_s: f64,
+    /// What stood out of the last frame, cleaned.
+    mask: Image<u8>,
+    protect: Image<u8>,
+    background: Image<P>,
+    boxes: Vec<BBox>,
+    parts: Vec<Part>,
+    finder: RegionFinder,
+    morphology: MorphologyScratch,
+    outline: Vec<(usize, usize)>,
+    found: Vec<Found>,
+    /// The frame before.
+    last: Image<P>,
+    ghosts: Vec<BBox>,
+}
+
+impl<P: Channels> Scene<P> {
+    pub fn new(params: &MotionDetectorParams) -> Result<Self, VisionError> {
+        let blank = || Image::filled(1, 1, 0);
+        Ok(Self {
+            model: Watched::new(model(params)?, params.lighting())?,
+            frames: 0,
+            time_s: f64::NEG_INFINITY,
+            sampled_s: f64::NEG_INFINITY,
+            mask: blank()?,
+            protect: blank()?,
+            background: Image::filled(1, 1, P::default())?,
+            boxes: Vec::new(),
+            parts: Vec::new(),
+            finder: RegionFinder::default(),
+            morphology: MorphologyScratch::default(),
+            outline: Vec::new(),
+            found: Vec::new(),
+            last: Image::filled(1, 1, P::default())?,
+            ghosts: Vec::new(),
+        })
+    }
+
+    /// The regions found last that the matching rule admits.
+    pub fn found(&self) -> &[Found] {
+        &self.found
+    }
+
+    /// Looks at the next frame; the foreground of the last frame inside the boxes `followed` is not learnt.
+    pub fn look(
+        &mut self,
+        frame: ImageView<'_, P>,
+        time_s: f64,
+        followed: impl Iterator<Item = BBox>,
+        params: &MotionDetectorParams,
+    ) -> Result<Sight, VisionError> {
+        let rate = self.rate(time_s, params);
+        self.boxes.clear();
+        self.boxes.extend(followed);
+        let protects = !self.boxes.is_empty() && self.mask.size() == frame.size();
+        if protects {
+            protect_foreground(self.mask.view(), &self.boxes, &mut self.protect)?;
+        }
+        let learning = Learning { rate, protect: protects.then(|| self.protect.view()) };
+        let report = self.model.apply(frame, &learning, &mut self.mask)?;
+        self.frames += 1;
+        self.clean(params)?;
+        self.found.clear();
+        self.ghosts.clear();
+        if self.frames > params.settled_frames {
+            self.judge(frame, params)?;
+        }
+        self.last.resize_for_overwrite(frame.size(), P::default())?;
+        frame.rows().enumerate().for_each(|(y, row)| self.last.row_mut(y).copy_from_slice(row));
+        Ok(Sight { changed: report.changed, step: report.step, ghosts: self.ghosts.len() })
+    }
+
+    /// The weight of a frame: that of a mean over all frames at first, then what the time constant says.
+    fn rate(&mut self, time_s: f64, params: &MotionDetectorParams) -> Option<f64> {
+        let dt_s = if self.time_s.is_finite() { time_s - self.time_s } else { 0.0 };
+        if time_s.is_finite() {
+            self.time_s = time_s;
+        }
+        if params.background == BackgroundKind::Median {
+            // The samples are taken by the clock, the first few at once.
+            let due = self.frames < params.settled_frames || time_s - self.sampled_s >= params.sample_s();
+            if due {
+                self.sampled_s = time_s;
+            }
+            return Some(f64::from(u8::from(due)));
+        }
+        let settling = 1.0 / (2 * self.frames.max(1)) as f64;
+        Some(learning_rate(dt_s, params.history_s).max(settling))
+    }
+
+    /// Drops shadows and noise, joins what belongs together.
+    fn clean(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
+        let height = self.mask.height() as f64;
+        let (open, close) = ((params.opening * height).round() as usize, (params.closing * height).round() as usize);
+        self.mask.as_mut_slice().iter_mut().filter(|v| **v != FOREGROUND).for_each(|v| *v = 0);
+        erode(&mut self.mask, open, &mut self.morphology)?;
+        dilate(&mut self.mask, open + close, &mut self.morphology)?;
+        erode(&mut self.mask, close, &mut self.morphology)?;
+        Ok(())
+    }
+
+    /// Keeps what the matching rule admits, and learns ghosts.
+    fn judge(&mut self, frame: ImageView<'_, P>, params: &MotionDetectorParams) -> Result<(), VisionError> {
+        let ranges = params.rule.ranges(frame.size());
+        let least = *ranges.area_px.start() / PARTS;
+        let known = self.model.model().background(&mut self.background)?;
+        let tells_ghosts = known && params.background != BackgroundKind::ThreeFrame;
+        self.ghosts.clear();
+        for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
+            let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
+            if tells_ghosts && ghostliness(&self.outline, frame, self.background.view()) > params.ghost {
+                self.ghosts.push(features.bounds);
+            } else {
+                let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
+                self.found.push(Found { features, stirred, part: false });
+            }
+        }
+        join(&mut self.found, params.join);
+        self.divide();
+        self.found.retain(|f| f.part || ranges.admit(&f.features));
+        if !self.ghosts.is_empty() {
+            // Everything but the ghosts is kept.
+            protect_foreground(self.mask.view(), &self.ghosts, &mut self.protect)?;
+            self.protect.as_mut_slice().iter_mut().for_each(|v| *v = !*v);
+            self.model.model_mut().relearn(frame, 1.0, Some(self.protect.view()))?;
+        }
+        Ok(())
+    }
+}
+
+impl<P: Channels> Scene<P> {
+    /// Puts parts in the place of regions in which several targets are expected.
+    fn divide(&mut self) {
+        for i in 0..self.found.len() {
+            let whole = self.found[i];
+            divide(&whole.features.bounds, &self.mask, &self.boxes, &mut self.parts);
+            let mut seen = self.parts.iter().filter_map(Part::bbox).map(|bbox| {
+                let features = RegionFeatures { bounds: bbox, centroid: bbox.center(), ..whole.features };
+                Found { features, part: true, ..whole }
+            });
+            if let Some(first) = seen.next() {
+                self.found[i] = first;
+                self.found.extend(seen);
+            }
+        }
+    }
+}
+
+/// A thing's parts may be this many times smaller than the thing.
+const PARTS: f64 = 4.0;
+/// Parts are above one another when they share this much of the narrower one's width.
+const ABOVE: f64 = 0.5;
+
+/// Joins regions above one another that are no farther apart than a share `gap` of the height of both together: a belt, or a wall of the colour of a coat, cuts a
+/// person in two.
+fn join(parts: &mut Vec<Found>, gap: f64) {
+    let mut i = 0;
+    while i < parts.len() {
+        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, gap)) {
+            Some(j) => {
+                let other = parts.swap_remove(j);
+                parts[i] = parts[i].with(&other);
+                // What is joined may reach others that were passed over.
+                i = 0;
+            }
+            None => i += 1,
+        }
+    }
+}
+
+fn belong(a: &BBox, b: &BBox, gap: f64) -> bool {
+    let shared = a.right().min(b.right()) - a.left().max(b.left());
+    let apart = a.top().max(b.top()) - a.bottom().min(b.bottom());
+    apart <= gap * a.union(b).height() && shared >= ABOVE * a.width().min(b.width())
+}
+
+impl Found {
+    /// Two parts together.
+    fn with(&self, other: &Self) -> Self {
+        let (a, b) = (&self.features, &other.features);
+        let bounds = a.bounds.union(&b.bounds);
+        let (area_px, perimeter_px) = (a.area_px + b.area_px, a.perimeter_px + b.perimeter_px);
+        let mean = |of_a: f64, of_b: f64| (of_a * a.area_px + of_b * b.area_px) / area_px;
+        let features = RegionFeatures {
+            area_px,
+            perimeter_px,
+            aspect_ratio: bounds.height() / bounds.width(),
+            complexity: perimeter_px * perimeter_px / area_px,
+            centroid: Point::new(mean(a.centroid.x, b.centroid.x), mean(a.centroid.y, b.centroid.y)),
+            bounds,
+        };
+        Self { features, stirred: mean(self.stirred, other.stirred), part: false }
+    }
+}
+
+/// Share of the mask's pixels inside `bounds` that differ from the frame before.
+fn stirred<P: Channels>(
+    bounds: &BBox,
+    mask: &Image<u8>,
+    frame: ImageView<'_, P>,
+    last: &Image<P>,
+    threshold: u8,
+) -> f64 {
+    let Some(window) = PixelWindow::of(bounds, frame.size()).filter(|_| last.size() == frame.size()) else {
+        return 0.0;
+    };
+    let (mut all, mut changed) = (0usize, 0usize);
+    for y in window.y..window.y + window.height {
+        let columns = window.x..window.x + window.width;
+        let (now, before) = (P::channels(&frame.row(y)[columns.clone()]), P::channels(&last.row(y)[columns.clone()]));
+        let pixels = now.chunks_exact(P::COUNT).zip(before.chunks_exact(P::COUNT)).zip(&mask.row(y)[columns]);
+        for ((now, before), _) in pixels.filter(|(_, mask)| **mask != 0) {
+            all += 1;
+            changed += usize::from(now.iter().zip(before).any(|(a, b)| a.abs_diff(*b) > threshold));
+        }
+    }
+    changed as f64 / all.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(left: f64, top: f64, width: f64, height: f64) -> Found {
+        let (bounds, area_px, perimeter_px) =
+            (BBox::from_ltwh(left, top, width, height), width * height, 2.0 * (width + height) - 4.0);
+        let features = RegionFeatures {
+            area_px,
+            perimeter_px,
+            aspect_ratio: height / width,
+            complexity: perimeter_px * perimeter_px / area_px,
+            centroid: bounds.center(),
+            bounds,
+        };
+        Found { features, stirred: left / 100.0, part: false }
+    }
+
+    #[test]
+    fn what_stands_above_another_is_one_thing_and_what_stands_beside_is_not() {
+        // Legs, someone beside them, a head far above, a trunk between.
+        let mut parts = vec![
+            part(10.0, 60.0, 20.0, 40.0),
+            part(40.0, 60.0, 20.0, 40.0),
+            part(15.0, 20.0, 10.0, 10.0),
+            part(12.0, 34.0, 20.0, 22.0),
+        ];
+        join(&mut parts, 0.1);
+        assert_eq!(parts.len(), 2);
+        let whole = parts[0].features;
+        assert!((parts[0].stirred - (0.1 * 800.0 + 0.15 * 100.0 + 0.12 * 440.0) / 1340.0).abs() < 1e-12);
+        assert_eq!(whole.bounds, BBox::from_ltrb(10.0, 20.0, 32.0, 100.0));
+        assert_eq!((whole.area_px, whole.perimeter_px), (1340.0, 116.0 + 36.0 + 80.0));
+        assert_eq!(whole.aspect_ratio, 80.0 / 22.0);
+        assert!((whole.complexity - 232.0f64.powi(2) / 1340.0).abs() < 1e-12);
+        assert!((whole.centroid.y - (80.0 * 800.0 + 25.0 * 100.0 + 45.0 * 440.0) / 1340.0).abs() < 1e-12);
+        assert_eq!(parts[1].features.bounds.left(), 40.0);
+        // Too far, and hardly above one another.
+        for (other, together) in [
+            (part(10.0, 104.0, 20.0, 36.0), 1),
+            (part(10.0, 104.1, 20.0, 36.0), 2),
+            (part(20.0, 102.0, 20.0, 36.0), 1),
+            (part(20.5, 102.0, 20.0, 36.0), 2),
+        ] {
+            let mut parts = vec![part(10.0, 60.0, 20.0, 40.0), other];
+            join(&mut parts, 0.05);
+            assert_eq!(parts.len(), together, "{other:?}");
+        }
+    }
+}

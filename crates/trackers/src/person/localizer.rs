@@ -1,0 +1,257 @@
+use super::PersonParams;
+use super::backdrop::{Backdrop, BackdropParams};
+use crate::correlation::CorrelationLocalizer;
+use pursuit_geometry::BBox;
+use pursuit_imaging::{Frame, Image};
+use pursuit_tracking::{Localizer, LocalizerRecipe, Look, Measurement, Outcome, Result, Search, ViewSize};
+use pursuit_vision::PixelWindow;
+use pursuit_vision::background::learning_rate;
+use pursuit_vision::regions::RegionFinder;
+use serde::{Deserialize, Serialize};
+
+/// Correlation, put right by what stands out of the background.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct PersonLocalizer {
+    params: BackdropParams,
+    appearance: CorrelationLocalizer,
+    backdrop: Backdrop,
+    /// Time of the last frame, seconds.
+    time_s: f64,
+    #[serde(skip)]
+    scratch: Scratch,
+}
+
+/// Not state: overwritten at every use.
+#[derive(Debug, Clone, Default)]
+struct Scratch {
+    expected: Option<BBox>,
+    mask: Option<Image<u8>>,
+    finder: RegionFinder,
+}
+
+/// What stands out about an expected box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Outline {
+    /// The rectangle about it; `None` when nothing does.
+    bbox: Option<BBox>,
+    /// Share of the expected box that stands out.
+    fill: f64,
+}
+
+/// Mask codes: nothing is known there, it stands out.
+const UNKNOWN: u8 = 128;
+const OUT: u8 = 255;
+/// Regions smaller than this share of the expected box are noise.
+const SPECK: f64 = 0.02;
+
+impl PersonLocalizer {
+    /// Starts on the person at `bbox`.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    pub fn new(params: &PersonParams, frame: &Frame, bbox: BBox) -> Result<Self> {
+        let mut backdrop = Backdrop::new(frame);
+        backdrop.learn(frame, &about(&bbox, params.backdrop.margin), 1.0);
+        Ok(Self {
+            params: params.backdrop.clone(),
+            appearance: params.appearance.localizer(frame, bbox)?,
+            backdrop,
+            time_s: frame.time_s(),
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// What stands out about `expected`; `None` where the background is not known well enough, or moves.
+    fn outline(&mut self, frame: &Frame, expected: &BBox) -> Option<Outline> {
+        let params = &self.params;
+        let around = about(expected, params.reach);
+        let window = PixelWindow::of(&around, frame.size())?;
+        let inner = PixelWindow::of(expected, frame.size())?;
+        let gain = (self.backdrop.gain(frame, &around) * 256.0).round().clamp(1.0, 4096.0) as i32;
+        let threshold = params.threshold as i32;
+        let mask = match &mut self.scratch.mask {
+            Some(mask) => mask,
+            none => none.insert(Image::filled(1, 1, 0).ok()?),
+        };
+        mask.resize_for_overwrite(pursuit_geometry::Size::new(window.width, window.height), 0).ok()?;
+        let (mut inside, mut outside) = (Tally::default(), Tally::default());
+        for y in 0..window.height {
+            let row = self.backdrop.row(frame, window.y + y);
+            let within_rows = (inner.y..inner.y + inner.height).contains(&(window.y + y));
+            for (x, code) in mask.row_mut(y).iter_mut().enumerate() {
+                let within = within_rows && (inner.x..inner.x + inner.width).contains(&(window.x + x));
+                let out = self.backdrop.stands_out(row, window.x + x, window.y + y, gain, threshold);
+                if within {
+                    inside.count(out)
+                } else {
+                    outside.count(out)
+                }
+                *code = match out {
+                    Some(true) => OUT,
+                    None if within => UNKNOWN,
+                    _ => 0,
+                };
+            }
+        }
+        let told = inside.known() >= params.least_known && outside.out() <= params.most_around;
+        told.then(|| Outline { bbox: self.rectangle(expected, &window), fill: inside.out() })
+    }
+
+    /// The rectangle about the regions of the mask that belong to `expected`: those that lie in it by half.
+    fn rectangle(&mut self, expected: &BBox, window: &PixelWindow) -> Option<BBox> {
+        let Scratch { mask, finder, .. } = &mut self.scratch;
+        let least = (SPECK * expected.area()).max(4.0) as usize;
+        let boxes = finder.find(mask.as_ref()?.view(), least).iter().map(|r| {
+            let b = r.bounds.to_bbox();
+            b.translated(window.x as f64, window.y as f64)
+        });
+        boxes.filter(|b| b.fraction_inside(expected) >= 0.5).reduce(|a, b| a.union(&b))
+    }
+
+    /// The box of the appearance's centre and area, and of the expected shape: correlation knows the first shape only.
+    fn shaped(&self, found: &BBox) -> BBox {
+        match self.scratch.expected.filter(|e| e.area() > 0.0) {
+            Some(expected) => expected.scaled((found.area() / expected.area()).sqrt()).centered_at(found.center()),
+            None => *found,
+        }
+    }
+}
+
+/// How many pixels there are, of how many the background is known, and how many of those stand out of it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally {
+    all: usize,
+    known: usize,
+    out: usize,
+}
+
+impl Tally {
+    fn count(&mut self, out: Option<bool>) {
+        self.all += 1;
+        self.known += usize::from(out.is_some());
+        self.out += usize::from(out == Some(true));
+    }
+
+    fn known(&self) -> f64 {
+        self.known as f64 / self.all.max(1) as f64
+    }
+
+    fn out(&self) -> f64 {
+        self.out as f64 / self.known.max(1) as f64
+    }
+}
+
+/// `bbox` and a share of its sides about it.
+fn about(bbox: &BBox, share: f64) -> BBox {
+    let (dx, dy) = (share * bbox.width(), share * bbox.height());
+    BBox::from_ltrb(bbox.left() - dx, bbox.top() - dy, bbox.right() + dx, bbox.bottom() + dy)
+}
+
+/// Evidence in [−1, 1] from the share of a box that stands out.
+fn evidence(fill: f64, even: f64) -> f64 {
+    let spread = if fill >= even { even.min(1.0 - even) } else { even };
+    ((fill - even) / spread).clamp(-1.0, 1.0)
+}
+
+/// `confidence` with `added` log-odds.
+fn with_odds(confidence: f64, added: f64) -> f64 {
+    let kept = confidence.clamp(1e-6, 1.0 - 1e-6);
+    1.0 / (1.0 + (-(added + (kept / (1.0 - kept)).ln())).exp())
+}
+
+/// A share `part` of the way from `a` to `b`.
+fn between(a: &BBox, b: &BBox, part: f64) -> BBox {
+    let mix = |a: f64, b: f64| a + part * (b - a);
+    BBox::from_ltrb(
+        mix(a.left(), b.left()),
+        mix(a.top(), b.top()),
+        mix(a.right(), b.right()),
+        mix(a.bottom(), b.bottom()),
+    )
+}
+
+impl Localizer for PersonLocalizer {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        self.scratch.expected = Some(search.expected);
+        self.appearance.locate(frame, search)
+    }
+
+    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
+        let mut found = self.appearance.refine(frame, found, look)?;
+        found.bbox = self.shaped(&found.bbox);
+        if !self.backdrop.fits(frame) {
+            return Ok(found);
+        }
+        let Some(outline) = self.outline(frame, &found.bbox) else { return Ok(found) };
+        let evidence = evidence(outline.fill, self.params.even);
+        found.confidence = with_odds(found.confidence, self.params.weight * evidence);
+        found.diagnostics.push("fill", outline.fill);
+        let same = outline.bbox.filter(|b| evidence > 0.0 && b.iou(&found.bbox) >= self.params.agree);
+        if let Some(outline) = same {
+            found.bbox = between(&found.bbox, &outline, self.params.outline);
+        }
+        Ok(found)
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
+        self.appearance.adapt(frame, bbox, measurement)
+    }
+
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+        let dt_s = frame.time_s() - self.time_s;
+        if frame.time_s().is_finite() {
+            self.time_s = frame.time_s();
+        }
+        if self.backdrop.fits(frame) {
+            let rate = learning_rate(dt_s, self.params.history_s);
+            self.backdrop.learn(frame, &about(&outcome.bbox, self.params.margin), rate);
+        }
+        Ok(())
+    }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        self.appearance.restart(frame, bbox)?;
+        self.backdrop = Backdrop::new(frame);
+        self.backdrop.learn(frame, &about(&bbox, self.params.margin), 1.0);
+        self.time_s = frame.time_s();
+        Ok(())
+    }
+
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        self.appearance.view(expected)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_box_speaks_for_a_person_and_an_empty_one_against() {
+        for (fill, expected) in [(0.0, -1.0), (0.125, -0.5), (0.25, 0.0), (0.375, 0.5), (0.5, 1.0), (0.9, 1.0)] {
+            assert!((evidence(fill, 0.25) - expected).abs() < 1e-12, "{fill}");
+        }
+        assert!((evidence(0.9, 0.8) - 0.5).abs() < 1e-12);
+        assert!((with_odds(0.5, 0.0) - 0.5).abs() < 1e-12);
+        assert!((with_odds(0.5, 2.0) - 1.0 / (1.0 + (-2.0f64).exp())).abs() < 1e-12);
+        assert!((with_odds(0.9, -(9.0f64.ln())) - 0.5).abs() < 1e-9);
+        assert!(with_odds(0.0, 3.0) < 1e-3 && with_odds(1.0, -3.0) > 0.999);
+    }
+
+    #[test]
+    fn boxes_are_widened_and_mixed_side_by_side() {
+        let b = BBox::from_ltwh(10.0, 20.0, 20.0, 40.0);
+        assert_eq!(about(&b, 0.25), BBox::from_ltrb(5.0, 10.0, 35.0, 70.0));
+        let other = BBox::from_ltrb(14.0, 20.0, 34.0, 68.0);
+        assert_eq!(between(&b, &other, 0.25), BBox::from_ltrb(11.0, 20.0, 31.0, 62.0));
+        assert_eq!((between(&b, &other, 0.0), between(&b, &other, 1.0)), (b, other));
+    }
+
+    #[test]
+    fn shares_are_of_what_is_known() {
+        let mut tally = Tally::default();
+        assert_eq!((tally.known(), tally.out()), (0.0, 0.0));
+        [Some(true), Some(false), Some(false), Some(true), None].into_iter().for_each(|v| tally.count(v));
+        assert_eq!((tally.known(), tally.out()), (0.8, 0.5));
+    }
+}

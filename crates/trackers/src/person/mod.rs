@@ -1,0 +1,41 @@
+//! `person`: who walks before a camera that stands still (qu2010). The default tracker's correlation finds the place; what
+//! stands out of the background says how large the person is there, and whether anybody is there at all; the paper's
+//! predictor says where the person will be at the next sample.
+
+mod backdrop;
+mod localizer;
+
+pub use backdrop::BackdropParams;
+pub use localizer::PersonLocalizer;
+
+use crate::pursuit::PursuitParams;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::motion::{MotionModel, MotionParams};
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
+
+pursuit_tracking::parameters! {
+    /// Parameters of the person tracker.
+    pub struct PersonParams {
+        /// The background, and how much what stands out of it counts.
+        pub backdrop: BackdropParams = BackdropParams::default();
+        /// The correlation beside it: the default tracker's.
+        pub appearance: PursuitParams = PursuitParams::default();
+    }
+}
+
+impl LocalizerRecipe for PersonParams {
+    type Localizer = PersonLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<PersonLocalizer> {
+        PersonLocalizer::new(self, frame, bbox)
+    }
+}
+
+/// `person`. `motion.model = "qu2010-simplified"` predicts without noise, `motion.sampling.sample_s = 0` at every frame.
+pub fn person(name: &'static str) -> TrackerRecipe<PersonParams> {
+    let usual = crate::pursuit::pursuit(name);
+    let motion = MotionParams { model: MotionModel::Qu2010, ..usual.groups.motion };
+    let groups = GroupParams { motion, ..usual.groups };
+    TrackerRecipe { name, localizer: PersonParams::default(), groups }
+}
