@@ -1,8 +1,10 @@
 //! The one run loop, by steps.
 
 mod command;
+mod damage;
 
 pub use command::{Command, Remote, Reply};
+pub use damage::Damage;
 
 use crate::run::{StateCounts, Timing, TimingFacts};
 use crate::sinks::Sink;
@@ -10,7 +12,7 @@ use crate::{Record, RunError};
 use command::Inbox;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_media::{MediaError, Source};
+use pursuit_media::Source;
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
 use pursuit_tracking::{
     Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState, TrackingError, check_box,
@@ -88,29 +90,6 @@ pub struct Outcome {
     pub damage: Damage,
     /// What ended it early – a broken input, an output that cannot be written –, else the first damage.
     pub failure: Option<RunError>,
-}
-
-/// Frames of the input that could not be had.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Damage {
-    /// How often something could not be read; frames that needed it may be missing besides.
-    pub count: u64,
-    /// What and why, of the first of them.
-    pub messages: Vec<String>,
-    first: Option<MediaError>,
-}
-
-impl Damage {
-    /// More messages than this help nobody.
-    const MOST_MESSAGES: usize = 20;
-
-    fn add(&mut self, error: MediaError) {
-        self.count += 1;
-        if self.messages.len() < Self::MOST_MESSAGES {
-            self.messages.push(error.to_string());
-        }
-        self.first.get_or_insert(error);
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -283,7 +262,7 @@ impl Session {
             total_s: self.began.elapsed().as_secs_f64(),
         };
         let interrupted = self.ended == Some(Ended::Stopped);
-        let failure = failure.or_else(|| self.damage.first.clone().map(RunError::from));
+        let failure = failure.or_else(|| self.damage.first().cloned().map(RunError::from));
         let (frames, states) = (self.counts.frames, self.counts.states);
         Outcome { frames, states, timing, interrupted, damage: self.damage, failure }
     }
