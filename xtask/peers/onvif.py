@@ -7,7 +7,7 @@ The simulator checks WS-UsernameToken digests and how old they are. Judged by wh
 head stands when the program has ended in mid-move. Then a wrong password, a clock an hour off, and a camera that hangs up in
 mid-move: an error in time, and the password in no output.
 """
-import datetime, json, os, socket, socketserver, subprocess, sys, threading, time
+import calendar, datetime, json, os, socket, socketserver, subprocess, sys, threading, time
 import ipycam.onvif
 from ipycam.config import CameraConfig
 from ipycam.http import IPCameraHTTPHandler
@@ -31,6 +31,10 @@ class Camera:
         camera = self
 
         class Handler(IPCameraHTTPHandler):
+            def date_time_string(self, timestamp=None):
+                # A camera has one clock.
+                return super().date_time_string(calendar.timegm(time.gmtime()))
+
             def do_POST(self):
                 if camera.hang_up_after is not None and len(camera.heard) >= camera.hang_up_after:
                     self.connection.shutdown(socket.SHUT_RDWR)

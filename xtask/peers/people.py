@@ -81,7 +81,7 @@ def main():
             trajectory = os.path.join(out, 'trajectory.txt')
         figures = judge(read(os.path.join(a.folder, 'gt_mot.txt')), read(trajectory))
     print('  '.join(f'{k} {v:.3f}' if isinstance(v, float) else f'{k} {v}' for k, v in figures.items()))
-    sys.exit(figures['MOTA'] < a.bar)
+    sys.exit(int(figures['MOTA'] < a.bar))
 
 
 if __name__ == '__main__':

@@ -202,6 +202,17 @@ fn http_digest_is_answered_and_basic_is_not() {
 }
 
 #[test]
+fn a_camera_that_tells_its_time_to_nobody_is_dated_by_its_http_server() {
+    let (url, heard) = camera(|action, _, body| match action {
+        "getsystemdateandtime" => Does::Status(401, "Date: Tue, 15 Nov 2022 08:12:31 GMT\r\n", String::new()),
+        _ if body.contains(">2022-11-15T08:12:") => usual(action),
+        _ => Does::Status(401, "", String::new()),
+    });
+    connect(&url).unwrap().send(&Command::Stop).unwrap();
+    assert!(heard.try_iter().any(|(action, _, _)| action == "stop"));
+}
+
+#[test]
 fn a_wrong_password_is_said_and_never_shown() {
     for answer in [401, 400, 200] {
         let (url, _heard) = camera(move |action, _, _| match action {

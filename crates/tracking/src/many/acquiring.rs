@@ -392,8 +392,9 @@ impl TryFrom<Raw> for Saved {
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
         let Raw { params, recipe, targets, sought, hypotheses, lost_s, apart_s, last } = raw;
         let sound = |e: &Evidence| e.nats.is_finite() && e.start.is_finite() && e.age_s.is_finite();
+        let finite = lost_s.is_finite() && apart_s.is_finite();
         if !hypotheses.iter().all(|(e, b, _)| sound(e) && b.is_finite())
-            || !(lost_s.is_finite() && apart_s.is_finite())
+            || !finite
             || last.is_some_and(|l| !l.time_s.is_finite())
         {
             return Err("a time, a box or evidence is not a finite number");

@@ -29,6 +29,8 @@ pub(super) struct Client {
     login: Option<Login>,
     /// The camera's clock minus ours, seconds.
     clock_s: i64,
+    /// The same by the `Date` of its last answer.
+    http_s: Option<i64>,
     challenge: Option<PasswordClient>,
     timeouts: Timeouts,
     nonces: u64,
@@ -61,6 +63,7 @@ impl Client {
             ptz_path: None,
             login,
             clock_s: 0,
+            http_s: None,
             challenge: None,
             timeouts,
             nonces: 0,
@@ -70,6 +73,11 @@ impl Client {
     /// Dates messages by the camera's clock from now on.
     pub fn set_clock(&mut self, camera_s: i64) {
         self.clock_s = camera_s - clock::now_s();
+    }
+
+    /// Dates messages by the clock that the camera's HTTP server shows, where it shows one.
+    pub fn set_clock_by_http(&mut self) {
+        self.clock_s = self.http_s.unwrap_or(self.clock_s);
     }
 
     /// Takes note of where a service is. Of the address that the camera gives only the path is taken: behind a router its
@@ -147,6 +155,8 @@ impl Client {
             post = post.header("Authorization", proof);
         }
         let mut answer = post.send(message).map_err(|error| self.failed(doing, error))?;
+        let date = answer.headers().get("date").and_then(|value| clock::read_http(value.to_str().ok()?));
+        self.http_s = date.map(|camera_s| camera_s - clock::now_s()).or(self.http_s);
         let challenge = answer.headers().get_all("www-authenticate").iter().find_map(|value| {
             let value = value.to_str().ok()?;
             // Only where the password itself is not asked for.

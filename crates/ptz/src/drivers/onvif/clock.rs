@@ -18,6 +18,21 @@ pub(super) fn read(answer: &Element) -> Option<i64> {
     Some(days * 86_400 + seconds)
 }
 
+/// The time in a `Date` header of HTTP, such as `Sun, 06 Nov 1994 08:49:37 GMT`, in seconds since 1970.
+pub(super) fn read_http(date: &str) -> Option<i64> {
+    const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+    let mut words = date.split_once(", ")?.1.split(' ');
+    let mut next = || words.next();
+    let (day, month, year, time, zone) = (next()?, next()?, next()?, next()?, next()?);
+    let number = |text: &str, most: i64| text.parse::<i64>().ok().filter(|value| (0..=most).contains(value));
+    let month = i64::try_from(MONTHS.iter().position(|name| *name == month)?).ok()? + 1;
+    let days = days_since_1970(number(year, 9999)?, month, number(day, 31)?);
+    let mut parts = time.split(':');
+    let (hour, minute, second) = (parts.next()?, parts.next()?, parts.next()?);
+    let seconds = number(hour, 23)? * 3600 + number(minute, 59)? * 60 + number(second, 60)?;
+    (zone == "GMT").then_some(days * 86_400 + seconds)
+}
+
 /// A time as XML writes it.
 pub(super) fn written(seconds: i64) -> String {
     let (days, rest) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
@@ -59,6 +74,23 @@ mod tests {
         assert_eq!(written(1_767_225_599), "2025-12-31T23:59:59Z");
         assert_eq!(written(4_107_542_400), "2100-03-01T00:00:00Z");
         assert_eq!(written(-1), "1969-12-31T23:59:59Z");
+    }
+
+    #[test]
+    fn the_time_of_http_is_read() {
+        assert_eq!(read_http("Sun, 06 Nov 1994 08:49:37 GMT").map(written).unwrap(), "1994-11-06T08:49:37Z");
+        assert_eq!(read_http("Thu, 29 Feb 2024 23:59:60 GMT").map(written).unwrap(), "2024-03-01T00:00:00Z");
+        for bad in [
+            "",
+            "Sunday, 06-Nov-94 08:49:37 GMT",
+            "Sun, 06 Nov 1994 08:49:37 CET",
+            "Sun, 06 Nov 1994 24:49:37 GMT",
+            "Sun, 06 Nev 1994 08:49:37 GMT",
+            "Sun, 06 Nov 1994 08:49",
+            "Sun, 99999999999999999999 Nov 1994 08:49:37 GMT",
+        ] {
+            assert_eq!(read_http(bad), None, "{bad}");
+        }
     }
 
     #[test]

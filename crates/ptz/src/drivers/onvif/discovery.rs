@@ -18,14 +18,14 @@ pub(super) struct Facts {
 /// Asks a camera for its clock, its services, its profiles and its PTZ node.
 pub(super) fn discover(client: &mut Client) -> Result<Facts> {
     // Cameras refuse messages that are dated far from their own time, so this is asked first, openly. A camera that
-    // refuses is asked for the rest by our clock.
+    // refuses even that is asked for the rest by the clock of its HTTP server, else by ours.
     match client.ask_openly(Service::Device, "GetSystemDateAndTime") {
         Ok(answer) => {
             if let Some(camera_s) = clock::read(&answer) {
                 client.set_clock(camera_s);
             }
         }
-        Err(PtzError::Unauthorised { .. } | PtzError::Refused { .. }) => {}
+        Err(PtzError::Unauthorised { .. } | PtzError::Refused { .. }) => client.set_clock_by_http(),
         Err(error) => return Err(error),
     }
     services(client)?;
