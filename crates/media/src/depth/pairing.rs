@@ -100,7 +100,7 @@ fn by_time(images: &[f64], depth: &[f64]) -> Vec<Option<usize>> {
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut steps: Vec<f64> = images.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
-    let most = steps.get(steps.len() / 2).map_or(f64::INFINITY, |step| 1.5 * step.abs());
+    let most = steps.get(steps.len().saturating_sub(1) / 2).map_or(f64::INFINITY, |step| 1.5 * step.abs());
     let nearest = |time: &f64| {
         let at = sorted.partition_point(|(t, _)| t < time);
         let around = [at.checked_sub(1), Some(at)].into_iter().flatten().filter_map(|k| sorted.get(k));
