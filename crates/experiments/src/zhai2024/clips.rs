@@ -49,11 +49,17 @@ pub(super) fn scene_frames(query: &str) -> Result<impl Iterator<Item = (Frame, S
 
 /// A tracker on one clip of `rgbd-occlusion` with these keys.
 pub(crate) fn clip(recipe: &dyn Recipe, seed: u64, keys: &str) -> Result<Followed, ExperimentError> {
-    let more = if keys.is_empty() { String::new() } else { format!("&{keys}") };
+    let own = super::tracking::keys(seed);
+    let more = match keys {
+        "" => String::new(),
+        "mixed" => format!("&{own}"),
+        keys => format!("&{keys}"),
+    };
     follow(recipe, scene_frames(&format!("scene:rgbd-occlusion?seed={seed}{more}"))?)
 }
 
-/// Follows the target of `rgbd-occlusion` for each of `seeds`, with further `keys` (`key=value&key=value`) of the scene.
+/// Follows the target of `rgbd-occlusion` for each of `seeds`, with further `keys` (`key=value&key=value`) of the scene, or
+/// with those of the paper's comparison (`mixed`).
 ///
 /// # Errors
 /// A key or value that the scene does not have, or an error of the tracker.

@@ -95,8 +95,8 @@ mod tests {
     #[test]
     fn numbers_become_millimetres() {
         // From the benchmark's description: (v >> 3) | (v << 13).
-        for v in [0_u16, 8, 16_000, 65_168, 9] {
-            assert_eq!(DepthCoding::Princeton.millimetres(v), (v >> 3) | (v << 13));
+        for (v, mm) in [(0, 0), (8, 1), (16_000, 2000), (65_168, 8146), (9, 8193)] {
+            assert_eq!(DepthCoding::Princeton.millimetres(v), mm);
         }
         assert_eq!(DepthCoding::Metres.millimetres(3), 3000);
         assert_eq!(DepthCoding::Metres.millimetres(70), u16::MAX);

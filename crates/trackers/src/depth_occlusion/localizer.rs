@@ -217,7 +217,7 @@ impl Localizer for DepthLocalizer {
             Some(_) => return self.picture.adapt(frame, bbox, measurement),
             none => *none = DepthFilter::new(&self.params, frame, &bbox),
         }
-        if self.depth.is_none() || self.learned % self.params.picture_every.max(1) as u64 == 0 {
+        if self.depth.is_none() || self.learned.is_multiple_of(self.params.picture_every.max(1) as u64) {
             self.picture.adapt(frame, bbox, measurement)?;
         }
         Ok(())

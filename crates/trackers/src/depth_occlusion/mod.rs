@@ -41,6 +41,9 @@ pursuit_tracking::parameters! {
         pub min_clear: f64 = 0.1, in 0.0..=1.0, source "ours";
         /// Δf: a target out of sight is found where the response is less than this below the usual one.
         pub response_drop: f64 = 0.2, in 0.0..=1.0, source "zhai2024, eq. 30; section 3: 0.15 to 0.25";
+        /// The same where most of what is there is as far away as the target was: then it may look more different. Equal to
+        /// `response_drop`: the paper.
+        pub drop_clear: f64 = 0.35, in 0.0..=1.0, source "ours";
         /// What being wholly covered by something nearer takes from the response; 0: the paper.
         pub cover_weight: f64 = 0.3, in 0.0..=10.0, source "ours";
         /// Things nearer than the target by this cover it.
@@ -79,6 +82,7 @@ impl DepthOcclusionParams {
     pub fn zhai2024() -> Self {
         Self {
             min_clear: 0.2,
+            drop_clear: 0.2,
             cover_weight: 0.0,
             learn_covered: 1.0,
             occluder_edges: false,

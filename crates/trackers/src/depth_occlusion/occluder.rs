@@ -19,7 +19,7 @@ const GAP_PX: usize = 6;
 
 impl Occluder {
     /// Places at its edges, where the target has to come out, into `places`: beside it, above and below, as far as they are
-    /// in reach and in the picture.
+    /// in reach and in the picture; none where it is not within reach of the place expected, on its row.
     pub fn edges(&self, depth: ImageView<'_, u16>, expected: &BBox, places: &mut Vec<BBox>) {
         let (center, w, h) = (expected.center(), expected.width(), expected.height());
         let size = depth.size();
@@ -30,8 +30,13 @@ impl Occluder {
                 mm > 0 && (f64::from(mm) / 1000.0 - self.distance_m).abs() <= THICKNESS_M
             })
         };
+        // A prediction that has run past it starts at its nearest side.
+        let sideways = (0..(REACH * w).clamp(0.0, 4096.0) as i64).flat_map(|d| [d, -d]);
+        let Some(start) = sideways.map(|d| center.x + d as f64).find(|x| own(*x, center.y) == Some(true)) else {
+            return;
+        };
         for (dx, dy, side) in [(1.0, 0.0, w), (-1.0, 0.0, w), (0.0, 1.0, h), (0.0, -1.0, h)] {
-            let at = |d: f64| Point::new(center.x + d * dx, center.y + d * dy);
+            let at = |d: f64| Point::new(start + d * dx, center.y + d * dy);
             let Some(end) = end_of_run(REACH * side, |d| own(at(d).x, at(d).y)) else { continue };
             add_apart(places, expected.centered_at(at(end + side / 2.0)));
         }
@@ -76,8 +81,14 @@ mod tests {
         // Columns 95 to 119 are its own, 25 pixels; rows 50 to 20, 31 pixels. Below there is no edge.
         assert_eq!(centers, [(95.0 + 25.0 + 10.0, 50.0), (95.0 - 16.0 - 10.0, 50.0), (95.0, 50.0 - 31.0 - 8.0)]);
         assert!(places.iter().all(|p| (p.width(), p.height()) == (20.0, 16.0)));
-        // Something at another distance, and a target expected elsewhere.
-        for (distance_m, x) in [(1.6, 95.0), (1.1, 160.0)] {
+        // A prediction that has run past it.
+        let mut past = Vec::new();
+        let ahead = expected.centered_at(Point::new(160.0, 50.0));
+        Occluder { distance_m: 1.1 }.edges(depth.view(), &ahead, &mut past);
+        let centers: Vec<(f64, f64)> = past.iter().map(|p| (p.center().x, p.center().y)).collect();
+        assert_eq!(centers, [(119.0 + 1.0 + 10.0, 50.0), (119.0 - 40.0 - 10.0, 50.0), (119.0, 50.0 - 31.0 - 8.0)]);
+        // Something at another distance, and a target expected far away.
+        for (distance_m, x) in [(1.6, 95.0), (1.1, 199.9)] {
             let mut none = Vec::new();
             let expected = expected.centered_at(Point::new(x, 50.0));
             Occluder { distance_m }.edges(depth.view(), &expected, &mut none);

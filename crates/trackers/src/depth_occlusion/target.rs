@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// How fast the usual response follows what is seen.
 const USUAL_RATE: f64 = 0.1;
+/// The share of a box that has to be as far away as the target was for the target to be there.
+const HERE: f64 = 0.6;
 /// A distance elsewhere counts for at most this much, in metres: where the target was lost, camera and target may have moved.
 const FARTHEST_M: f64 = 1.0;
 
@@ -96,19 +98,20 @@ impl TargetDepth {
         let epsilon = if hidden { params.epsilon_again } else { params.epsilon };
         let here = self.0.mean_m.zip(seen.mean_m).map(|(l, p)| l + (p - l).clamp(-FARTHEST_M, FARTHEST_M));
         let response = penalised(response, epsilon, self.0.mean_m, here) - params.cover_weight * covered;
+        let here = self.is_here(params, depth, bbox);
         let threshold = match self.0.usual {
+            Some(usual) if hidden && here => params.min_response.max(usual - params.drop_clear),
             Some(usual) if hidden => params.min_response.max(usual - params.response_drop),
-            _ if !hidden && covered <= params.learn_covered && self.is_where_it_was(params, &seen) => {
-                params.min_clear.min(params.min_response)
-            }
+            _ if !hidden && here && covered <= params.learn_covered => params.min_clear.min(params.min_response),
             _ => params.min_response,
         };
         Candidate { depth: seen, covered, judged: Judged { response, threshold } }
     }
 
-    /// Whether what was seen is as far away as the target was: then it is the target that looks different.
-    fn is_where_it_was(&self, params: &DepthOcclusionParams, seen: &BoxDepth) -> bool {
-        self.0.mean_m.zip(seen.mean_m).is_some_and(|(l, p)| (l - p).abs() < params.nearer_by)
+    /// Whether most of what is in `bbox` is as far away as the target was: then it may be the target that looks different.
+    fn is_here(&self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) -> bool {
+        let near = Surface::near(depth, bbox, self.0.surface_m, params.nearer_by);
+        near.is_some_and(|surface| surface.share >= HERE)
     }
 
     /// The target was seen at `bbox`, answering with `response`, and little of it was covered.
@@ -168,6 +171,7 @@ mod tests {
             half_depth: 0.3,
             nearer_by: 0.15,
             min_clear: 0.1,
+            drop_clear: 0.25,
             learn_covered: 0.2,
             ..DepthOcclusionParams::default()
         }
@@ -207,11 +211,12 @@ mod tests {
         assert_eq!(half.judged.threshold, 0.2);
         // While it is hidden the other ε counts, and the response it had.
         target.learn(&params, image(2000, false).view(), &region(), 0.5);
+        assert!((judge(&target, 2100, false, true).judged.threshold - 0.25).abs() < 1e-9, "at its distance");
         let behind = judge(&target, 2500, false, true);
         assert!((behind.judged.response - (0.6 - 0.3 * 0.5)).abs() < 1e-9, "{behind:?}");
         assert!((behind.judged.threshold - 0.35).abs() < 1e-9);
         target.learn(&params, image(2000, false).view(), &region(), 0.3);
-        assert!((judge(&target, 2000, false, true).judged.threshold - 0.33).abs() < 1e-9);
+        assert!((judge(&target, 2500, false, true).judged.threshold - 0.33).abs() < 1e-9);
         // Never more than a metre's worth.
         let far = judge(&target, 8000, false, true).judged.response;
         assert!((far - (0.6 - 0.3)).abs() < 1e-9, "{far}");
