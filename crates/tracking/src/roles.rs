@@ -7,7 +7,7 @@
 //! | find, learn | a [`Localizer`] | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Result};
+use crate::{BoxCovariance, Diagnostics, Result, TrackState};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
@@ -128,6 +128,12 @@ pub trait Localizer: Send {
     /// # Errors
     /// When the frame lacks what the method needs.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
+
+    /// Is told what the loop made of the frame: what was found, if anything, and the state reported. Called once a frame,
+    /// after [`adapt`](Self::adapt) where that was called: what a localizer remembers of a frame besides looks is remembered here.
+    fn conclude(&mut self, found: Option<&Measurement>, state: TrackState) {
+        let _ = (found, state);
+    }
 
     /// Forgets everything and starts on a new target.
     ///

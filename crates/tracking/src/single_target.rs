@@ -81,6 +81,7 @@ impl<L: Localizer> SingleTarget<L> {
                 self.motion.correct(&measurement.into()).map_err(failed(&self.name, index))?;
             }
         }
+        self.localizer.conclude(found.as_ref(), verdict.state);
         self.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
         Ok(Estimate {
