@@ -1,65 +1,72 @@
 //! Two witnesses as one localizer.
 
-use super::TogetherParams;
-use super::judge::{JudgeParams, Testimony};
+use super::PursuitParams;
+use super::hearing::{Claim, Hearing};
+use super::judge::Testimony;
+use super::meaning::Meaning;
+use super::rivalry::Rivalry;
 use super::seat::Seat;
 use crate::correlation::{CorrelationLocalizer, Evidence, Sighting, probability};
 use crate::nanotrack::NanoTrackLocalizer;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::siamese::Location;
-use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Result, Search, TrackState, ViewSize};
+use pursuit_tracking::parameters::Parameters;
+use pursuit_tracking::{Localizer, Look, Measurement, Result, Search, TrackState, ViewSize};
 use serde::{Deserialize, Serialize};
-
-/// Standing of a witness that has said nothing yet, in log odds.
-const FIRST_STANDING: f64 = 3.0;
 
 /// Finds the target by a filter and a network, each from its own seat, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "Raw")]
 pub struct WitnessLocalizer {
-    together: TogetherParams,
-    judge: JudgeParams,
+    params: PursuitParams,
     filter: CorrelationLocalizer,
     network: NanoTrackLocalizer,
+    meaning: Meaning,
     filter_seat: Seat,
     network_seat: Seat,
-    /// What was heard near the expected place in this frame, and what at the best place of a sweep.
+    rivalry: Rivalry,
     #[serde(skip)]
+    heard: Heard,
+}
+
+/// What was heard in this frame; not state.
+#[derive(Debug, Clone, Copy, Default)]
+struct Heard {
+    /// Near the expected place.
     near: Option<Hearing>,
-    #[serde(skip)]
+    /// At the best place of a sweep.
     swept: Option<Hearing>,
-    /// The one that the loop decided on.
-    #[serde(skip)]
+    /// What the loop decided on.
     decided: Option<Hearing>,
 }
 
-/// One witness's box and what speaks for it, in log odds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Claim {
-    bbox: BBox,
-    said: Testimony,
-    log_odds: f64,
+/// What is stored, before it is checked.
+#[derive(Deserialize)]
+struct Raw {
+    params: PursuitParams,
+    filter: CorrelationLocalizer,
+    network: NanoTrackLocalizer,
+    meaning: Meaning,
+    filter_seat: Seat,
+    network_seat: Seat,
+    rivalry: Rivalry,
 }
 
-/// What was heard of one place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Hearing {
-    filter: Option<Claim>,
-    network: Option<Claim>,
-    /// Whether both speak of one thing.
-    agreed: bool,
-    /// Whether the filter's claim is the one believed, of claims that differ.
-    filter_leads: bool,
-    /// Scale of the target in the filter's own terms, where the filter saw it.
-    place: Option<(Point, f64)>,
-}
+impl TryFrom<Raw> for WitnessLocalizer {
+    type Error = &'static str;
 
-impl Hearing {
-    fn leading(&self) -> Option<&Claim> {
-        if self.filter_leads { self.filter.as_ref() } else { self.network.as_ref() }
+    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
+        let Raw { params, filter, network, meaning, filter_seat, network_seat, rivalry } = raw;
+        if params.check_all().is_err() {
+            return Err("its settings are out of range");
+        }
+        let heard = Heard::default();
+        Ok(Self { params, filter, network, meaning, filter_seat, network_seat, rivalry, heard })
     }
 }
 
+/// Log odds of a network's score.
 fn logit(score: f64) -> f64 {
     let score = score.clamp(1e-6, 1.0 - 1e-6);
     (score / (1.0 - score)).ln()
@@ -67,63 +74,84 @@ fn logit(score: f64) -> f64 {
 
 impl WitnessLocalizer {
     /// Two witnesses that know the target at `bbox`.
+    ///
+    /// # Errors
+    /// When the frame lacks what the network needs.
     pub fn new(
-        together: TogetherParams,
-        judge: JudgeParams,
+        params: PursuitParams,
         filter: CorrelationLocalizer,
-        network: NanoTrackLocalizer,
-        bbox: &BBox,
-    ) -> Self {
-        let seat = Seat::new(bbox, FIRST_STANDING);
-        Self {
-            together,
-            judge,
+        mut network: NanoTrackLocalizer,
+        frame: &Frame,
+        bbox: BBox,
+    ) -> Result<Self> {
+        let meaning = network.look(frame, &bbox)?.map_or_else(Meaning::default, |seen| {
+            Meaning::new(&bbox, &seen.raw, params.together.meant_center, params.together.meant_size)
+        });
+        Ok(Self {
+            params,
             filter,
             network,
-            filter_seat: seat,
-            network_seat: seat,
-            near: None,
-            swept: None,
-            decided: None,
-        }
+            meaning,
+            filter_seat: Seat::new(&bbox),
+            network_seat: Seat::new(&bbox),
+            rivalry: Rivalry::default(),
+            heard: Heard::default(),
+        })
     }
 
-    fn claim(&self, bbox: BBox, filter: Evidence, network: f64, together: f64, expected: &BBox) -> Claim {
+    /// A claim to `bbox`, `own` in the witness's terms, of which the filter says `filter` and the network `score`.
+    fn claim(&self, (bbox, own): (BBox, BBox), filter: Evidence, score: f64, together: f64, expected: &BBox) -> Claim {
         let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
-        let said = Testimony { filter, network: logit(network), together, moved };
-        Claim { bbox, said, log_odds: self.judge.log_odds(&said) }
+        let said = Testimony { filter, network: logit(score), together, moved };
+        Claim { bbox, own, said, log_odds: self.params.judge.log_odds(&said) }
     }
 
-    /// Hears both witnesses, each from its own seat.
-    fn hear(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Hearing>> {
+    /// Hears the filter from `filter_seat` and the network from `network_seat`.
+    fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Hearing>> {
         let (filter_seat, network_seat) = (self.filter_seat.at(expected), self.network_seat.at(expected));
         let sighting = self.filter.sight(frame, &filter_seat);
         let location = self.network.look(frame, &network_seat)?;
+        self.hear(frame, expected, sighting, location, &network_seat)
+    }
+
+    /// Hears the network at a place of a sweep, and the filter where the network saw the target.
+    fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Hearing>> {
+        let Some(location) = self.network.look(frame, expected)? else { return Ok(None) };
+        let sighting = self.filter.sight(frame, &self.meaning.of(&location.bbox));
+        self.hear(frame, expected, sighting, Some(location), expected)
+    }
+
+    fn hear(
+        &mut self,
+        frame: &Frame,
+        expected: &BBox,
+        sighting: Option<Sighting>,
+        location: Option<Location>,
+        network_seat: &BBox,
+    ) -> Result<Option<Hearing>> {
+        let alone = Hearing { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
         Ok(match (sighting, location) {
             (None, None) => None,
             (Some(sighting), Some(location)) => {
-                Some(self.confront(frame, expected, &sighting, &location, &network_seat)?)
+                Some(self.confront(frame, expected, &sighting, &location, network_seat)?)
             }
-            (Some(s), None) => {
-                let bbox = self.filter.window().bbox(s.center, s.scale);
-                let claim = self.claim(bbox, s.evidence, 0.0, 0.0, expected);
-                Some(Hearing {
-                    filter: Some(claim),
-                    network: None,
-                    agreed: false,
-                    filter_leads: true,
-                    place: Some((s.center, s.scale)),
-                })
+            (Some(seen), None) => {
+                let bbox = self.filter.window().bbox(seen.center, seen.scale);
+                let filter = Some(self.claim((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
+                Some(Hearing { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..alone })
             }
-            (None, Some(location)) => Some(self.follow_network(frame, expected, &location)),
+            (None, Some(location)) => {
+                let network = Some(self.of_network(frame, expected, &location, 0.0));
+                Some(Hearing { network, ..alone })
+            }
         })
     }
 
     /// What the network found, examined by the filter.
-    fn follow_network(&mut self, frame: &Frame, expected: &BBox, location: &Location) -> Hearing {
+    fn of_network(&mut self, frame: &Frame, expected: &BBox, location: &Location, together: f64) -> Claim {
         let evidence = self.filter.evidence_at(frame, &location.bbox);
-        let claim = self.claim(location.bbox, evidence, location.score, 0.0, expected);
-        Hearing { filter: None, network: Some(claim), agreed: false, filter_leads: false, place: None }
+        let boxes = (self.meaning.of(&location.bbox), location.bbox);
+        self.claim(boxes, evidence, location.score, together, expected)
     }
 
     /// Both found something: one thing, or two that each is asked about.
@@ -136,165 +164,119 @@ impl WitnessLocalizer {
         network_seat: &BBox,
     ) -> Result<Hearing> {
         let bbox = self.filter.window().bbox(sighting.center, sighting.scale);
-        let together = bbox.iou(&location.bbox);
-        let agreed = together >= self.together.agree_from;
+        let meant = self.meaning.of(&location.bbox);
+        let together = bbox.iou(&meant);
         let place = Some((sighting.center, sighting.scale));
-        if agreed {
-            let filter = self.claim(bbox, sighting.evidence, location.score, together, expected);
-            let network = Claim { bbox: location.bbox, ..filter };
-            return Ok(Hearing { filter: Some(filter), network: Some(network), agreed, filter_leads: true, place });
+        if together >= self.params.together.agree_from {
+            let filter = self.claim((bbox, bbox), sighting.evidence, location.score, together, expected);
+            let network = Some(Claim { bbox: meant, own: location.bbox, ..filter });
+            let filter = Some(filter);
+            return Ok(Hearing { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
         }
         let there = match self.network.score_at(network_seat, bbox.center()) {
             Some(score) => score,
             None => self.network.look(frame, &bbox)?.map_or(0.0, |l| l.score),
         };
-        let filter = self.claim(bbox, sighting.evidence, there, together, expected);
-        let evidence = self.filter.evidence_at(frame, &location.bbox);
-        let network = self.claim(location.bbox, evidence, location.score, together, expected);
-        let weigh = |claim: &Claim, seat: &Seat| claim.log_odds + self.together.standing * seat.standing();
-        let filter_leads = weigh(&filter, &self.filter_seat) > weigh(&network, &self.network_seat);
-        Ok(Hearing { filter: Some(filter), network: Some(network), agreed, filter_leads, place })
+        let filter = self.claim((bbox, bbox), sighting.evidence, there, together, expected);
+        let network = self.of_network(frame, expected, location, together);
+        let odds = Rivalry::now(&self.params.rivalry, &filter.said, &network.said);
+        let filter_leads = self.rivalry.filter_leads(&self.params.rivalry, odds);
+        Ok(Hearing { filter: Some(filter), network: Some(network), agreed: false, filter_leads, odds, place })
     }
 
     fn measurement(&self, heard: &Hearing) -> Option<Measurement> {
         let leading = heard.leading()?;
-        let bbox = match (heard.agreed, heard.filter, heard.network) {
-            (true, Some(filter), Some(network)) => self.joined(&filter.bbox, &network.bbox),
-            _ => leading.bbox,
-        };
         Some(Measurement {
             strength: leading.log_odds,
             peak: Some(leading.said.filter.peak),
             psr: Some(leading.said.filter.psr),
-            diagnostics: figures(heard),
-            ..Measurement::new(bbox, probability(leading.log_odds))
+            diagnostics: heard.figures(),
+            ..Measurement::new(heard.bbox(&self.params.together)?, probability(leading.log_odds))
         })
     }
-
-    /// One box of two that are of one thing.
-    fn joined(&self, filter: &BBox, network: &BBox) -> BBox {
-        let mix = |share: f64, a: f64, b: f64| a + share * (b - a);
-        let (here, there) = (filter.center(), network.center());
-        let share = self.together.network_center;
-        let center = Point::new(mix(share, here.x, there.x), mix(share, here.y, there.y));
-        let share = self.together.network_size;
-        BBox::from_center_size(
-            center,
-            mix(share, filter.width(), network.width()),
-            mix(share, filter.height(), network.height()),
-        )
-    }
-}
-
-/// What each witness said, for the files.
-fn figures(heard: &Hearing) -> Diagnostics {
-    let mut figures = Diagnostics::default()
-        .with("agreed", f64::from(u8::from(heard.agreed)))
-        .with("filter_leads", f64::from(u8::from(heard.filter_leads)));
-    if let Some(Claim { bbox, said, .. }) = &heard.filter {
-        let (x, y, w, h) = bbox.ltwh();
-        let boxed = [("filter_x", x), ("filter_y", y), ("filter_w", w), ("filter_h", h)];
-        let rest = [
-            ("filter_peak", said.filter.peak),
-            ("filter_likeness", said.filter.likeness),
-            ("filter_color", said.filter.color),
-            ("filter_psr", said.filter.psr),
-            ("filter_score", said.network),
-            ("filter_moved", said.moved),
-        ];
-        boxed.into_iter().chain(rest).for_each(|(name, value)| figures.push(name, value));
-    }
-    if let Some(Claim { bbox, said, .. }) = &heard.network {
-        let (x, y, w, h) = bbox.ltwh();
-        let boxed = [("network_x", x), ("network_y", y), ("network_w", w), ("network_h", h)];
-        let rest = [
-            ("network_peak", said.filter.peak),
-            ("network_likeness", said.filter.likeness),
-            ("network_color", said.filter.color),
-            ("network_psr", said.filter.psr),
-            ("network_score", said.network),
-            ("network_moved", said.moved),
-        ];
-        boxed.into_iter().chain(rest).for_each(|(name, value)| figures.push(name, value));
-    }
-    figures
 }
 
 impl Localizer for WitnessLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
         let expected = &search.expected;
-        match search.look {
+        let heard = match search.look {
             Look::Near => {
-                self.near = self.hear(frame, expected)?;
-                Ok(self.near.and_then(|heard| self.measurement(&heard)))
+                self.heard.near = self.near(frame, expected)?;
+                self.heard.near
             }
             Look::Sweep => {
                 let found = self.network.look(frame, expected)?;
-                Ok(found.map(|l| Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) }))
+                return Ok(found.map(|l| Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) }));
             }
             Look::Centred => {
-                let found = self.network.look(frame, expected)?;
-                self.swept = found.map(|location| self.follow_network(frame, expected, &location));
-                Ok(self.swept.and_then(|heard| self.measurement(&heard)))
+                self.heard.swept = self.centred(frame, expected)?;
+                self.heard.swept
             }
-        }
+        };
+        Ok(heard.and_then(|heard| self.measurement(&heard)))
     }
 
     /// Measures the size by the filter along scale, where the filter saw the target.
     fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        self.decided = if look == Look::Near { self.near } else { self.swept };
-        let Some(heard) = &mut self.decided else { return Ok(found) };
-        let (Some((center, scale)), Some(claim)) = (heard.place, &mut heard.filter) else { return Ok(found) };
-        if !heard.filter_leads {
+        self.heard.decided = if look == Look::Near { self.heard.near } else { self.heard.swept };
+        let Some(heard) = &mut self.heard.decided else { return Ok(found) };
+        let (Some((center, scale)), Some(claim), true) = (heard.place, &mut heard.filter, heard.filter_leads) else {
             return Ok(found);
-        }
+        };
         let scale = self.filter.scale_at(frame, center, scale);
         claim.bbox = self.filter.window().bbox(center, scale);
-        let heard = *heard;
-        let bbox = self.measurement(&heard).map_or(found.bbox, |m| m.bbox);
-        // The proposer may have moved the middle into the frame.
-        let bbox = if found.bbox.center() == bbox.center() { bbox } else { bbox.centered_at(found.bbox.center()) };
-        Ok(Measurement { bbox, diagnostics: figures(&heard), ..found })
+        claim.own = claim.bbox;
+        // The proposer may have moved the middle into the frame; the size alone is new.
+        let bbox = heard.bbox(&self.params.together).map_or(found.bbox, |b| b.centered_at(found.bbox.center()));
+        Ok(Measurement { bbox, diagnostics: heard.figures(), ..found })
     }
 
+    /// Teaches the filter what both believe, or the judge of one alone.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        let Some(heard) = &self.decided else { return Ok(()) };
-        if heard.agreed || heard.filter_leads || measurement.confidence >= self.together.teach_from {
-            self.filter.adapt(frame, bbox, measurement)?;
+        let Some(heard) = &self.heard.decided else { return Ok(()) };
+        let together = &self.params.together;
+        match &heard.filter {
+            Some(claim) if heard.filter_keeps(together) => self.filter.adapt(frame, claim.own, measurement),
+            _ if heard.agreed || heard.filter_leads || measurement.confidence >= together.teach_from => {
+                self.filter.adapt(frame, bbox, measurement)
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
+    /// Seats both witnesses for the next frame.
     fn conclude(&mut self, found: Option<&Measurement>, state: TrackState) {
-        let (Some(heard), Some(found)) = (self.decided.take(), found) else { return };
-        let Self { together, filter_seat, network_seat, .. } = self;
+        let (Some(heard), Some(found)) = (std::mem::take(&mut self.heard).decided, found) else { return };
         if state == TrackState::Lost {
             return;
         }
-        for (claim, seat) in [(&heard.filter, &mut *filter_seat), (&heard.network, &mut *network_seat)] {
-            if let Some(claim) = claim {
-                seat.hear(claim.log_odds, together.standing_rate);
-                // The one that leads is where the loop is; so are both that agree.
-                seat.sit(&claim.bbox, if heard.agreed { &claim.bbox } else { &found.bbox });
-            }
+        let Self { params, filter_seat, network_seat, rivalry, .. } = self;
+        let reported = &found.bbox;
+        rivalry.remember(&params.rivalry, heard.odds);
+        if let Some(claim) = &heard.network {
+            // Of what both agree on, the network looks in the middle of what is reported, for the size it saw itself.
+            let own = if heard.agreed { claim.own.centered_at(reported.center()) } else { claim.own };
+            network_seat.sit(&own, reported);
         }
-        let (leads, other) =
-            if heard.filter_leads { (&*filter_seat, &mut *network_seat) } else { (&*network_seat, &mut *filter_seat) };
-        let alone = heard.filter.is_none() || heard.network.is_none();
-        if alone || (!heard.agreed && leads.standing() - other.standing() >= together.reseat_margin) {
-            *other = *leads;
+        if let Some(claim) = &heard.filter {
+            let own = if heard.agreed && !heard.filter_keeps(&params.together) { reported } else { &claim.own };
+            filter_seat.sit(own, reported);
         }
         if heard.agreed {
-            filter_seat.sit(&found.bbox, &found.bbox);
+            return;
+        }
+        // One that saw nothing, or whose cause is lost, goes where the other is.
+        match (rivalry.settled(&params.rivalry), &heard.filter, &heard.network) {
+            (_, Some(claim), None) | (Some(true), Some(claim), _) => network_seat.sit(&claim.own, reported),
+            (_, None, Some(claim)) | (Some(false), _, Some(claim)) => filter_seat.sit(&claim.bbox, reported),
+            _ => {}
         }
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         self.filter.restart(frame, bbox)?;
         self.network.restart(frame, bbox)?;
-        let seat = Seat::new(&bbox, FIRST_STANDING);
-        (self.filter_seat, self.network_seat) = (seat, seat);
-        (self.near, self.swept, self.decided) = (None, None, None);
+        *self = Self::new(self.params.clone(), self.filter.clone(), self.network.clone(), frame, bbox)?;
         Ok(())
     }
 

@@ -1,14 +1,18 @@
 //! The default tracker, `pursuit`: two witnesses, a correlation filter that learns and a network that does not, and one judge
 //! over what both say. `pursuit-light` is the filter alone. See `docs/papers/pursuit.md`.
 
+mod hearing;
 mod judge;
 mod light;
 mod localizer;
+mod meaning;
+mod rivalry;
 mod seat;
 
 pub use judge::{JudgeParams, Testimony};
 pub use light::{FilterParams, light};
 pub use localizer::WitnessLocalizer;
+pub use rivalry::RivalryParams;
 
 use crate::correlation::CorrelationLocalizer;
 use crate::nanotrack::NanoTrackParams;
@@ -24,16 +28,18 @@ pursuit_tracking::parameters! {
     pub struct TogetherParams {
         /// Boxes that overlap by this much are of one thing.
         pub agree_from: f64 = 0.4, in 0.0..=1.0, source "ours";
-        /// Of witnesses that agree, the network's share in the place.
-        pub network_center: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// Of witnesses that agree, the network's share in the size.
-        pub network_size: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// Share of a frame in a witness's standing.
-        pub standing_rate: f64 = 0.15, in 0.0..=1.0, source "ours";
-        /// How much a witness's standing counts beside what speaks for it now, where they disagree.
-        pub standing: f64 = 1.0, in 0.0.., source "ours";
-        /// A witness whose standing is lower than the other's by this much is put where the other is.
-        pub reseat_margin: f64 = 2.0, in 0.0.., unit "log odds", source "ours";
+        /// Boxes that overlap by this much are as good as each other: below, down to `agree_from`, the network's counts for more.
+        pub same_from: f64 = 0.7, in 0.0..=1.0, source "ours";
+        /// Of boxes as good as each other, the network's share in the place.
+        pub network_center: f64 = 0.65, in 0.0..=1.0, source "ours";
+        /// Of boxes as good as each other, the network's share in the size.
+        pub network_size: f64 = 0.75, in 0.0..=1.0, source "ours";
+        /// A filter that agrees this much goes its own way: it looks and learns where it saw the target itself.
+        pub own_from: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Share of the difference between the first box and the network's there that the places of later ones are put right by.
+        pub meant_center: f64 = 0.25, in 0.0..=1.0, source "ours";
+        /// The same for the sizes.
+        pub meant_size: f64 = 0.6, in 0.0..=1.0, source "ours";
         /// Where only the network is believed, the filter learns from this probability.
         pub teach_from: f64 = 0.9, in 0.0..=1.0, source "ours";
     }
@@ -48,6 +54,8 @@ pursuit_tracking::parameters! {
         pub network: NanoTrackParams = NanoTrackParams::default();
         /// How they are brought together.
         pub together: TogetherParams = TogetherParams::default();
+        /// Whom to follow where they disagree.
+        pub rivalry: RivalryParams = RivalryParams::default();
         /// The judge.
         pub judge: JudgeParams = JudgeParams::default();
     }
@@ -59,7 +67,7 @@ impl LocalizerRecipe for PursuitParams {
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<WitnessLocalizer> {
         let filter: CorrelationLocalizer = self.filter.localizer(frame, bbox)?;
         let network = self.network.localizer(frame, bbox)?;
-        Ok(WitnessLocalizer::new(self.together.clone(), self.judge.clone(), filter, network, &bbox))
+        WitnessLocalizer::new(self.clone(), filter, network, frame, bbox)
     }
 }
 
@@ -68,10 +76,10 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
     let groups = GroupParams {
         motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
         policy: PolicyParams {
-            occluded_below: 0.5,
-            seen_from: 0.6,
-            found_from: 0.7,
-            learn_from: 0.5,
+            occluded_below: 0.6,
+            seen_from: 0.75,
+            found_from: 0.8,
+            learn_from: 0.75,
             lost_below: 0.2,
             occluded_score: 1.0,
             ..PolicyParams::default()

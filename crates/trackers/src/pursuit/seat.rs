@@ -1,32 +1,30 @@
-//! Where a witness stands, and how much it has been worth lately.
+//! Where a witness looks.
 
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 
-/// Where a witness looks next, relative to where the loop expects the target, and its standing.
+/// Where a witness looks next, relative to where the loop expects the target.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
 pub struct Seat {
     offset: (f64, f64),
     size: (f64, f64),
-    standing: f64,
 }
 
 #[derive(Deserialize)]
 struct Raw {
     offset: (f64, f64),
     size: (f64, f64),
-    standing: f64,
 }
 
 impl TryFrom<Raw> for Seat {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { offset, size, standing } = raw;
-        let finite = [offset.0, offset.1, size.0, size.1, standing].iter().all(|v| v.is_finite());
+        let Raw { offset, size } = raw;
+        let finite = [offset.0, offset.1, size.0, size.1].iter().all(|v| v.is_finite());
         if finite && size.0 > 0.0 && size.1 > 0.0 {
-            Ok(Self { offset, size, standing })
+            Ok(Self { offset, size })
         } else {
             Err("a witness stands where none can")
         }
@@ -34,14 +32,9 @@ impl TryFrom<Raw> for Seat {
 }
 
 impl Seat {
-    /// At `bbox`, where the target is expected, with a standing (in log odds).
-    pub fn new(bbox: &BBox, standing: f64) -> Self {
-        Self { offset: (0.0, 0.0), size: (bbox.width(), bbox.height()), standing }
-    }
-
-    /// Smoothed log odds of what it said.
-    pub const fn standing(&self) -> f64 {
-        self.standing
+    /// At `bbox`, where the target is expected.
+    pub fn new(bbox: &BBox) -> Self {
+        Self { offset: (0.0, 0.0), size: (bbox.width(), bbox.height()) }
     }
 
     /// Where to look when the loop expects the target at `expected`.
@@ -56,9 +49,36 @@ impl Seat {
         self.offset = (own.x - loops.x, own.y - loops.y);
         self.size = (bbox.width(), bbox.height());
     }
+}
 
-    /// What it said was worth `log_odds`; that counts by `rate`.
-    pub fn hear(&mut self, log_odds: f64, rate: f64) {
-        self.standing += rate * (log_odds.clamp(-6.0, 6.0) - self.standing);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seat_keeps_its_distance_from_what_is_reported() {
+        let reported = BBox::from_ltwh(100.0, 50.0, 20.0, 10.0);
+        let mut seat = Seat::new(&reported);
+        assert_eq!(seat.at(&reported), reported);
+        let own = BBox::from_ltwh(130.0, 40.0, 30.0, 12.0);
+        seat.sit(&own, &reported);
+        assert_eq!(seat.at(&reported), own);
+        // Where the loop expects the target elsewhere, and larger, the witness keeps its offset and its own size.
+        assert_eq!(seat.at(&BBox::from_center_size(Point::new(10.0, 5.0), 40.0, 40.0)), own.translated(-100.0, -50.0));
+    }
+
+    #[test]
+    fn impossible_seats_are_refused() {
+        let seat = Seat { offset: (1.0, -2.0), size: (3.0, 4.0) };
+        let read = |s: &Seat| postcard::from_bytes::<Seat>(&postcard::to_stdvec(s).unwrap());
+        assert_eq!(read(&seat).unwrap(), seat);
+        for bad in [
+            Seat { offset: (f64::NAN, 0.0), ..seat },
+            Seat { offset: (0.0, f64::INFINITY), ..seat },
+            Seat { size: (0.0, 4.0), ..seat },
+            Seat { size: (3.0, -4.0), ..seat },
+        ] {
+            assert!(read(&bad).is_err(), "{bad:?}");
+        }
     }
 }
