@@ -25,6 +25,8 @@ pub struct WitnessLocalizer {
     meaning: Meaning,
     filter_seat: Seat,
     network_seat: Seat,
+    /// As large as the target was when it was believed last: a sweep looks for that.
+    believed: Seat,
     rivalry: Rivalry,
     #[serde(skip)]
     heard: Heard,
@@ -50,6 +52,7 @@ struct Raw {
     meaning: Meaning,
     filter_seat: Seat,
     network_seat: Seat,
+    believed: Seat,
     rivalry: Rivalry,
 }
 
@@ -57,12 +60,12 @@ impl TryFrom<Raw> for WitnessLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, filter, network, meaning, filter_seat, network_seat, rivalry } = raw;
+        let Raw { params, filter, network, meaning, filter_seat, network_seat, believed, rivalry } = raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
         let heard = Heard::default();
-        Ok(Self { params, filter, network, meaning, filter_seat, network_seat, rivalry, heard })
+        Ok(Self { params, filter, network, meaning, filter_seat, network_seat, believed, rivalry, heard })
     }
 }
 
@@ -94,6 +97,7 @@ impl WitnessLocalizer {
             meaning,
             filter_seat: Seat::new(&bbox),
             network_seat: Seat::new(&bbox),
+            believed: Seat::new(&bbox),
             rivalry: Rivalry::default(),
             heard: Heard::default(),
         })
@@ -205,11 +209,11 @@ impl Localizer for WitnessLocalizer {
                 self.heard.near
             }
             Look::Sweep => {
-                let found = self.network.look(frame, expected)?;
+                let found = self.network.look(frame, &self.believed.at(expected))?;
                 return Ok(found.map(|l| Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) }));
             }
             Look::Centred => {
-                self.heard.swept = self.centred(frame, expected)?;
+                self.heard.swept = self.centred(frame, &self.believed.at(expected))?;
                 self.heard.swept
             }
         };
@@ -250,8 +254,11 @@ impl Localizer for WitnessLocalizer {
         if state == TrackState::Lost {
             return;
         }
-        let Self { params, filter_seat, network_seat, rivalry, .. } = self;
+        let Self { params, filter_seat, network_seat, believed, rivalry, .. } = self;
         let reported = &found.bbox;
+        if state == TrackState::Tracking {
+            believed.sit(reported, reported);
+        }
         rivalry.remember(&params.rivalry, heard.odds);
         if let Some(claim) = &heard.network {
             // Of what both agree on, the network looks in the middle of what is reported, for the size it saw itself.
@@ -281,6 +288,6 @@ impl Localizer for WitnessLocalizer {
     }
 
     fn view(&self, expected: &BBox) -> Option<ViewSize> {
-        self.network.view(expected)
+        self.network.view(&self.believed.at(expected))
     }
 }
