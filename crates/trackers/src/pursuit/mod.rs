@@ -43,6 +43,7 @@ pursuit_tracking::parameters! {
         /// Where only the network is believed, the filter learns from this probability.
         pub teach_from: f64 = 0.9, in 0.0..=1.0, source "ours";
     }
+    ordered { agree_from <= same_from }
 }
 
 pursuit_tracking::parameters! {
@@ -78,7 +79,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
         policy: PolicyParams {
             occluded_below: 0.64,
             seen_from: 0.8,
-            found_from: 0.8,
+            found_from: 0.85,
             learn_from: 0.8,
             lost_below: 0.2,
             occluded_score: 1.0,
