@@ -68,6 +68,12 @@ enum Task {
         #[command(subcommand)]
         which: Option<peers::Comparison>,
     },
+    /// Fit the judge of `pursuit` on annotated sequences, with sources left out in turn (Python)
+    Tune {
+        /// Arguments of xtask/peers/tune_judge.py, the folders of sequences first
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        arguments: Vec<std::ffi::OsString>,
+    },
     /// Make the weights of the default network from the ONNX files of NanoTrack v3
     Weights {
         /// Folder with nanotrack_backbone.onnx and nanotrack_head.onnx, version 3, of HonglinChu/SiamTrackers
@@ -98,6 +104,7 @@ fn main() -> Result<()> {
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
         Task::Peers { which } => peers::compare(which),
+        Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }

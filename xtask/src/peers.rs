@@ -53,6 +53,12 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
     }
 }
 
+/// Fits the judge of `pursuit` by `xtask/peers/tune_judge.py`, with sources left out in turn.
+pub fn tune(arguments: &[OsString]) -> Result<()> {
+    run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+    timed("tune_judge.py", "release/pursuit", arguments)
+}
+
 /// As [`compare`] with every check, but a machine without Python or without access to its packages is no failure: it is
 /// said.
 pub fn compare_or_skip(skipped: &mut Vec<String>) -> Result<()> {
@@ -159,7 +165,7 @@ fn script_of_ours(python: &Path, script: &Path, program: &str) -> run::Step {
         .env("OMP_NUM_THREADS", "1")
 }
 
-/// A comparison of speed with a program of ours that has just been built.
+/// A script that runs a program of ours that has just been built.
 fn timed(script: &str, program: &str, arguments: &[OsString]) -> Result<()> {
     let python = environment("peers", "requirements.txt")?;
     script_of_ours(&python, &run::root().join("xtask/peers").join(script), program).args(arguments).run()

@@ -342,6 +342,9 @@ pub struct Eval {
     /// Folder for the results; a second run only adds what is missing
     #[arg(long, value_name = "DIR", default_value = "pursuit-out/eval")]
     pub out: PathBuf,
+    /// Compare with stored results: another call's results.json, or a file laid out like it
+    #[arg(long, value_name = "FILE.json")]
+    pub against: Option<PathBuf>,
     /// Write no report.html
     #[arg(long)]
     pub no_report: bool,

@@ -1,5 +1,6 @@
 //! Sequences × trackers: what is missing is run, everything is scored.
 
+use crate::comparison::{comparisons, read_others};
 use crate::frame_cache::FrameCache;
 use crate::protocol::Pass;
 use crate::run::{Passes, parameters_of, run_pass};
@@ -61,6 +62,7 @@ pub enum Progress {
 /// Nothing to evaluate, no footage that can be opened, results that cannot be written. A tracker's error and a sequence
 /// that cannot be opened are part of the results.
 pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), stop: &AtomicBool) -> Result<Results> {
+    let others = options.against.as_deref().map(read_others).transpose()?.unwrap_or_default();
     let dataset = find(options)?;
     let mut problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
     let runs = dataset.sequences.len() * options.trackers.len();
@@ -82,6 +84,7 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
         let parameters = parameters_of(&*entry.recipe)?;
         results.trackers.insert(entry.name.clone(), tracker_results(parameters, outcomes));
     }
+    results.comparisons = comparisons(&results, &others);
     evaluation.store.write_results(&results)?;
     if options.report {
         progress(Progress::Reporting);

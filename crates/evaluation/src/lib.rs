@@ -5,6 +5,7 @@
 //! anything that has a [`Recipe`](pursuit_tracking::Recipe); this crate knows none by name.
 
 mod clock;
+mod comparison;
 mod datasets;
 mod error;
 mod evaluate;
@@ -22,6 +23,7 @@ mod summary;
 mod table;
 mod trajectory;
 
+pub use comparison::{Comparison, Judgement};
 pub use datasets::Dataset;
 pub use error::EvaluationError;
 pub use evaluate::{Progress, evaluate};

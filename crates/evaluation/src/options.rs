@@ -41,6 +41,8 @@ pub struct EvalOptions {
     pub report: bool,
     /// Whether the report shows frames of the sequences (which are decoded once more for it).
     pub thumbnails: bool,
+    /// Stored results to compare with: a `results.json`, of this program or another.
+    pub against: Option<PathBuf>,
     /// How frames are opened.
     pub open: OpenOptions,
 }
@@ -59,6 +61,7 @@ impl EvalOptions {
             frame_memory_bytes: 1_500_000_000,
             report: true,
             thumbnails: true,
+            against: None,
             open: OpenOptions::default(),
         }
     }

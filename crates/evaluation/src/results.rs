@@ -1,7 +1,7 @@
 //! `results.json`: every figure, for every tracker and sequence.
 
 use crate::metrics::calibration::Bin;
-use crate::{Protocol, UpdateTime};
+use crate::{Comparison, Protocol, UpdateTime};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -12,6 +12,9 @@ pub struct Results {
     pub trackers: BTreeMap<String, TrackerResults>,
     /// The protocol they were gained under.
     pub protocol: Protocol,
+    /// Every tracker against those ranked below it, and against stored results where there are such.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<Comparison>,
     /// Sequences that could not be used, and why.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub problems: Vec<String>,

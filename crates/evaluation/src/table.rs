@@ -27,7 +27,29 @@ pub fn text_table(results: &Results) -> String {
         row.push(mean.sequences.to_string());
         rows.push(row);
     }
-    aligned(&rows)
+    aligned(&rows) + &compared(results)
+}
+
+/// The best tracker against each of the others.
+fn compared(results: &Results) -> String {
+    let Some(first) = results.comparisons.first() else { return String::new() };
+    let mut rows = vec![
+        [format!("{} against", first.tracker), "sequences".to_owned(), "AUC".to_owned(), "difference".to_owned()]
+            .to_vec(),
+    ];
+    rows[0].extend(["95 % interval".to_owned(), "is".to_owned()]);
+    for c in results.comparisons.iter().filter(|c| c.tracker == first.tracker) {
+        let [low, high] = c.interval;
+        rows.push(vec![
+            c.against.clone(),
+            c.sequences.to_string(),
+            format!("{:.3}", c.against_auc),
+            format!("{:+.3}", c.difference),
+            format!("{low:+.3} … {high:+.3}"),
+            c.judgement.to_string(),
+        ]);
+    }
+    format!("\n{}", aligned(&rows))
 }
 
 fn has_long_term(results: &Results) -> bool {

@@ -63,6 +63,31 @@ fn a_perfect_tracker_scores_as_the_contract_says() {
 }
 
 #[test]
+fn trackers_are_compared_with_each_other_and_with_stored_results() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let off = Scripted::new("off", |_, first| Some((first.translated(2.0, 0.0), Tracking, 0.8)));
+    let stored = root.path().join("stored.json");
+    let peer =
+        r#"{"trackers": {"peer": {"sequences": {"away": {"auc": 0.5}, "plain": {"auc": 0.25}, "none": {"auc": 1}}}}}"#;
+    std::fs::write(&stored, peer).unwrap();
+    let options = EvalOptions { against: Some(stored), ..options(root.path(), &[&still, &off]) };
+    let results = run(&options);
+    let pairs: Vec<_> =
+        results.comparisons.iter().map(|c| (c.tracker.as_str(), c.against.as_str(), c.sequences)).collect();
+    assert_eq!(pairs, [("still", "off", 3), ("still", "peer", 2), ("off", "peer", 2)]);
+    let (best, worse) = (results.trackers["still"].mean.auc, results.trackers["off"].mean.auc);
+    assert!(best > worse && (results.comparisons[0].difference - (best - worse)).abs() < 1e-12);
+    assert!((results.comparisons[1].against_auc - 0.375).abs() < 1e-12);
+    let table = text_table(&results);
+    assert!(table.contains("still against") && table.contains("peer") && table.contains("cannot tell"), "{table}");
+    assert!(!table.contains("off against"), "only the best is compared in the table: {table}");
+    let bad = EvalOptions { against: Some(root.path().join("none.json")), ..options };
+    let error = evaluate(&bad, &|_| (), &AtomicBool::new(false)).unwrap_err().to_string();
+    assert!(error.contains("none.json"), "{error}");
+}
+
+#[test]
 fn a_second_call_runs_only_what_is_missing_and_says_the_same() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();

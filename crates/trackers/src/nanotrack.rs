@@ -2,11 +2,11 @@
 //! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
 
 use crate::correlation::probability;
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::NanoTrackV3;
-use pursuit_inference::siamese::{Exemplar, SiameseConfig, SiameseTracker};
+use pursuit_inference::siamese::{Exemplar, Location, SiameseConfig, SiameseTracker};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
@@ -83,6 +83,39 @@ fn failed(frame: &Frame) -> impl FnOnce(InferenceError) -> TrackingError {
     move |e| TrackingError::Computation { tracker: "nanotrack".to_owned(), index, source: Box::new(e) }
 }
 
+impl NanoTrackLocalizer {
+    /// Where the target is by the network, looked for about `seat` at its size.
+    pub(crate) fn look(&mut self, frame: &Frame, seat: &BBox) -> Result<Option<Location>> {
+        self.tracker.locate(frame, seat.center(), (seat.width(), seat.height())).map_err(failed(frame))
+    }
+
+    /// The best score of the last look, which was about `seat`, of the points next to `place`; `None` where it saw nothing
+    /// of that.
+    pub(crate) fn score_at(&self, seat: &BBox, place: Point) -> Option<f64> {
+        let config = self.tracker.config();
+        let n = config.answer_side() as isize;
+        let cells =
+            self.side(seat, config.template_side()).recip() * config.template_side() as f64 / config.stride_px();
+        let cell = |d: f64| (d * cells).round() as isize + n / 2;
+        let (column, row) = (cell(place.x - seat.center().x), cell(place.y - seat.center().y));
+        let inside = |k: isize| (0..n).contains(&k);
+        (inside(column) && inside(row)).then(|| {
+            let near = |(i, s): (usize, f64)| {
+                let (y, x) = (i as isize / n, i as isize % n);
+                ((y - row).abs() <= 1 && (x - column).abs() <= 1).then_some(s)
+            };
+            self.tracker.scores().enumerate().filter_map(near).fold(0.0, f64::max)
+        })
+    }
+
+    /// Side of the square of the frame that an image of `samples` covers.
+    fn side(&self, seat: &BBox, samples: usize) -> f64 {
+        let config = self.tracker.config();
+        let context = config.context() * (seat.width() + seat.height());
+        ((seat.width() + context) * (seat.height() + context)).sqrt() * samples as f64 / config.template_side() as f64
+    }
+}
+
 impl LocalizerRecipe for NanoTrackParams {
     type Localizer = NanoTrackLocalizer;
 
@@ -116,10 +149,7 @@ impl Localizer for NanoTrackLocalizer {
     }
 
     fn view(&self, expected: &BBox) -> Option<ViewSize> {
-        let config = self.tracker.config();
-        let (w, h) = (expected.width(), expected.height());
-        let context = config.context() * (w + h);
-        let side = ((w + context) * (h + context)).sqrt() * config.search_side() as f64 / config.template_side() as f64;
+        let side = self.side(expected, self.tracker.config().search_side());
         Some(ViewSize { width: side, height: side })
     }
 }

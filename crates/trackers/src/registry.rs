@@ -23,7 +23,13 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "pursuit",
             "pursuit",
             crate::pursuit::pursuit,
-            "the default: accurate and quick, says when the target is hidden, finds it again"
+            "the default: a filter and a network watch, one judge decides; says when the target is hidden, finds it again"
+        ),
+        tracker!(
+            "pursuit-light",
+            "pursuit",
+            crate::pursuit::light,
+            "the default's filter alone: quicker, says when the target is hidden, finds it again"
         ),
         tracker!(
             "nanotrack",

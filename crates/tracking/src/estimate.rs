@@ -105,7 +105,7 @@ pub struct Diagnostics {
 
 impl Diagnostics {
     /// How many figures fit; further ones are dropped.
-    pub const CAPACITY: usize = 8;
+    pub const CAPACITY: usize = 24;
 
     /// Adds a figure.
     pub fn push(&mut self, name: &'static str, value: f64) {

@@ -6,7 +6,7 @@ mod scripted;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::{Look, TrackState, Tracker, TrackingError};
-use scripted::{Asked, HEIGHT, WIDTH, asked, at, frame, frame_at, recipe, show, start, table};
+use scripted::{Asked, HEIGHT, WIDTH, asked, at, concluded, frame, frame_at, recipe, show, start, table};
 
 /// Moves a target right by `step` px a frame in frames `1..=n`, seen for sure.
 fn seen(tracker: &mut dyn Tracker, n: u64, step: f64) {
@@ -67,6 +67,23 @@ fn unsure_measurements_move_the_box_but_teach_nothing() {
     let estimate = gated.update(&frame(9)).unwrap();
     assert_eq!(estimate.state, TrackState::Occluded);
     assert_eq!(estimate.bbox, estimate.prediction.unwrap());
+}
+
+#[test]
+fn the_localizer_is_told_what_became_of_every_frame() {
+    let mut tracker = start("growth = 1.5");
+    concluded();
+    show(Some((at(102.0, 100.0), 0.9)), None);
+    tracker.update(&frame(1)).unwrap();
+    show(Some((at(104.0, 100.0), 0.1)), None);
+    tracker.peek(&frame(2)).unwrap();
+    tracker.update(&frame(2)).unwrap();
+    show(None, None);
+    tracker.update(&frame(3)).unwrap();
+    let refined = |x| Some(at(x, 100.0).scaled(1.5));
+    let told =
+        [(refined(102.0), TrackState::Tracking), (refined(104.0), TrackState::Occluded), (None, TrackState::Occluded)];
+    assert_eq!(concluded(), told, "once a frame, and not for a mere look");
 }
 
 #[test]

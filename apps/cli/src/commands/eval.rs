@@ -16,6 +16,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     options.sequences = args.sequences.clone();
     options.jobs = args.jobs;
     options.report = !args.no_report;
+    options.against = args.against.clone();
     options.build = build_id();
     options.open = OpenOptions::from_env();
     let bar = console::progress_bar(None, global);

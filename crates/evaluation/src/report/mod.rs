@@ -47,6 +47,7 @@ pub(crate) fn page(
     let pictures = if options.thumbnails { all_pictures(options, sequences, &trajectories, stop) } else { Vec::new() };
     let mut page = sections::head(results, sequences.len());
     page.push_str(&sections::leaderboard(results, &ranking));
+    page.push_str(&sections::comparisons(results));
     page.push_str(&sections::curves(results, &ranking));
     page.push_str(&sections::sequence_table(results, &ranking, sequences));
     for (i, (sequence, trajectories)) in sequences.iter().zip(&trajectories).enumerate() {

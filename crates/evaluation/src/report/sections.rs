@@ -132,6 +132,32 @@ fn name_cell(number: usize, name: &str) -> String {
     format!("<th scope=\"row\">{}</th>", button(number, name))
 }
 
+/// Who is better than whom.
+pub(super) fn comparisons(results: &Results) -> String {
+    if results.comparisons.is_empty() {
+        return String::new();
+    }
+    let mut html = "<section><h2>Comparisons</h2>\n<p class=\"note\">Differences of the success AUC on the sequences that both \
+                    have; 95 % intervals by resampling sequences.</p>\n<div class=\"scroll\"><table class=\"sortable\"><thead>\
+                    <tr><th>tracker</th><th>against</th><th>sequences</th><th>difference</th><th>from</th><th>to</th>\
+                    <th>is</th></tr></thead><tbody>\n"
+        .to_owned();
+    for c in &results.comparisons {
+        let _ = write!(
+            html,
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td data-v=\"{n}\">{n}</td>",
+            escape(&c.tracker),
+            escape(&c.against),
+            n = c.sequences
+        );
+        let [low, high] = c.interval;
+        html.push_str(&[c.difference, low, high].map(|v| figure(Some(v), 3)).concat());
+        let _ = writeln!(html, "<td>{}</td></tr>", c.judgement);
+    }
+    html.push_str("</tbody></table></div></section>\n");
+    html
+}
+
 /// The plots over all sequences.
 pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
     let ranked: Vec<(usize, &TrackerResults)> =

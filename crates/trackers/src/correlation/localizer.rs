@@ -105,14 +105,19 @@ impl Scratch {
 
 /// What one look gave.
 #[derive(Debug, Clone, Copy)]
-struct Candidate {
-    center: Point,
-    scale: f64,
+pub struct Sighting {
+    /// Where, in pixels.
+    pub center: Point,
+    /// How many times larger than at the start the target was taken to be.
+    pub scale: f64,
     /// Height of the response's peak, by which sizes are compared.
-    height: f64,
-    apce: f64,
-    evidence: Evidence,
-    log_odds: f64,
+    pub height: f64,
+    /// Average peak-to-correlation energy of the response (wang2017, eq. 9).
+    pub apce: f64,
+    /// What speaks for it.
+    pub evidence: Evidence,
+    /// ln of p / (1 − p) of the probability p that the box is right.
+    pub log_odds: f64,
 }
 
 /// The target's cells.
@@ -183,7 +188,7 @@ impl CorrelationLocalizer {
     }
 
     /// The filter's answer in the window about `center`: the likeliest of its peaks.
-    fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
+    fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Sighting> {
         let Self { spec, window, filter, colors, initial, baseline, scratch, .. } = self;
         scratch.extract(frame, &window.window(center, scale));
         let Scratch { features, plain, windowed, response, peaks, .. } = scratch;
@@ -196,7 +201,7 @@ impl CorrelationLocalizer {
         }
         let quality = PeakQuality::of(response, size.width, spec.peaks.sidelobe_share);
         let cell = window.step(scale) * cell_px as f64;
-        let mut best: Option<Candidate> = None;
+        let mut best: Option<Sighting> = None;
         for (x, y, height) in peaks.find(response, size.width, &spec.peaks) {
             let (right, down) = (signed_shift(x, size.width), signed_shift(y, size.height));
             let (dx, dy) = match spec.peaks.subpixel {
@@ -225,15 +230,59 @@ impl CorrelationLocalizer {
             if best.is_none_or(|b| log_odds > b.log_odds) {
                 let center = Point::new(center.x + dx * cell, center.y + dy * cell);
                 let height = f64::from(height);
-                best = Some(Candidate { center, scale, height, apce: quality.apce, evidence, log_odds });
+                best = Some(Sighting { center, scale, height, apce: quality.apce, evidence, log_odds });
             }
         }
         best
     }
 
+    /// What speaks for the target being inside `bbox`: the best of the response within a quarter of its side of the middle.
+    pub fn evidence_at(&mut self, frame: &Frame, bbox: &BBox) -> Evidence {
+        let Self { spec, window, filter, colors, initial, baseline, scratch, .. } = self;
+        scratch.extract(frame, &window.window(bbox.center(), window.scale_of(bbox)));
+        let Scratch { features, plain, windowed, response, .. } = scratch;
+        filter.respond(windowed, response);
+        let (size, cell_px) = (plain.size(), features.cell_px());
+        let (wide, high) = in_cells(window.target_in_patch(), cell_px);
+        let reach =
+            ((0.25 * (wide * high).sqrt()).round() as isize).clamp(1, size.width.min(size.height) as isize / 2 - 1);
+        let (mut dx, mut dy, mut highest) = (0, 0, f32::NEG_INFINITY);
+        for y in -reach..=reach {
+            let row = y.rem_euclid(size.height as isize) as usize * size.width;
+            for x in -reach..=reach {
+                let value = response[row + x.rem_euclid(size.width as isize) as usize];
+                if value > highest {
+                    (dx, dy, highest) = (x, y, value);
+                }
+            }
+        }
+        let pixels = |cells: isize| (cells * cell_px as isize) as f64;
+        let seen_colors = colors.as_mut().filter(|_| spec.score.color != 0.0).zip(features.patch());
+        let peak = f64::from(highest) * filter.peak_unit();
+        Evidence {
+            peak,
+            psr: PeakQuality::of(response, size.width, spec.peaks.sidelobe_share).psr,
+            peak_ratio: baseline.ratio(peak),
+            likeness: initial.likeness(plain, dx, dy),
+            color: seen_colors.map_or(0.5, |(c, patch)| c.likelihood(patch, (pixels(dx), pixels(dy)))),
+        }
+    }
+
+    /// The likeliest place near the target that was at `expected`, at its size.
+    pub fn sight(&mut self, frame: &Frame, expected: &BBox) -> Option<Sighting> {
+        let (center, scale) = (expected.center(), self.window.scale_of(expected));
+        self.respond(frame, center, scale)
+    }
+
+    /// The scale at `center`, measured by the filter along scale, where there is one.
+    pub fn scale_at(&mut self, frame: &Frame, center: Point, scale: f64) -> f64 {
+        let Some(filter) = &mut self.scale else { return scale };
+        self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)))
+    }
+
     /// The best of all sizes tried at one place.
-    fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Candidate> {
-        let mut best: Option<(f64, Candidate)> = None;
+    fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Sighting> {
+        let mut best: Option<(f64, Sighting)> = None;
         let levels = 2 * self.spec.ladder.levels + 1;
         for k in 0..levels {
             let Some((factor, penalty)) = self.spec.sizes().nth(k) else { break };
@@ -277,12 +326,12 @@ impl Localizer for CorrelationLocalizer {
 
     /// Measures the size by the filter along scale.
     fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        let Some(filter) = &mut self.scale else { return Ok(found) };
-        if look != Look::Near && !self.spec.scale.as_ref().is_some_and(|s| s.on_return) {
+        let Some(params) = &self.spec.scale else { return Ok(found) };
+        if look != Look::Near && !params.on_return {
             return Ok(found);
         }
         let Some(Place { center, scale }) = found.place else { return Ok(found) };
-        let scale = self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)));
+        let scale = self.scale_at(frame, center, scale);
         let place = Some(Place { center, scale });
         Ok(Measurement { bbox: self.window.bbox(center, scale), place, ..found })
     }

@@ -19,7 +19,7 @@ mod score;
 mod search_window;
 pub mod spec;
 
-pub use localizer::CorrelationLocalizer;
+pub use localizer::{CorrelationLocalizer, Sighting};
 pub use params::{
     ColorParams, Likeness, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, SolverParams, Subpixel,
     SweepBy, WindowParams, WindowShape,

@@ -159,7 +159,8 @@ impl Proposer {
         let found = if self.is_wide(situation.state) {
             swept
         } else {
-            let found = swept.filter(|s| s.measurement.confidence >= situation.sure_from).or(near);
+            let least = situation.sure_from.max(self.params.side_from);
+            let found = swept.filter(|s| s.measurement.confidence >= least).or(near);
             if let Some(found) = &found {
                 self.latest = found.measurement.confidence;
             }

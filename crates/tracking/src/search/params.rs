@@ -25,6 +25,8 @@ crate::parameters! {
         pub wide_windows: usize = 8, in 1..=1000, source "ours";
         /// Windows looked at elsewhere per frame while unsure of what is followed.
         pub side_windows: usize = 0, in 0..=1000, source "ours";
+        /// Least probability from which what such a window shows is believed, where that is more than leaves no doubt.
+        pub side_from: f64 = 0.0, in 0.0..=1.0, source "ours";
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
         /// Of `gate`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of

@@ -135,6 +135,18 @@ fn doubt_twice_in_a_row_makes_it_look_elsewhere() {
 }
 
 #[test]
+fn more_may_be_asked_of_what_is_seen_elsewhere() {
+    let prior = prior();
+    let seen = situation(&prior, TrackState::Tracking);
+    let mut proposer = proposer(SearchParams { side_windows: 1, side_from: 0.95, ..SearchParams::default() });
+    let elsewhere = |far: f64| move |s: &Search| Some(if s.look == Look::Near { 0.5 } else { far });
+    run(&mut proposer, &seen, elsewhere(0.9));
+    let look = |found: Option<Found>| found.map(|f| f.search.look);
+    assert_eq!(look(run(&mut proposer, &seen, elsewhere(0.94)).1), Some(Look::Near));
+    assert_eq!(look(run(&mut proposer, &seen, elsewhere(0.95)).1), Some(Look::Centred));
+}
+
+#[test]
 fn the_gate_reaches_as_far_as_the_covariance_says() {
     let prior = prior();
     let params = SearchParams { model: SearchModel::Gate, gate_chi2: 4.0, ..SearchParams::default() };

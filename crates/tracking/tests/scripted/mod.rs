@@ -3,8 +3,8 @@
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::{
-    GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Recipe, Result, Search, Tracker, TrackerEntry,
-    TrackerRecipe, ViewSize,
+    GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Outcome, Recipe, Result, Search, TrackState, Tracker,
+    TrackerEntry, TrackerRecipe, ViewSize,
 };
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -26,6 +26,7 @@ thread_local! {
     static SCRIPT: RefCell<Option<(BBox, f64)>> = const { RefCell::new(None) };
     /// What is seen by a sweep over the frame.
     static FAR: RefCell<Option<(BBox, f64)>> = const { RefCell::new(None) };
+    static CONCLUDED: RefCell<Vec<(Option<BBox>, TrackState)>> = const { RefCell::new(Vec::new()) };
     static ASKED: RefCell<Vec<Asked>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -38,6 +39,12 @@ pub fn show(near: Option<(BBox, f64)>, far: Option<(BBox, f64)>) {
 /// What was asked since the last call.
 pub fn asked() -> Vec<Asked> {
     ASKED.take()
+}
+
+/// What it was told that the loop made of the frames since the last call.
+#[allow(dead_code, reason = "not every test asks")]
+pub fn concluded() -> Vec<(Option<BBox>, TrackState)> {
+    CONCLUDED.take()
 }
 
 fn note(what: Asked) {
@@ -77,6 +84,11 @@ impl Localizer for Scripted {
     fn adapt(&mut self, _: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
         self.learned += 1;
         note(Asked::Adapt(bbox));
+        Ok(())
+    }
+
+    fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+        CONCLUDED.with_borrow_mut(|all| all.push((outcome.found.map(|m| m.bbox), outcome.state)));
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! The default tracker, `pursuit`: a background-aware filter on gradients and colour names finds the place, a scale filter
+//! `pursuit-light`: a background-aware filter on gradients and colour names finds the place, a scale filter
 //! the size; the filter's peak, the likeness to the initial template and the colours say how sure that is; a search beside
 //! the main one, and all over once the target is lost, finds it again.
 
@@ -19,8 +19,8 @@ use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 const PATCH_PX: f64 = 160.0 * 160.0;
 
 pursuit_tracking::parameters! {
-    /// Parameters of the default tracker. What is not said to be ours is that of the paper it names.
-    pub struct PursuitParams {
+    /// Parameters of `pursuit-light`, and of the filter of `pursuit`. What is not said to be ours is that of the paper it names.
+    pub struct FilterParams {
         /// Standard deviation of the label as a share of the target's side.
         pub label_sigma: f64 = 0.0625, in above(0.0).below(1.0), source "galoogahi2017, section 4: 1/16";
         /// Share of the new sample per frame, η.
@@ -56,7 +56,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-impl LocalizerRecipe for PursuitParams {
+impl LocalizerRecipe for FilterParams {
     type Localizer = CorrelationLocalizer;
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
@@ -77,8 +77,8 @@ impl LocalizerRecipe for PursuitParams {
     }
 }
 
-/// `pursuit`.
-pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
+/// `pursuit-light`.
+pub fn light(name: &'static str) -> TrackerRecipe<FilterParams> {
     let groups = GroupParams {
         motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
         policy: PolicyParams {
@@ -99,5 +99,5 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             ..SearchParams::default()
         },
     };
-    TrackerRecipe { name, localizer: PursuitParams::default(), groups }
+    TrackerRecipe { name, localizer: FilterParams::default(), groups }
 }

@@ -1,0 +1,121 @@
+//! What was heard of one place.
+
+use super::TogetherParams;
+use super::judge::Testimony;
+use pursuit_geometry::{BBox, Point};
+use pursuit_tracking::Diagnostics;
+
+/// One witness's box and what speaks for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Claim {
+    /// What it takes for the target's box.
+    pub bbox: BBox,
+    /// The same in its own terms, from which it goes on.
+    pub own: BBox,
+    /// What is known of that box.
+    pub said: Testimony,
+    /// ln of p / (1 − p) of the probability that it is right.
+    pub log_odds: f64,
+}
+
+/// What both said of one place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hearing {
+    pub filter: Option<Claim>,
+    pub network: Option<Claim>,
+    /// Whether both speak of one thing.
+    pub agreed: bool,
+    /// Whether the filter's claim is the one believed, of claims that differ.
+    pub filter_leads: bool,
+    /// Log odds that the filter is right where they differ, by this frame alone; 0 where they agree.
+    pub odds: f64,
+    /// Middle and scale of the target in the filter's own terms, where the filter saw it.
+    pub place: Option<(Point, f64)>,
+}
+
+impl Hearing {
+    /// The claim believed.
+    pub fn leading(&self) -> Option<&Claim> {
+        if self.filter_leads { self.filter.as_ref() } else { self.network.as_ref() }
+    }
+
+    /// Whether the filter, though both agree, goes on from its own box.
+    pub fn filter_keeps(&self, params: &TogetherParams) -> bool {
+        self.agreed && self.filter.is_some_and(|claim| claim.said.together >= params.own_from)
+    }
+
+    /// The box to report.
+    pub fn bbox(&self, params: &TogetherParams) -> Option<BBox> {
+        match (self.agreed, &self.filter, &self.network) {
+            (true, Some(filter), Some(network)) => {
+                Some(joined(params, &filter.bbox, &network.bbox, filter.said.together))
+            }
+            _ => self.leading().map(|claim| claim.bbox),
+        }
+    }
+
+    /// What each witness said, for the files.
+    pub fn figures(&self) -> Diagnostics {
+        let flag = |set: bool| f64::from(u8::from(set));
+        let mut figures =
+            Diagnostics::default().with("agreed", flag(self.agreed)).with("filter_leads", flag(self.filter_leads));
+        if let Some(claim) = &self.filter {
+            FILTER.into_iter().zip(claim.figures()).for_each(|(name, value)| figures.push(name, value));
+        }
+        if let Some(claim) = &self.network {
+            NETWORK.into_iter().zip(claim.figures()).for_each(|(name, value)| figures.push(name, value));
+        }
+        figures
+    }
+}
+
+/// Names of what is known of the filter's box.
+const FILTER: [&str; 10] = [
+    "filter_x",
+    "filter_y",
+    "filter_w",
+    "filter_h",
+    "filter_peak",
+    "filter_likeness",
+    "filter_color",
+    "filter_psr",
+    "filter_score",
+    "filter_moved",
+];
+/// Names of what is known of the network's box.
+const NETWORK: [&str; 10] = [
+    "network_x",
+    "network_y",
+    "network_w",
+    "network_h",
+    "network_peak",
+    "network_likeness",
+    "network_color",
+    "network_psr",
+    "network_score",
+    "network_moved",
+];
+
+impl Claim {
+    /// In the order of [`FILTER`].
+    fn figures(&self) -> [f64; 10] {
+        let (x, y, w, h) = self.bbox.ltwh();
+        let Testimony { filter, network, moved, .. } = &self.said;
+        [x, y, w, h, filter.peak, filter.likeness, filter.color, filter.psr, *network, *moved]
+    }
+}
+
+/// One box of two that are of one thing and overlap by `together`.
+fn joined(params: &TogetherParams, filter: &BBox, network: &BBox, together: f64) -> BBox {
+    let span = (params.same_from - params.agree_from).max(1e-3);
+    // How far the filter's box is believed beside the network's.
+    let belief = ((together - params.agree_from) / span).clamp(0.0, 1.0);
+    let mix = |network_share: f64, a: f64, b: f64| a + (1.0 - belief * (1.0 - network_share)) * (b - a);
+    let (here, there) = (filter.center(), network.center());
+    let (center, size) = (params.network_center, params.network_size);
+    BBox::from_center_size(
+        Point::new(mix(center, here.x, there.x), mix(center, here.y, there.y)),
+        mix(size, filter.width(), network.width()),
+        mix(size, filter.height(), network.height()),
+    )
+}

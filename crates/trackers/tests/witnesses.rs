@@ -1,0 +1,125 @@
+//! The default tracker's two witnesses: agreement, shares, what is gone, what comes back.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
+
+use pursuit_geometry::{BBox, Size};
+use pursuit_imaging::{Frame, Image};
+use pursuit_trackers::registry;
+use pursuit_tracking::{Estimate, Measurement, TrackState, Tracker};
+
+const SIZE: Size = Size::new(320, 240);
+
+/// A disc with a face of its own over a background of slow stripes.
+fn frame(k: u64, target: Option<BBox>) -> Frame {
+    let image = Image::from_fn(SIZE.width, SIZE.height, |x, y| {
+        let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+        let back = 110.0 + 25.0 * (0.11 * x + 0.05 * y).sin() + 20.0 * (0.13 * y - 0.04 * x).cos();
+        let inside = target.filter(|b| {
+            let (u, v) = ((x - b.center().x) / (b.width() / 2.0), (y - b.center().y) / (b.height() / 2.0));
+            u * u + v * v < 1.0
+        });
+        match inside {
+            Some(b) => {
+                let (u, v) = ((x - b.left()) / b.width(), (y - b.top()) / b.height());
+                let eye = ((u - 0.3).hypot(v - 0.35) < 0.1) || ((u - 0.7).hypot(v - 0.35) < 0.1);
+                let mouth = (v - 0.7).abs() < 0.05 && (u - 0.5).abs() < 0.2;
+                if eye || mouth { [20, 10, 10] } else { [230, 190, 60] }
+            }
+            None => [back as u8, (back * 0.9) as u8, (back * 0.8) as u8],
+        }
+    });
+    Frame::new(k, k as f64 / 25.0, image.unwrap())
+}
+
+fn place(k: u64) -> BBox {
+    BBox::from_ltwh(60.0 + 2.0 * k as f64, 70.0 + 10.0 * (k as f64 / 9.0).sin(), 48.0, 56.0)
+}
+
+fn start(set: &[(&str, f64)]) -> Box<dyn Tracker> {
+    let table = set.iter().map(|(k, v)| ((*k).to_owned(), toml::Value::from(*v))).collect();
+    let recipe = registry::tracker("pursuit").unwrap().recipe(&table).unwrap();
+    recipe.init(&frame(0, Some(place(0))), place(0)).unwrap()
+}
+
+fn figure(seen: &Measurement, name: &str) -> f64 {
+    seen.diagnostics.get(name).unwrap_or_else(|| panic!("no {name} in {:?}", seen.diagnostics))
+}
+
+fn claimed(seen: &Measurement, witness: &str) -> BBox {
+    let [x, y, w, h] = ["x", "y", "w", "h"].map(|k| figure(seen, &format!("{witness}_{k}")));
+    BBox::from_ltwh(x, y, w, h)
+}
+
+#[test]
+fn both_witnesses_agree_on_what_only_moves() {
+    let mut tracker = start(&[]);
+    for k in 1..12 {
+        let seen = tracker.peek(&frame(k, Some(place(k)))).unwrap().unwrap();
+        assert_eq!(figure(&seen, "agreed"), 1.0, "frame {k}: {seen:?}");
+        let (filter, network) = (claimed(&seen, "filter"), claimed(&seen, "network"));
+        assert!(filter.iou(&place(k)) > 0.6 && network.iou(&place(k)) > 0.6, "frame {k}: {filter} {network}");
+        let estimate = tracker.update(&frame(k, Some(place(k)))).unwrap();
+        assert!(
+            estimate.state == TrackState::Tracking && estimate.bbox.iou(&place(k)) > 0.7,
+            "frame {k}: {estimate:?}"
+        );
+    }
+}
+
+#[test]
+fn shares_say_whose_box_is_reported() {
+    for (share, witness) in [(0.0, "filter"), (1.0, "network")] {
+        // What agrees at all is as good as the other here.
+        let set = [("together.network_center", share), ("together.network_size", share), ("together.same_from", 0.4)];
+        let mut tracker = start(&set);
+        for k in 1..5 {
+            let seen = tracker.peek(&frame(k, Some(place(k)))).unwrap().unwrap();
+            let overlap = seen.bbox.iou(&claimed(&seen, witness));
+            assert!(overlap > 1.0 - 1e-9, "{witness}, frame {k}: {overlap}");
+            tracker.update(&frame(k, Some(place(k)))).unwrap();
+        }
+    }
+    // Below `same_from` the network's box counts for more, down to `agree_from`.
+    let halves = [("together.network_center", 0.0), ("together.network_size", 0.0), ("together.same_from", 1.0)];
+    let mut tracker = start(&[halves.as_slice(), &[("together.agree_from", 0.2)]].concat());
+    let seen = tracker.peek(&frame(1, Some(place(1)))).unwrap().unwrap();
+    let (filter, network) = (claimed(&seen, "filter"), claimed(&seen, "network"));
+    let share = (1.0 - filter.iou(&network)) / 0.8;
+    let want = filter.width() + share * (network.width() - filter.width());
+    assert!((seen.bbox.width() - want).abs() < 1e-6, "{} {want}", seen.bbox);
+}
+
+#[test]
+fn what_is_gone_is_not_tracked_and_what_comes_back_elsewhere_is_found() {
+    // Doubt counts as absence here: the stripes resemble the face a little.
+    let mut tracker = start(&[("policy.lost_below", 0.6)]);
+    for k in 1..15 {
+        tracker.update(&frame(k, Some(place(k)))).unwrap();
+    }
+    let gone: Vec<Estimate> = (15..70).map(|k| tracker.update(&frame(k, None)).unwrap()).collect();
+    let claims = gone.iter().filter(|e| e.state == TrackState::Tracking).count();
+    assert!(claims <= 1, "tracked nothing in {claims} frames");
+    assert_eq!(gone.last().unwrap().state, TrackState::Lost);
+    let back = BBox::from_ltwh(210.0, 150.0, 48.0, 56.0);
+    let found = (70..120).position(|k| {
+        let estimate = tracker.update(&frame(k, Some(back))).unwrap();
+        estimate.state == TrackState::Tracking && estimate.bbox.iou(&back) > 0.5
+    });
+    assert!(found.is_some_and(|after| after < 40), "found after {found:?} frames");
+}
+
+#[test]
+fn a_saved_tracker_goes_on_alike_and_settings_out_of_range_are_refused() {
+    let mut tracker = start(&[]);
+    for k in 1..6 {
+        tracker.update(&frame(k, Some(place(k)))).unwrap();
+    }
+    let recipe = registry::tracker("pursuit").unwrap().recipe(&toml::Table::new()).unwrap();
+    let mut restored = recipe.restore(&tracker.save().unwrap()).unwrap();
+    for k in 6..12 {
+        let now = frame(k, Some(place(k)));
+        assert_eq!(tracker.update(&now).unwrap(), restored.update(&now).unwrap(), "frame {k}");
+    }
+    let bad = toml::Table::from_iter([("together.agree_from".to_owned(), toml::Value::from(1.5))]);
+    let error = registry::tracker("pursuit").unwrap().recipe(&bad).err().unwrap().to_string();
+    assert!(error.contains("agree_from"), "{error}");
+}
