@@ -104,6 +104,17 @@ impl Measurement {
     }
 }
 
+/// Which box is reported where both a measured and a filtered one are at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighed {
+    /// The filtered one.
+    Filtered,
+    /// The measured one; the motion model keeps its own.
+    Measured,
+    /// The measured one, and the motion model starts anew from it.
+    Restarted,
+}
+
 /// Finds the target. `locate` is apart from `adapt`, so that a policy can stop a tracker from learning its occluder.
 ///
 /// `locate` and `refine` change nothing that is saved: they take `&mut self` for their scratch alone.
@@ -128,6 +139,25 @@ pub trait Localizer: Send {
     /// # Errors
     /// When the frame lacks what the method needs.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
+
+    /// What becomes of the box that the motion model made of a measurement that is believed.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn weigh(&mut self, frame: &Frame, measurement: &Measurement, filtered: &BBox) -> Result<Weighed> {
+        let _ = (frame, measurement, filtered);
+        Ok(Weighed::Filtered)
+    }
+
+    /// The frame is over: `followed` is the measurement that moved the box, and the box to go on from: the one reported
+    /// where the measurement is believed, else the one measured. `None` when nothing was found or followed. For methods that follow from frame to frame.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn pass(&mut self, frame: &Frame, followed: Option<(&Measurement, BBox)>) -> Result<()> {
+        let _ = (frame, followed);
+        Ok(())
+    }
 
     /// Forgets everything and starts on a new target.
     ///

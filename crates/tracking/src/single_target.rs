@@ -1,6 +1,6 @@
 use crate::motion::{CameraShift, Motion, MotionFilter, Sight};
 use crate::policy::{Evidence, Policy, Verdict};
-use crate::roles::{Localizer, Measurement, Prior, Search};
+use crate::roles::{Localizer, Measurement, Prior, Search, Weighed};
 use crate::search::{Found, Proposer, Situation};
 use crate::{Estimate, Forecast, GroupParams, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::{BBox, Size};
@@ -83,9 +83,15 @@ impl<L: Localizer> SingleTarget<L> {
         }
         self.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
+        let bbox = if verdict.state == TrackState::Occluded { self.motion.bbox() } else { self.last_believed };
+        let followed = match verdict.state {
+            TrackState::Tracking => found.as_ref().map(|m| (m, bbox)),
+            _ => found.as_ref().filter(|_| verdict.follow).map(|m| (m, m.bbox)),
+        };
+        self.localizer.pass(frame, followed)?;
         Ok(Estimate {
             time_s: frame.time_s(),
-            bbox: if lost { self.last_believed } else { self.motion.bbox() },
+            bbox,
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             prediction: Some(prior.bbox),
@@ -148,7 +154,15 @@ impl<L: Localizer> SingleTarget<L> {
         } else {
             self.motion.correct(&Sight::from(seen)).map_err(failed(&self.name, frame.index()))?;
         }
-        self.last_believed = self.motion.bbox();
+        let filtered = self.motion.bbox();
+        self.last_believed = match self.localizer.weigh(frame, seen, &filtered)? {
+            Weighed::Filtered => filtered,
+            Weighed::Measured => seen.bbox,
+            Weighed::Restarted => {
+                self.motion.restart(seen.bbox);
+                seen.bbox
+            }
+        };
         if learn {
             self.localizer.adapt(frame, self.last_believed, seen)?;
             self.proposer.settle(&self.last_believed);

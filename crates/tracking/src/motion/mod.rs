@@ -14,7 +14,7 @@ pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
 pub use camera::{CameraCompensation, CameraShift};
 pub use center::CenterFilter;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
-pub use params::{BounceParams, MotionModel, MotionParams};
+pub use params::{BounceParams, HalfIntervalReading, MotionModel, MotionParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
 
 use crate::roles::{Measurement, Prior};
