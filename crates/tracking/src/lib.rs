@@ -28,7 +28,9 @@ pub use estimate::{BoxCovariance, Diagnostics, Estimate, Forecast, TrackState, V
 pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
-pub use roles::{Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Place, Prior, Search, ViewSize, Weighed};
+pub use roles::{
+    Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Place, Prior, Search, ViewSize, Weighed,
+};
 pub use single_target::SingleTarget;
 pub use toml::Table;
 pub use tracker::{Needs, Recipe, Tracker, check_box};

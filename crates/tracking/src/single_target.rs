@@ -3,7 +3,7 @@ use crate::policy::{Evidence, Policy, Verdict};
 use crate::roles::{Localizer, Measurement, Prior, Search, Weighed};
 use crate::search::{Found, Proposer, Situation};
 use crate::{Estimate, Forecast, GroupParams, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
-use pursuit_geometry::{BBox, Size};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -225,7 +225,18 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
     }
 
     fn forecast(&self, seconds: f64) -> Result<Forecast> {
-        self.motion.forecast(self.time_s, seconds).map_err(failed(&self.name, 0))
+        let forecast = self.motion.forecast(self.time_s, seconds).map_err(failed(&self.name, 0))?;
+        let filtered = self.motion.bbox();
+        if self.state != TrackState::Tracking || self.last_believed == filtered {
+            return Ok(forecast);
+        }
+        // The box reported is the measured one: the filtered motion goes on from there.
+        let (from, now, ahead) = (self.last_believed.center(), filtered.center(), forecast.bbox.center());
+        let center = Point::new(from.x + ahead.x - now.x, from.y + ahead.y - now.y);
+        let grown = forecast.bbox.width() / filtered.width();
+        let (width, height) = (self.last_believed.width() * grown, self.last_believed.height() * grown);
+        let bbox = if seconds > 0.0 { BBox::from_center_size(center, width, height) } else { self.last_believed };
+        Ok(Forecast { bbox, ..forecast })
     }
 
     fn reinit(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

@@ -49,6 +49,8 @@ pub struct Proposer {
     latest: f64,
     /// The window of the sweep looked at last.
     cursor: usize,
+    /// How long the target has not been seen, in seconds.
+    unseen_s: f64,
     #[serde(skip)]
     progress: Progress,
 }
@@ -79,7 +81,8 @@ enum Round {
 impl Proposer {
     /// A proposer for a target that is at `bbox` now.
     pub fn new(params: SearchParams, bbox: &BBox) -> Self {
-        let mut proposer = Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, progress: Progress::default() };
+        let mut proposer =
+            Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, unseen_s: 0.0, progress: Progress::default() };
         proposer.settle(bbox);
         proposer
     }
@@ -126,7 +129,10 @@ impl Proposer {
         let near = situation.prior.bbox.scaled(self.params.reach);
         let both = near.union(&near.centered_at(Point::new(self.last.0, self.last.1)));
         let covariance = situation.prior.innovation_covariance.unwrap_or_else(BoxCovariance::zeros);
-        let further = |axis: usize| (self.params.gate_chi2 * covariance[(axis, axis)].max(0.0)).sqrt();
+        let rate = self.params.widening_per_s * situation.prior.bbox.area().sqrt();
+        // Not both: what is followed in doubt keeps the covariance small, wherever it leads.
+        let further =
+            |axis: usize| (self.params.gate_chi2 * covariance[(axis, axis)].max(0.0)).sqrt().max(rate * self.unseen_s);
         BBox::from_center_size(both.center(), both.width() + 2.0 * further(0), both.height() + 2.0 * further(1))
     }
 
@@ -168,6 +174,8 @@ impl Proposer {
     /// if there is no doubt about it.
     pub fn finish(&mut self, situation: &Situation<'_>) -> Option<Found> {
         let Progress { near, swept, .. } = std::mem::take(&mut self.progress);
+        let seen = situation.state == TrackState::Tracking;
+        self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
         let found = if self.is_wide(situation.state) {
             swept
         } else {

@@ -35,6 +35,8 @@ crate::parameters! {
         /// Of `gate`, `widening`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
         /// freedom; 13.8 is its 99.9 % quantile).
         pub gate_chi2: f64 = 13.8, in above(0.0), source "ours";
+        /// Of `widening`: how fast the region grows at least while the target is unseen.
+        pub widening_per_s: f64 = 10.0, in 0.0..=1000.0, unit "target sizes/s", source "ours";
         /// Of `gate`: standard deviation added to the gate, for what blur and shadow do to a measured centre.
         pub gate_slack: f64 = 0.35, in 0.0..=10.0, unit "target sizes", source "ours";
         /// Of `gate`: looked at on every side beyond the gate.
