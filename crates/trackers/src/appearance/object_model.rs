@@ -141,11 +141,8 @@ impl ObjectModel {
         let negatives = self.negatives.chunks_exact(self.length).map(|other| dot(patch, other));
         let negative = negatives.reduce(f32::max).unwrap_or(0.0);
         let similarity = |ncc: f32| (0.5 * (f64::from(ncc) + 1.0)).clamp(0.0, 1.0);
-        let similarity = Similarity {
-            positive: similarity(positive),
-            early: similarity(early),
-            negative: similarity(negative),
-        };
+        let similarity =
+            Similarity { positive: similarity(positive), early: similarity(early), negative: similarity(negative) };
         Resemblance { similarity, nearest }
     }
 

@@ -1,7 +1,7 @@
 use super::cells::{BLOCK, Cells};
 use super::ferns::Ferns;
 use super::grid::{Grid, Part, Scale};
-use super::params::TldParams;
+use super::params::{RefineBy, TldParams};
 use crate::appearance::{ObjectModel, PatchSampler, Similarity};
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
@@ -69,7 +69,14 @@ impl Cascade {
     }
 
     /// Looks at the windows that `region` picks; at most `most` pass.
-    pub fn scan(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, region: &BBox, expected: &BBox, most: usize) {
+    pub fn scan(
+        &mut self,
+        gray: ImageView<'_, u8>,
+        known: &Knowledge<'_>,
+        region: &BBox,
+        expected: &BBox,
+        most: usize,
+    ) {
         known.grid.pick(region, expected, &known.params.scan, &mut self.parts);
         self.candidates.clear();
         self.windows = 0;
@@ -154,6 +161,36 @@ impl Cascade {
     pub fn similarity(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, bbox: &BBox) -> Similarity {
         self.sampler.normalized(gray, bbox, known.params.neighbor.side, &mut self.patch);
         known.model.resemblance(&self.patch).similarity
+    }
+
+    /// `bbox` moved and resized, a little at a time, to where it resembles the object more, and what it resembles there.
+    pub fn refine(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, bbox: &BBox) -> (BBox, Similarity) {
+        let p = &known.params.refine;
+        let value = |s: &Similarity| match p.by {
+            RefineBy::Nothing => 0.0,
+            RefineBy::All => s.positive,
+            RefineBy::Early => s.early,
+        };
+        let (mut best, mut similarity) = (*bbox, self.similarity(gray, known, bbox));
+        if p.by == RefineBy::Nothing || similarity.conservative(known.params.neighbor.similarity) < p.from {
+            return (best, similarity);
+        }
+        for _ in 0..p.rounds {
+            let (dx, dy) = (p.shift * best.width(), p.shift * best.height());
+            let (larger, smaller) = (best.scaled(1.0 + p.scale), best.scaled(1.0 / (1.0 + p.scale)));
+            let moved = [(dx, 0.0), (-dx, 0.0), (0.0, dy), (0.0, -dy)].map(|(x, y)| best.translated(x, y));
+            let from = value(&similarity);
+            for tried in moved.into_iter().chain([larger, smaller]) {
+                let there = self.similarity(gray, known, &tried);
+                if value(&there) > from + p.gain && value(&there) > value(&similarity) {
+                    (best, similarity) = (tried, there);
+                }
+            }
+            if value(&similarity) == from {
+                break;
+            }
+        }
+        (best, similarity)
     }
 
     /// Variance of the pixels under `bbox`, of the part that was summed up; 0 outside of it.

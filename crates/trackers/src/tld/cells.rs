@@ -21,8 +21,10 @@ pub(super) struct Cells {
 
 /// Which pixels of an image of `n` lie within `radius` of `center`: first and end, at least one.
 fn reach(center: f64, radius: f64, n: usize) -> (usize, usize) {
-    let first = (center - radius).round().clamp(0.0, n as f64 - 1.0) as usize;
-    let end = (center + radius).round().clamp(0.0, n as f64) as usize;
+    // Half a pixel more, cut off, is rounding; of what is not negative.
+    let first = ((center - radius).clamp(0.0, n as f64 - 1.0) + 0.5) as usize;
+    let first = first.min(n - 1);
+    let end = ((center + radius).clamp(0.0, n as f64) + 0.5) as usize;
     (first, end.max(first + 1))
 }
 
@@ -78,19 +80,21 @@ impl Cells {
     }
 }
 
-/// The cells of one view: a box, warped by `map` (of continuous pixels), each the mean about where its centre goes.
+/// The cells `wanted` of one view: a box, warped by `map` (of continuous pixels), each the mean about where its centre
+/// goes. `integral` is that of the image less its first `origin` columns and rows.
 pub(super) fn view(
-    integral: &IntegralImage,
-    origin: (usize, usize),
+    (integral, origin): (&IntegralImage, (usize, usize)),
     bbox: &BBox,
     map: &Affine,
     smooth: f64,
+    wanted: &[u16],
     out: &mut [u8; SIDE * SIDE],
 ) {
     let size = integral.size();
     let (cell_x, cell_y) = (bbox.width() / SIDE as f64, bbox.height() / SIDE as f64);
     let (radius_x, radius_y) = (radius(bbox.width(), smooth), radius(bbox.height(), smooth));
-    for (i, out) in out.iter_mut().enumerate() {
+    for i in wanted.iter().map(|&i| usize::from(i)) {
+        let Some(out) = out.get_mut(i) else { return };
         let (u, v) = ((i % SIDE) as f64 + 0.5, (i / SIDE) as f64 + 0.5);
         let at = map.apply(Point::new(bbox.left() + u * cell_x, bbox.top() + v * cell_y));
         let (left, right) = reach(at.x - origin.0 as f64, radius_x, size.width);
@@ -103,9 +107,20 @@ pub(super) fn view(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use pursuit_imaging::Image;
+
+    /// Every cell.
+    pub const ALL: [u16; SIDE * SIDE] = {
+        let mut all = [0; SIDE * SIDE];
+        let mut i = 0;
+        while i < SIDE * SIDE {
+            all[i] = i as u16;
+            i += 1;
+        }
+        all
+    };
 
     #[test]
     fn cells_of_a_scan_are_those_of_each_window_alone() {
@@ -122,7 +137,7 @@ mod tests {
             cells.take(&integral, origin, &scale, &part, 1.5);
             for (i, j) in [(0, 0), (5, 3), (part.right - part.left - 1, part.bottom - part.top - 1)] {
                 let window = scale.window(part.left + i, part.top + j);
-                view(&integral, origin, &window, &Affine::IDENTITY, 1.5, &mut alone);
+                view((&integral, origin), &window, &Affine::IDENTITY, 1.5, &ALL, &mut alone);
                 let seen = |cell: usize| cells.block(cell as u16, j, i).unwrap()[0];
                 let differing = (0..SIDE * SIDE).filter(|&c| seen(c) != alone[c]).count();
                 // Centres that fall on a half may be rounded either way.
@@ -138,15 +153,14 @@ mod tests {
         integral.build(image.view());
         let mut out = [0; SIDE * SIDE];
         // Cells of 2 x 2 pixels, means over 4 x 4.
-        view(&integral, (0, 0), &BBox::from_ltwh(10.0, 8.0, 40.0, 40.0), &Affine::IDENTITY, 1.0, &mut out);
+        view((&integral, (0, 0)), &BBox::from_ltwh(10.0, 8.0, 40.0, 40.0), &Affine::IDENTITY, 1.0, &ALL, &mut out);
         for (x, y) in [(0, 0), (3, 7), (19, 19)] {
             let (left, top) = (10 + 2 * x - 1, 8 + 2 * y - 1);
-            let sum: u32 =
-                (top..top + 4).flat_map(|r| &image.row(r)[left..left + 4]).map(|&v| u32::from(v)).sum();
+            let sum: u32 = (top..top + 4).flat_map(|r| &image.row(r)[left..left + 4]).map(|&v| u32::from(v)).sum();
             assert_eq!(out[y * SIDE + x], ((sum as f32) / 16.0 + 0.5) as u8);
         }
         // Far outside there is but the border.
-        view(&integral, (0, 0), &BBox::from_ltwh(1e6, -1e6, 40.0, 40.0), &Affine::IDENTITY, 1.0, &mut out);
+        view((&integral, (0, 0)), &BBox::from_ltwh(1e6, -1e6, 40.0, 40.0), &Affine::IDENTITY, 1.0, &ALL, &mut out);
         assert!(out.iter().all(|&v| v == image.row(0)[59]));
     }
 }

@@ -47,7 +47,6 @@ impl Clusters {
         }
         &self.found
     }
-
 }
 
 /// The weighted mean of boxes, centre and sides apart; `None` of nothing.

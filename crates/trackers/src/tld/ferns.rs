@@ -32,7 +32,8 @@ struct Raw {
 
 impl From<Ferns> for Raw {
     fn from(it: Ferns) -> Self {
-        let seen = it.seen.iter().enumerate().filter(|(_, s)| **s != (0, 0)).map(|(i, s)| (i as u32, s.0, s.1)).collect();
+        let seen =
+            it.seen.iter().enumerate().filter(|(_, s)| **s != (0, 0)).map(|(i, s)| (i as u32, s.0, s.1)).collect();
         Self { count: it.count, comparisons: it.comparisons, pairs: it.pairs, seen }
     }
 }
@@ -130,9 +131,9 @@ impl Ferns {
     pub fn outcomes(&self, view: &[u8; SIDE * SIDE], outcomes: &mut Vec<u32>) {
         outcomes.clear();
         outcomes.extend(self.pairs.chunks_exact(self.comparisons).enumerate().map(|(fern, pairs)| {
-            let bits = pairs.iter().fold(0u32, |bits, (a, b)| {
-                (bits << 1) | u32::from(view[usize::from(*a)] > view[usize::from(*b)])
-            });
+            let bits = pairs
+                .iter()
+                .fold(0u32, |bits, (a, b)| (bits << 1) | u32::from(view[usize::from(*a)] > view[usize::from(*b)]));
             ((fern as u32) << self.comparisons) | bits
         }));
     }
@@ -170,7 +171,7 @@ fn compare(cells: &Cells, pairs: &[(u16, u16)], row: usize, column: usize, bits:
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::view;
+    use super::super::cells::{tests::ALL, view};
     use super::super::grid::{Part, Scale};
     use super::*;
     use pursuit_imaging::Image;
@@ -246,7 +247,7 @@ mod tests {
             let mut alone = [0; SIDE * SIDE];
             let mut outcomes = Vec::new();
             for i in 0..10 {
-                view(&integral, (0, 0), &scale.window(2 * i, i % 6), &Affine::IDENTITY, 1.0, &mut alone);
+                view((&integral, (0, 0)), &scale.window(2 * i, i % 6), &Affine::IDENTITY, 1.0, &ALL, &mut alone);
                 ferns.outcomes(&alone, &mut outcomes);
                 ferns.learn(&outcomes, i % 3 != 0);
             }
@@ -255,7 +256,7 @@ mod tests {
                 let mut sums = [0; BLOCK];
                 ferns.score(&cells, row, 0, &mut sums);
                 for (i, &sum) in sums.iter().take(28).enumerate() {
-                    view(&integral, (0, 0), &scale.window(i, row), &Affine::IDENTITY, 1.0, &mut alone);
+                    view((&integral, (0, 0)), &scale.window(i, row), &Affine::IDENTITY, 1.0, &ALL, &mut alone);
                     ferns.outcomes(&alone, &mut outcomes);
                     assert_eq!(sum, ferns.sum(&outcomes), "{comparisons}: {i}, {row}");
                     seen += usize::from(sum > 0);

@@ -168,7 +168,8 @@ mod tests {
             let number = |key: &str| case[key].as_u64().unwrap() as usize;
             let shape = (number("bw") as f64, number("bh") as f64);
             let grid = Grid::new(Size::new(number("W"), number("H")), shape, &params);
-            let want: Vec<usize> = case["per_scale"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap() as usize).collect();
+            let want: Vec<usize> =
+                case["per_scale"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap() as usize).collect();
             let want: Vec<usize> = want.into_iter().filter(|n| *n > 0).collect();
             assert_eq!(grid.scales().iter().map(Scale::windows).collect::<Vec<_>>(), want);
             assert_eq!(grid.windows(), number("total"));
@@ -191,7 +192,8 @@ mod tests {
                         }
                         GateBy::Center => {
                             let c = window.center();
-                            (region.left()..=region.right()).contains(&c.x) && (region.top()..=region.bottom()).contains(&c.y)
+                            (region.left()..=region.right()).contains(&c.x)
+                                && (region.top()..=region.bottom()).contains(&c.y)
                         }
                     };
                     if picked {

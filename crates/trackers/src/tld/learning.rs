@@ -76,12 +76,14 @@ impl Learner<'_> {
         let known = known(self.params, self.grid, self.ferns, self.model, self.least_variance);
         cascade.sampler.normalized(gray, bbox, self.params.neighbor.side, &mut cascade.patch);
         let form = self.params.neighbor.similarity;
-        let relative = known.model.resemblance(&cascade.patch).similarity.relative(form);
+        let similarity = known.model.resemblance(&cascade.patch).similarity;
+        let (relative, conservative) = (similarity.relative(form), similarity.conservative(form));
         let margin = bbox.width().max(bbox.height());
-        if relative < self.params.learning.least_similarity {
+        let l = &self.params.learning;
+        if relative < l.least_similarity || conservative < l.least_conservative {
             return;
         }
-        let patch_is_new = relative <= self.params.neighbor.threshold;
+        let patch_is_new = relative <= self.params.neighbor.learn_below;
         if patch_is_new {
             self.model.add_positive(&cascade.patch);
         }
@@ -99,14 +101,14 @@ impl Learner<'_> {
     fn learn_object(&mut self, cascade: &Cascade, bbox: &BBox, warping: Warping) {
         self.nearest(bbox);
         let threshold = self.ferns.threshold(self.params.ferns.posterior);
-        let (integral, origin) = cascade.sums();
+        let sums = cascade.sums();
         let smooth = self.params.ferns.smooth_px;
         for at in 0..self.scratch.near.len() {
             let (window, _) = self.scratch.near[at];
             for warp in 0..=warping.count {
                 // The window itself comes first.
                 let map = if warp == 0 { Affine::IDENTITY } else { self.warp(&window, warping.turn_rad) };
-                view(integral, origin, &window, &map, smooth, &mut self.scratch.view);
+                view(sums, &window, &map, smooth, self.ferns.used(), &mut self.scratch.view);
                 if warp > 0 {
                     self.add_noise(&window);
                 }
@@ -120,12 +122,13 @@ impl Learner<'_> {
 
     /// N-expert of the ferns: what passes them far from the box is not the object.
     fn reject_windows(&mut self, cascade: &Cascade, bbox: &BBox) {
-        let (integral, origin) = cascade.sums();
+        let sums = cascade.sums();
         let threshold = self.ferns.threshold(self.params.ferns.posterior);
         let far = |window: &BBox| window.iou(bbox) < self.params.learning.negative_overlap;
         for candidate in cascade.candidates().iter().filter(|c| far(&c.window)) {
             let smooth = self.params.ferns.smooth_px;
-            view(integral, origin, &candidate.window, &Affine::IDENTITY, smooth, &mut self.scratch.view);
+            let used = self.ferns.used();
+            view(sums, &candidate.window, &Affine::IDENTITY, smooth, used, &mut self.scratch.view);
             self.ferns.outcomes(&self.scratch.view, &mut self.scratch.outcomes);
             if self.ferns.sum(&self.scratch.outcomes) >= threshold {
                 self.ferns.learn(&self.scratch.outcomes, false);

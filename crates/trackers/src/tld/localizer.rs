@@ -1,5 +1,5 @@
 use super::cascade::{Candidate, Cascade, Knowledge};
-use super::clusters::{Clusters, mean};
+use super::clusters::{Cluster, Clusters, mean};
 use super::ferns::Ferns;
 use super::grid::Grid;
 use super::learning::{Learner, Scratch};
@@ -66,7 +66,8 @@ struct Raw {
 
 impl From<TldLocalizer> for Raw {
     fn from(it: TldLocalizer) -> Self {
-        let TldLocalizer { params, view, follower, ferns, model, least_variance, random, valid, since_restart, .. } = it;
+        let TldLocalizer { params, view, follower, ferns, model, least_variance, random, valid, since_restart, .. } =
+            it;
         let frame = (it.grid.frame().width, it.grid.frame().height);
         Self { params, view, follower, ferns, model, least_variance, random, valid, since_restart, frame }
     }
@@ -84,19 +85,7 @@ impl TryFrom<Raw> for TldLocalizer {
         }
         let grid = Grid::new(Size::new(frame.0, frame.1), view.window_size(), &params.scan);
         let scratch = Work::default();
-        Ok(Self {
-            params,
-            view,
-            follower,
-            ferns,
-            model,
-            least_variance,
-            random,
-            valid,
-            since_restart,
-            grid,
-            scratch,
-        })
+        Ok(Self { params, view, follower, ferns, model, least_variance, random, valid, since_restart, grid, scratch })
     }
 }
 
@@ -177,31 +166,26 @@ impl TldLocalizer {
         let (region, expected) = (view.region(&search.region), view.window(&search.expected));
         cascade.scan(gray, &known, &region, &expected, params.ferns.most_windows);
         cascade.judge(gray, &known);
-        let followed = followed.map(|bbox| {
-            let window = view.window(&bbox);
-            (window, cascade.similarity(gray, &known, &window))
-        });
+        let followed = followed.map(|bbox| cascade.refine(gray, &known, &view.window(&bbox)));
+        let followed = followed.filter(|(_, s)| s.conservative(form) >= params.neighbor.followed);
         let detections = detections(cascade.candidates(), params);
         let clusters = clusters.of(detections, form);
         let Some((window, similarity)) = followed else {
-            // Two places that look alike are none.
-            let [only] = clusters else { return None };
-            let (window, similarity) = (only.bbox, only.similarity);
+            let only = outstanding(clusters, params)?;
+            let (window, similarity) = cascade.refine(gray, &known, &only.bbox);
             return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
         };
         let sure = similarity.conservative(form);
-        let mut better = clusters
-            .iter()
-            .filter(|c| c.bbox.iou(&window) < ELSEWHERE && c.similarity.conservative(form) > sure);
-        if let (Some(other), None) = (better.next(), better.next()) {
-            let (window, similarity) = (other.bbox, other.similarity);
+        let better = |c: &Cluster| c.bbox.iou(&window) < ELSEWHERE && c.similarity.conservative(form) > sure;
+        if let Some(other) = outstanding(clusters, params).filter(|c| better(c)) {
+            let (window, similarity) = cascade.refine(gray, &known, &other.bbox);
             return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
         }
         let near = || detections.iter().map(|d| d.window).filter(|w| w.iou(&window) > NEAR);
         let agreed = near().next().is_some();
         let all = near().map(|w| (w, 1.0)).chain([(window, FOLLOWED_WEIGHT)]);
         let window = mean(all).unwrap_or(window);
-        let valid = *valid || sure > params.neighbor.valid;
+        let valid = (*valid || sure > params.neighbor.valid) && sure >= params.neighbor.invalid;
         Some(Joined { window, similarity, valid, followed: true, agreed })
     }
 
@@ -212,8 +196,7 @@ impl TldLocalizer {
         let log_odds = score.bias
             + score.conservative * conservative
             + score.relative * relative
-            + score.valid * f64::from(joined.valid)
-            + score.agreed * f64::from(joined.agreed);
+            + score.valid * f64::from(joined.valid);
         let (positives, negatives) = self.model.len();
         let cascade = &self.scratch.cascade;
         Measurement {
@@ -229,6 +212,14 @@ impl TldLocalizer {
             ..Measurement::new(self.view.bbox(&joined.window), probability(log_odds))
         }
     }
+}
+
+/// The group that resembles the object most, unless another resembles it nearly as much: places that look alike are none.
+fn outstanding<'a>(clusters: &'a [Cluster], params: &TldParams) -> Option<&'a Cluster> {
+    let sure = |c: &Cluster| c.similarity.conservative(params.neighbor.similarity);
+    let best = clusters.iter().max_by(|a, b| sure(a).total_cmp(&sure(b)))?;
+    let rivals = clusters.iter().filter(|c| sure(c) >= sure(best) - params.neighbor.margin).count();
+    (rivals == 1).then_some(best)
 }
 
 /// Name of the figure that says whether the trajectory is trusted.

@@ -13,7 +13,8 @@ mod view;
 
 pub use localizer::TldLocalizer;
 pub use params::{
-    FernParams, GateBy, GuideParams, LearningParams, NeighborParams, ScanParams, TldParams, TldScoreParams,
+    FernParams, GateBy, GuideParams, LearningParams, NeighborParams, RefineBy, RefineParams, ScanParams, TldParams,
+    TldScoreParams,
 };
 
 use pursuit_tracking::motion::{MotionModel, MotionParams};
@@ -22,7 +23,15 @@ use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{GroupParams, TrackerRecipe};
 
 fn policy() -> PolicyParams {
-    PolicyParams { lost_after_s: 2.0, ..PolicyParams::default() }
+    PolicyParams {
+        occluded_below: 0.5,
+        seen_from: 0.6,
+        found_from: 0.6,
+        learn_from: 0.5,
+        lost_below: 0.02,
+        lost_after_s: 0.5,
+        ..PolicyParams::default()
+    }
 }
 
 /// `tld`: the whole frame is scanned at every frame.

@@ -26,8 +26,6 @@ pursuit_tracking::parameters! {
         pub gate_by: GateBy = GateBy::Center, source "ours; zhu2014: intersection";
         /// Of `center`: sizes below, and above, the expected one.
         pub gate_scales: usize = 3, in 0..=40, source "ours";
-        /// While the whole frame is scanned beyond what is expected, one in so many rows of windows is scanned a frame, in turn.
-        pub lost_interleave: usize = 1, in 1..=16, source "ours";
     }
 }
 
@@ -49,6 +47,36 @@ pursuit_tracking::parameters! {
     }
 }
 
+pursuit_tracking::choices! {
+    /// By which patches a box is put right.
+    pub enum RefineBy {
+        /// By none: it stays where it was followed to.
+        Nothing = "nothing",
+        /// By all of the object.
+        All = "all",
+        /// By the earliest half.
+        Early = "early",
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// Small moves of a box to where it resembles the object more.
+    pub struct RefineParams {
+        /// By which patches.
+        pub by: RefineBy = RefineBy::Early, source "ours; kalal2012: nothing";
+        /// A box of less conservative similarity is left where it is: it may be anything.
+        pub from: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// A move, in sides.
+        pub shift: f64 = 0.04, in 0.0..=0.5, unit "target sizes", source "ours";
+        /// A change of size.
+        pub scale: f64 = 0.03, in 0.0..=0.5, source "ours";
+        /// Most rounds of moves.
+        pub rounds: usize = 2, in 0..=20, source "ours";
+        /// What a move must gain in similarity.
+        pub gain: f64 = 0.005, in 0.0..=1.0, source "ours";
+    }
+}
+
 pursuit_tracking::parameters! {
     /// The nearest-neighbour classifier.
     pub struct NeighborParams {
@@ -60,6 +88,14 @@ pursuit_tracking::parameters! {
         pub threshold: f64 = 0.65, in 0.0..=1.0, source "released TLD: 0.65 (kalal2012: 0.6)";
         /// A trajectory is valid once its conservative similarity exceeds this.
         pub valid: f64 = 0.7, in 0.0..=1.0, source "released TLD: 0.7";
+        /// And no longer when it falls below this.
+        pub invalid: f64 = 0.3, in 0.0..=1.0, source "ours; kalal2012: 0";
+        /// A box that was followed to where the conservative similarity is below this is no longer the target.
+        pub followed: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: 0";
+        /// Of several places detected the best one counts if its conservative similarity exceeds that of the next by this.
+        pub margin: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: none counts";
+        /// Patches of the object are added up to this relative similarity.
+        pub learn_below: f64 = 0.65, in 0.0..=1.0, source "released TLD: 0.65";
         /// Most patches of either kind.
         pub capacity: usize = 100, in 2..=1000, source "ours";
     }
@@ -87,7 +123,9 @@ pursuit_tracking::parameters! {
         /// Patches of these that the classifier starts with.
         pub first_negatives: usize = 100, in 0..=1000, source "released TLD: 100";
         /// A box of less relative similarity changed too fast to be learned from.
-        pub least_similarity: f64 = 0.5, in 0.0..=1.0, source "released TLD: 0.5";
+        pub least_similarity: f64 = 0.45, in 0.0..=1.0, source "ours; released TLD: 0.5";
+        /// So was one of less conservative similarity.
+        pub least_conservative: f64 = 0.35, in 0.0..=1.0, source "ours; kalal2012: 0";
         /// Chooses ferns, warps, and what is forgotten.
         pub seed: u64 = 1, in Bounds::default(), source "ours";
     }
@@ -116,15 +154,13 @@ pursuit_tracking::parameters! {
     /// The score: log odds of the box being right, by logistic regression.
     pub struct TldScoreParams {
         /// Constant.
-        pub bias: f64 = -7.0, in Bounds::default(), source "ours, fitted";
+        pub bias: f64 = -5.0, in Bounds::default(), source "ours, fitted";
         /// Weight of the conservative similarity.
-        pub conservative: f64 = 6.0, in Bounds::default(), source "ours, fitted";
+        pub conservative: f64 = 7.9, in Bounds::default(), source "ours, fitted";
         /// Weight of the relative similarity.
-        pub relative: f64 = 6.0, in Bounds::default(), source "ours, fitted";
+        pub relative: f64 = 2.2, in Bounds::default(), source "ours, fitted";
         /// Added where the trajectory is valid.
-        pub valid: f64 = 1.0, in Bounds::default(), source "ours, fitted";
-        /// Added where follower and detector agree.
-        pub agreed: f64 = 0.5, in Bounds::default(), source "ours, fitted";
+        pub valid: f64 = 0.9, in Bounds::default(), source "ours, fitted";
     }
 }
 
@@ -139,6 +175,8 @@ pursuit_tracking::parameters! {
         pub ferns: FernParams = FernParams::default();
         /// The nearest-neighbour classifier.
         pub neighbor: NeighborParams = NeighborParams::default();
+        /// Small moves to where the box resembles the object more.
+        pub refine: RefineParams = RefineParams::default();
         /// What is learned.
         pub learning: LearningParams = LearningParams::default();
         /// What a filtered box must prove.
