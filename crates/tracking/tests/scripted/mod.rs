@@ -4,10 +4,10 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::{
     GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Recipe, Result, Search, Tracker, TrackerEntry,
-    TrackerRecipe, ViewSize,
+    TrackerRecipe, ViewSize, Weighed,
 };
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 pub const WIDTH: usize = 320;
 pub const HEIGHT: usize = 240;
@@ -26,6 +26,11 @@ thread_local! {
     static SCRIPT: RefCell<Option<(BBox, f64)>> = const { RefCell::new(None) };
     /// What is seen by a sweep over the frame.
     static FAR: RefCell<Option<(BBox, f64)>> = const { RefCell::new(None) };
+    /// Which box the localizer prefers.
+    static WEIGHED: Cell<Weighed> = const { Cell::new(Weighed::Filtered) };
+    /// The filtered box it was shown last, and what it was told at the end of the frame.
+    static FILTERED: Cell<Option<BBox>> = const { Cell::new(None) };
+    static PASSED: Cell<Option<(BBox, BBox)>> = const { Cell::new(None) };
     static ASKED: RefCell<Vec<Asked>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -33,6 +38,18 @@ thread_local! {
 pub fn show(near: Option<(BBox, f64)>, far: Option<(BBox, f64)>) {
     SCRIPT.set(near);
     FAR.set(far);
+}
+
+/// From now on the localizer prefers this.
+#[allow(dead_code, reason = "not every test that uses the script weighs")]
+pub fn prefer(weighed: Weighed) {
+    WEIGHED.set(weighed);
+}
+
+/// The filtered box that was weighed last; the measured box and the one to go on from that the frame ended with.
+#[allow(dead_code, reason = "not every test that uses the script weighs")]
+pub fn passed() -> (Option<BBox>, Option<(BBox, BBox)>) {
+    (FILTERED.take(), PASSED.take())
 }
 
 /// What was asked since the last call.
@@ -77,6 +94,16 @@ impl Localizer for Scripted {
     fn adapt(&mut self, _: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
         self.learned += 1;
         note(Asked::Adapt(bbox));
+        Ok(())
+    }
+
+    fn weigh(&mut self, _: &Frame, _: &Measurement, filtered: &BBox) -> Result<Weighed> {
+        FILTERED.set(Some(*filtered));
+        Ok(WEIGHED.get())
+    }
+
+    fn pass(&mut self, _: &Frame, followed: Option<(&Measurement, BBox)>) -> Result<()> {
+        PASSED.set(followed.map(|(m, bbox)| (m.bbox, bbox)));
         Ok(())
     }
 
