@@ -141,10 +141,28 @@ pub struct LongTermScore {
     pub false_alive: Option<f64>,
     /// Median frames from a reappearance to overlap above .5, over the returns that were noticed.
     pub reacquire_frames: Option<f64>,
+    /// The TLD evaluation at overlap above .25.
+    #[serde(default)]
+    pub detection25: DetectionScore,
+    /// The TLD evaluation at overlap above .5.
+    #[serde(default)]
+    pub detection50: DetectionScore,
     /// How often the target came back.
     pub returns: usize,
     /// How often that was noticed before it left again.
     pub reacquired: usize,
+}
+
+/// The TLD evaluation (Kalal, Mikolajczyk and Matas 2012): a claimed box is right or wrong. Over sequences all three are
+/// means.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct DetectionScore {
+    /// Share of the claimed boxes that are right; 1 when none is claimed.
+    pub precision: f64,
+    /// Share of the visible frames with a right box.
+    pub recall: f64,
+    /// Harmonic mean of both.
+    pub f: f64,
 }
 
 /// Figures of VOT's supervised protocol.

@@ -2,11 +2,14 @@
 
 use crate::metrics::calibration::{Forecast, expected_calibration_error, reliability};
 use crate::metrics::long_term::{
-    Judged, PrecisionRecall, best_f, false_alive, precision_recall, precision_recall_curve, reacquisition, thresholds,
+    Judged, PrecisionRecall, best_f, detection, false_alive, precision_recall, precision_recall_curve, reacquisition,
+    thresholds,
 };
 use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Fragment, SENSITIVITY, Supervised};
 use crate::metrics::{geometric_mean, mean, median, one_pass};
-use crate::results::{Curves, LongTermScore, MeanScore, SequenceScore, SupervisedScore, TrackerResults};
+use crate::results::{
+    Curves, DetectionScore, LongTermScore, MeanScore, SequenceScore, SupervisedScore, TrackerResults,
+};
 use crate::score::{Scored, supervised};
 use crate::{Protocol, RunRecord, Sequence, Trajectory};
 use std::collections::BTreeMap;
@@ -129,9 +132,18 @@ fn long_term(sequences: &[&[Judged]]) -> LongTermScore {
         f_best_threshold: best.map(|(t, _)| t).filter(|t| t.is_finite()),
         false_alive: false_alive(&together),
         reacquire_frames: median(&delays),
+        detection25: detection_score(sequences, 0.25),
+        detection50: detection_score(sequences, 0.5),
         returns: returns.len(),
         reacquired: delays.len(),
     }
+}
+
+fn detection_score(sequences: &[&[Judged]], overlap: f64) -> DetectionScore {
+    let points: Vec<PrecisionRecall> = sequences.iter().map(|s| detection(s, overlap)).collect();
+    let point = PrecisionRecall::mean(&points).unwrap_or(PrecisionRecall { precision: 0.0, recall: 0.0 });
+    let f = points.iter().map(PrecisionRecall::f).sum::<f64>() / points.len().max(1) as f64;
+    DetectionScore { precision: point.precision, recall: point.recall, f }
 }
 
 fn supervised_score(frames: &[Supervised]) -> SupervisedScore {

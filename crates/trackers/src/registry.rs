@@ -127,6 +127,24 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             crate::dsst::fdsst,
             "dsst on compressed features with half as many sizes, interpolated: quicker"
         ),
+        tracker!(
+            "kalman-tld",
+            "zhu2014",
+            crate::tld::kalman_tld,
+            "follows points, learns what the target is, finds it again; a Kalman filter says where to scan"
+        ),
+        tracker!(
+            "tld",
+            "tld",
+            crate::tld::tld,
+            "tracking-learning-detection: as kalman-tld, all over the frame at every frame, without the filter"
+        ),
+        tracker!(
+            "median-flow",
+            "tld",
+            crate::flow::median_flow,
+            "follows points there and back: exact on smooth motion, very fast, never finds a target again"
+        ),
     ];
     TRACKERS
 }

@@ -29,7 +29,7 @@ pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
 pub use roles::{
-    Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Outcome, Place, Prior, Search, ViewSize,
+    Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Outcome, Place, Prior, Search, ViewSize, Weighed,
 };
 pub use single_target::SingleTarget;
 pub use toml::Table;

@@ -104,6 +104,17 @@ impl Measurement {
     }
 }
 
+/// Which box is reported where both a measured and a filtered one are at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighed {
+    /// The filtered one.
+    Filtered,
+    /// The measured one; the motion model keeps its own.
+    Measured,
+    /// The measured one, and the motion model starts anew from it.
+    Restarted,
+}
+
 /// Finds the target. `locate` is apart from `adapt`, so that a policy can stop a tracker from learning its occluder.
 ///
 /// `locate` and `refine` change nothing that is saved: they take `&mut self` for their scratch alone.
@@ -128,6 +139,15 @@ pub trait Localizer: Send {
     /// # Errors
     /// When the frame lacks what the method needs.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()>;
+
+    /// What becomes of the box that the motion model made of a measurement that is believed.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn weigh(&mut self, frame: &Frame, measurement: &Measurement, filtered: &BBox) -> Result<Weighed> {
+        let _ = (frame, measurement, filtered);
+        Ok(Weighed::Filtered)
+    }
 
     /// Places besides the prediction that are worth a look in `frame`, into `places` (boxes of the size expected there), of
     /// localizers that hold hypotheses of their own; called once a frame before anything is looked at, with the state before
@@ -173,6 +193,9 @@ pub struct Outcome<'a> {
     pub bbox: BBox,
     /// What was found, believed or not.
     pub found: Option<&'a Measurement>,
+    /// The box to go on from, for methods that follow from frame to frame: the one reported where what was found is believed,
+    /// the one found where it only moved the box. None where nothing was found or followed.
+    pub followed: Option<BBox>,
     /// Seconds since the frame before, > 0.
     pub dt_s: f64,
 }

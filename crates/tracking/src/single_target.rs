@@ -1,9 +1,9 @@
 use crate::motion::{CameraShift, Motion, MotionFilter, Sight};
 use crate::policy::{Evidence, Policy, Verdict};
-use crate::roles::{Localizer, Measurement, Outcome, Prior, Search};
+use crate::roles::{Localizer, Measurement, Outcome, Prior, Search, Weighed};
 use crate::search::{Found, Proposer, Situation};
 use crate::{Estimate, Forecast, GroupParams, Result, TrackState, Tracker, TrackingError, check_box, snapshot};
-use pursuit_geometry::{BBox, Size};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -85,15 +85,20 @@ impl<L: Localizer> SingleTarget<L> {
             }
         }
         self.state = verdict.state;
-        let bbox = self.motion.bbox();
-        self.localizer.observe(frame, &Outcome { state: self.state, bbox, found: found.as_ref(), dt_s })?;
         let lost = verdict.state == TrackState::Lost;
+        let bbox = if verdict.state == TrackState::Occluded { self.motion.bbox() } else { self.last_believed };
+        let followed = match verdict.state {
+            TrackState::Tracking => found.as_ref().map(|_| bbox),
+            _ => found.as_ref().filter(|_| verdict.follow).map(|m| m.bbox),
+        };
+        let outcome = Outcome { state: self.state, bbox: self.motion.bbox(), found: found.as_ref(), followed, dt_s };
+        self.localizer.observe(frame, &outcome)?;
         let measurement = found.as_ref().map(|m| m.bbox);
         let mut diagnostics = found.map(|m| m.diagnostics).unwrap_or_default();
         self.motion.say(&mut diagnostics);
         Ok(Estimate {
             time_s: frame.time_s(),
-            bbox: if lost { self.last_believed } else { self.motion.bbox() },
+            bbox,
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             prediction: Some(prior.bbox),
@@ -158,7 +163,15 @@ impl<L: Localizer> SingleTarget<L> {
         } else {
             self.motion.correct(&Sight::from(seen)).map_err(failed(&self.name, frame.index()))?;
         }
-        self.last_believed = self.motion.bbox();
+        let filtered = self.motion.bbox();
+        self.last_believed = match self.localizer.weigh(frame, seen, &filtered)? {
+            Weighed::Filtered => filtered,
+            Weighed::Measured => seen.bbox,
+            Weighed::Restarted => {
+                self.motion.restart(seen.bbox);
+                seen.bbox
+            }
+        };
         if learn {
             self.localizer.adapt(frame, self.last_believed, seen)?;
             self.proposer.settle(&self.last_believed);
@@ -221,7 +234,18 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
     }
 
     fn forecast(&self, seconds: f64) -> Result<Forecast> {
-        self.motion.forecast(self.time_s, seconds).map_err(failed(&self.name, 0))
+        let forecast = self.motion.forecast(self.time_s, seconds).map_err(failed(&self.name, 0))?;
+        let filtered = self.motion.bbox();
+        if self.state != TrackState::Tracking || self.last_believed == filtered {
+            return Ok(forecast);
+        }
+        // The box reported is the measured one: the filtered motion goes on from there.
+        let (from, now, ahead) = (self.last_believed.center(), filtered.center(), forecast.bbox.center());
+        let center = Point::new(from.x + ahead.x - now.x, from.y + ahead.y - now.y);
+        let grown = forecast.bbox.width() / filtered.width();
+        let (width, height) = (self.last_believed.width() * grown, self.last_believed.height() * grown);
+        let bbox = if seconds > 0.0 { BBox::from_center_size(center, width, height) } else { self.last_believed };
+        Ok(Forecast { bbox, ..forecast })
     }
 
     fn reinit(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

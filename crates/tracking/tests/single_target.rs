@@ -5,8 +5,10 @@ mod scripted;
 
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
-use pursuit_tracking::{Look, TrackState, Tracker, TrackingError};
-use scripted::{Asked, HEIGHT, WIDTH, asked, at, concluded, frame, frame_at, recipe, show, start, table};
+use pursuit_tracking::{Look, TrackState, Tracker, TrackingError, Weighed};
+use scripted::{
+    Asked, HEIGHT, WIDTH, asked, at, concluded, frame, frame_at, passed, prefer, recipe, show, start, table,
+};
 
 /// Moves a target right by `step` px a frame in frames `1..=n`, seen for sure.
 fn seen(tracker: &mut dyn Tracker, n: u64, step: f64) {
@@ -331,4 +333,53 @@ fn a_camera_that_moves_takes_the_expectation_with_it() {
     let mut still = recipe("").init(&textured(0, 0.0), at(100.0, 100.0)).unwrap();
     show(None, None);
     assert_eq!(still.update(&textured(1, 12.0)).unwrap().prediction, Some(at(100.0, 100.0)));
+}
+
+#[test]
+fn the_localizer_chooses_between_the_measured_and_the_filtered_box() {
+    // A filter that hardly believes what is measured.
+    let coarse = "motion.noise_floor_px = 20.0\nmotion.start_speed = 0.1\nmotion.acceleration = 1.0";
+    let (far, seen) = (at(112.0, 100.0), Some((at(112.0, 100.0), 0.9)));
+    let update = |weighed| {
+        let mut tracker = start(coarse);
+        prefer(weighed);
+        show(seen, None);
+        let estimate = tracker.update(&frame(1)).unwrap();
+        prefer(Weighed::Filtered);
+        (estimate, passed(), tracker)
+    };
+    let (estimate, (filtered, told), filter) = update(Weighed::Filtered);
+    assert_eq!((Some(estimate.bbox), told), (filtered, Some((far, estimate.bbox))));
+    assert!(estimate.bbox.center().distance(far.center()) > 3.0, "{}", estimate.bbox);
+
+    let (measured, (_, told), mut tracker) = update(Weighed::Measured);
+    assert_eq!((measured.bbox, measured.velocity), (far, estimate.velocity), "the filter keeps its own");
+    assert_eq!(told, Some((far, far)));
+    let (now, ahead) = (tracker.forecast(0.0).unwrap(), tracker.forecast(0.2).unwrap());
+    assert_eq!(now.bbox, far);
+    let own = filter.forecast(0.2).unwrap().bbox.center().x - estimate.bbox.center().x;
+    assert!((ahead.bbox.center().x - far.center().x - own).abs() < 1e-9 && own > 0.0, "{}", ahead.bbox);
+    assert!((ahead.bbox.width() - 20.0).abs() < 0.5);
+    let prediction = |tracker: &mut dyn Tracker| tracker.update(&frame(2)).unwrap().prediction.unwrap();
+    assert!(prediction(&mut *tracker).center().x < far.center().x - 3.0);
+
+    let (restarted, _, mut tracker) = update(Weighed::Restarted);
+    assert_eq!((restarted.bbox, restarted.velocity.unwrap().x), (far, 0.0));
+    assert_eq!(prediction(&mut *tracker), far);
+}
+
+#[test]
+fn the_end_of_a_frame_says_what_was_followed() {
+    let mut tracker = start("");
+    // In doubt: the box measured, not the one believed.
+    show(Some((at(103.0, 100.0), 0.3)), None);
+    assert_eq!(tracker.update(&frame(1)).unwrap().state, TrackState::Occluded);
+    assert_eq!(passed(), (None, Some((at(103.0, 100.0), at(103.0, 100.0)))));
+    show(None, None);
+    tracker.update(&frame(2)).unwrap();
+    assert_eq!(passed(), (None, None));
+    // Looking ahead ends no frame.
+    show(Some((at(103.0, 100.0), 0.9)), None);
+    tracker.peek(&frame(3)).unwrap();
+    assert_eq!(passed(), (None, None));
 }

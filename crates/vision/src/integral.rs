@@ -43,6 +43,14 @@ impl IntegralImage {
         self.size
     }
 
+    /// The sums above row `y` and left of each column, width + 1 values, and those of the squares: for scans that go
+    /// through many windows of a row. Differences are exact, modulo 2³² those of the sums. `None` beyond row `height`.
+    pub fn row(&self, y: usize) -> Option<(&[u32], &[u64])> {
+        let stride = self.size.width + 1;
+        let range = y.checked_mul(stride)?..y.checked_add(1)?.checked_mul(stride)?;
+        Some((self.sums.get(range.clone())?, self.squares.get(range)?))
+    }
+
     /// Sum of the grey codes in `window`.
     ///
     /// # Errors
@@ -177,5 +185,8 @@ mod tests {
         assert!(integral.sum(&PixelWindow::full(image.size())).is_err());
         assert!(integral.sum(&PixelWindow { x: usize::MAX, y: 0, width: 2, height: 1 }).is_err());
         assert_eq!(integral.size(), image.size());
+        let (sums, squares) = integral.row(2).unwrap();
+        assert_eq!((sums.len(), sums[3], squares[3]), (5001, 6 * 255, 6 * 255 * 255));
+        assert!(integral.row(4000).is_some() && integral.row(4001).is_none() && integral.row(usize::MAX).is_none());
     }
 }

@@ -56,6 +56,18 @@ pub fn precision_recall(frames: &[Judged], claims: impl Fn(&Judged) -> bool) -> 
     }
 }
 
+/// Precision and recall of the TLD evaluation (Kalal, Mikolajczyk and Matas 2012, section 6): the box of a frame in which
+/// the target is claimed to be seen is right if it overlaps by more than `overlap`, and wrong otherwise.
+pub fn detection(frames: &[Judged], overlap: f64) -> PrecisionRecall {
+    let visible = frames.iter().filter(|j| j.visible).count();
+    let claimed = frames.iter().filter(|j| j.alive).count();
+    let right = frames.iter().filter(|j| j.alive && j.visible && j.overlap > overlap).count() as f64;
+    PrecisionRecall {
+        precision: if claimed > 0 { right / claimed as f64 } else { 1.0 },
+        recall: if visible > 0 { right / visible as f64 } else { 0.0 },
+    }
+}
+
 /// Precision and recall at every threshold given: a box is claimed where `score ≥ threshold`.
 pub fn precision_recall_curve(frames: &[Judged], thresholds: &[f64]) -> Vec<PrecisionRecall> {
     thresholds.iter().map(|t| precision_recall(frames, |j| j.score >= *t)).collect()
@@ -164,6 +176,22 @@ mod tests {
         assert_eq!(false_alive(&frames("vm")), None);
         let none = precision_recall(&judged, |_| false);
         assert_eq!((none.precision, none.recall, none.f()), (1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn detections_are_right_or_wrong() {
+        // Two right and one wrong box of four claimed, one of them where nothing is.
+        let judged = frames("vvmAa");
+        let strict = detection(&judged, 0.5);
+        assert_eq!((strict.precision, strict.recall), (0.5, 2.0 / 3.0));
+        let lenient = detection(&judged, 0.1);
+        assert_eq!((lenient.precision, lenient.recall), (0.75, 1.0));
+        let exact = detection(&judged, 0.8);
+        assert_eq!((exact.precision, exact.recall, exact.f()), (0.0, 0.0, 0.0), "above, not at");
+        let silent = detection(&frames("aa"), 0.5);
+        assert_eq!((silent.precision, silent.recall), (1.0, 0.0));
+        let unclaimed = Judged { visible: true, alive: false, overlap: 0.9, score: 0.2 };
+        assert_eq!(detection(&[unclaimed], 0.5).recall, 0.0, "a box that is not claimed is no answer");
     }
 
     #[test]

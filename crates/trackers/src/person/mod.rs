@@ -8,7 +8,7 @@ mod localizer;
 pub use backdrop::BackdropParams;
 pub use localizer::PersonLocalizer;
 
-use crate::pursuit::PursuitParams;
+use crate::pursuit::FilterParams;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::{MotionModel, MotionParams};
@@ -20,7 +20,7 @@ pursuit_tracking::parameters! {
         /// The background, and how much what stands out of it counts.
         pub backdrop: BackdropParams = BackdropParams::default();
         /// The correlation beside it: the default tracker's.
-        pub appearance: PursuitParams = PursuitParams::default();
+        pub appearance: FilterParams = FilterParams::default();
     }
 }
 
@@ -34,7 +34,7 @@ impl LocalizerRecipe for PersonParams {
 
 /// `person`. `motion.model = "qu2010-simplified"` predicts without noise, `motion.sampling.sample_s = 0` at every frame.
 pub fn person(name: &'static str) -> TrackerRecipe<PersonParams> {
-    let usual = crate::pursuit::pursuit(name);
+    let usual = crate::pursuit::light(name);
     let motion = MotionParams { model: MotionModel::Qu2010, ..usual.groups.motion };
     let groups = GroupParams { motion, ..usual.groups };
     TrackerRecipe { name, localizer: PersonParams::default(), groups }

@@ -1,7 +1,7 @@
 //! Motion models of the centre, beside a size that changes slowly: the box is measured, the model moves its middle.
 
 use super::constant_velocity::MeasurementNoise;
-use super::{MotionFilter, MotionModel, MotionParams, SMALLEST_SIDE_PX, Sight, extent_px};
+use super::{HalfIntervalReading, MotionFilter, MotionModel, MotionParams, SMALLEST_SIDE_PX, Sight, extent_px};
 use crate::roles::Prior;
 use crate::{BoxCovariance, Velocity};
 use nalgebra::{Matrix2, SMatrix, SVector};
@@ -68,7 +68,11 @@ impl PaperFilter {
                 Self::Gated(Box::new(GatedPoint::new(settings, start, at, &noise)?))
             }
             MotionModel::Zhu2014 => {
-                let settings = Zhu2014Params { threshold: params.surprise, ..Zhu2014Params::jump_anywhere() };
+                let reading = match params.half_interval {
+                    HalfIntervalReading::Anywhere => Zhu2014Params::jump_anywhere(),
+                    HalfIntervalReading::Literal => Zhu2014Params::literal(),
+                };
+                let settings = Zhu2014Params { threshold: params.surprise, ..reading };
                 Self::HalfInterval(Box::new(HalfIntervalPoint::new(settings, params.frame_s, start, at, &noise)?))
             }
             _ => {

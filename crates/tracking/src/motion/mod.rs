@@ -15,7 +15,7 @@ pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
 pub use camera::{CameraCompensation, CameraShift};
 pub use center::CenterFilter;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
-pub use params::{BounceParams, MotionModel, MotionParams, SamplingParams};
+pub use params::{BounceParams, HalfIntervalReading, MotionModel, MotionParams, SamplingParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
 pub use sampled::{NextSample, SampledBox};
 

@@ -36,6 +36,16 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// How `zhu2014` goes over an interval again in which the target manoeuvred (its equation (6)).
+    pub enum HalfIntervalReading {
+        /// The velocity jumped at an unknown instant, uniform over the interval.
+        Anywhere = "anywhere",
+        /// As printed: in the second half the target moves with the velocity observed.
+        Literal = "literal",
+    }
+}
+
 crate::parameters! {
     /// How the target's motion is modelled. Lengths are in target sizes (square root of the area), times in seconds, so that
     /// the same values suit near and distant targets and any frame rate.
@@ -62,6 +72,8 @@ crate::parameters! {
         pub sojourn_s: f64 = 1.0, in above(0.0), unit "s", source "ours";
         /// Of `gao2007`, `zhu2014`, `input-estimation`: normalised innovation squared that tells of a manoeuvre.
         pub surprise: f64 = 9.21, in above(0.0), source "zhu2014, 99 % of χ² with 2 degrees of freedom";
+        /// Of `zhu2014`: what is done about a manoeuvre.
+        pub half_interval: HalfIntervalReading = HalfIntervalReading::Anywhere, source "zhu2014, equation (6)";
         /// Of `gao2007`, `zhu2014`: the frame interval that their papers count in.
         pub frame_s: f64 = 0.033, in above(0.0), unit "s", source "ours";
         /// Growth of the size's standard deviation.

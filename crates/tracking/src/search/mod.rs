@@ -49,6 +49,8 @@ pub struct Proposer {
     latest: f64,
     /// The window of the sweep looked at last.
     cursor: usize,
+    /// How long the target has not been seen, in seconds.
+    unseen_s: f64,
     #[serde(skip)]
     progress: Progress,
 }
@@ -79,7 +81,8 @@ enum Round {
 impl Proposer {
     /// A proposer for a target that is at `bbox` now.
     pub fn new(params: SearchParams, bbox: &BBox) -> Self {
-        let mut proposer = Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, progress: Progress::default() };
+        let mut proposer =
+            Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, unseen_s: 0.0, progress: Progress::default() };
         proposer.settle(bbox);
         proposer
     }
@@ -113,8 +116,24 @@ impl Proposer {
     pub fn neighbourhood(&self, situation: &Situation<'_>) -> BBox {
         match self.gate(situation) {
             Some(gate) => self.gate_region(&situation.prior.bbox, &gate),
+            None if self.params.model == SearchModel::Widening && situation.state != TrackState::Tracking => {
+                self.widened(situation)
+            }
             None => situation.prior.bbox.scaled(self.params.reach),
         }
+    }
+
+    /// The neighbourhood of the prediction and of the place where the target was seen last, and as far about both as the
+    /// target may have gone since.
+    fn widened(&self, situation: &Situation<'_>) -> BBox {
+        let near = situation.prior.bbox.scaled(self.params.reach);
+        let both = near.union(&near.centered_at(Point::new(self.last.0, self.last.1)));
+        let covariance = situation.prior.innovation_covariance.unwrap_or_else(BoxCovariance::zeros);
+        let rate = self.params.widening_per_s * situation.prior.bbox.area().sqrt();
+        // Not both: what is followed in doubt keeps the covariance small, wherever it leads.
+        let further =
+            |axis: usize| (self.params.gate_chi2 * covariance[(axis, axis)].max(0.0)).sqrt().max(rate * self.unseen_s);
+        BBox::from_center_size(both.center(), both.width() + 2.0 * further(0), both.height() + 2.0 * further(1))
     }
 
     /// A new frame: the next call of [`propose`](Self::propose) is its first round.
@@ -133,9 +152,12 @@ impl Proposer {
             Round::First if self.is_wide(situation.state) => self.sweep(situation, self.params.wide_windows, searches),
             Round::First => {
                 searches.push(self.near(situation));
+                if self.takes_in_all(situation) {
+                    searches.iter_mut().for_each(|s| s.region = situation.frame.bounds());
+                }
                 Round::Near
             }
-            Round::Near if self.is_unsure(situation.sure_from) => {
+            Round::Near if self.is_unsure(situation.sure_from) && !self.looks_once(situation) => {
                 self.sweep(situation, self.params.side_windows, searches)
             }
             Round::Sweep => self.centre(situation, searches),
@@ -156,6 +178,8 @@ impl Proposer {
     /// if there is no doubt about it.
     pub fn finish(&mut self, situation: &Situation<'_>) -> Option<Found> {
         let Progress { near, swept, .. } = std::mem::take(&mut self.progress);
+        let seen = situation.state == TrackState::Tracking;
+        self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
         let found = if self.is_wide(situation.state) {
             swept
         } else {
@@ -185,6 +209,16 @@ impl Proposer {
 
     fn is_wide(&self, state: TrackState) -> bool {
         state == TrackState::Lost && self.params.model != SearchModel::Near
+    }
+
+    /// Whether the first look is at the whole frame.
+    fn takes_in_all(&self, situation: &Situation<'_>) -> bool {
+        self.params.model == SearchModel::Everywhere && situation.view.is_none()
+    }
+
+    /// Whether doubt does not lead to a second look: it widens the first one, or that took in everything.
+    fn looks_once(&self, situation: &Situation<'_>) -> bool {
+        self.params.model == SearchModel::Widening || self.takes_in_all(situation)
     }
 
     /// Whether the target that was seen near the prediction, now and in the frame before, may be another.

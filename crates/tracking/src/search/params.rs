@@ -9,6 +9,11 @@ crate::choices! {
         NearThenWide = "near-then-wide",
         /// In the gate of the innovation covariance, and all over the frame once the target is lost.
         Gate = "gate",
+        /// Near the prediction; while the target is unseen, as far as the innovation covariance says, step by step; all over
+        /// the frame once it is lost.
+        Widening = "widening",
+        /// All over the frame, always, by localizers that take it in at one look; others look as with `near-then-wide`.
+        Everywhere = "everywhere",
     }
 }
 
@@ -29,9 +34,11 @@ crate::parameters! {
         pub side_from: f64 = 0.0, in 0.0..=1.0, source "ours";
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
-        /// Of `gate`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
+        /// Of `gate`, `widening`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
         /// freedom; 13.8 is its 99.9 % quantile).
         pub gate_chi2: f64 = 13.8, in above(0.0), source "ours";
+        /// Of `widening`: how fast the region grows at least while the target is unseen.
+        pub widening_per_s: f64 = 10.0, in 0.0..=1000.0, unit "target sizes/s", source "ours";
         /// Of `gate`: standard deviation added to the gate, for what blur and shadow do to a measured centre.
         pub gate_slack: f64 = 0.35, in 0.0..=10.0, unit "target sizes", source "ours";
         /// Of `gate`: looked at on every side beyond the gate.

@@ -183,3 +183,45 @@ fn places_suggested_are_looked_at_while_the_target_is_out_of_sight() {
     assert_eq!(looks[0], (Look::Near, 140.0, 30.0));
     assert_eq!(looks[1].0, Look::Sweep);
 }
+
+#[test]
+fn a_region_widens_while_the_target_is_unseen() {
+    let prior = prior();
+    let params = SearchParams {
+        model: SearchModel::Widening,
+        reach: 2.0,
+        gate_chi2: 4.0,
+        widening_per_s: 10.0,
+        ..SearchParams::default()
+    };
+    let mut proposer = proposer(params);
+    let whole = |state| Situation { view: None, ..situation(&prior, state) };
+    let seen = run(&mut proposer, &whole(TrackState::Tracking), |_| Some(0.1));
+    assert_eq!(seen.0, [(Look::Near, 60.0, 40.0)], "doubt does not lead to a second look");
+    assert_eq!(seen.1.unwrap().search.region, prior.bbox.scaled(2.0));
+    // Seen last at (50, 40) and expected at (60, 40): 50 x 40 px, and two deviations more.
+    let first = run(&mut proposer, &whole(TrackState::Occluded), |_| Some(0.1)).1.unwrap().search.region;
+    assert_eq!(first, BBox::from_ltwh(30.0 - 6.0, 20.0 - 4.0, 50.0 + 12.0, 40.0 + 8.0));
+    // After 0.04 s ten sizes of 20 px a second are more than these.
+    let second = run(&mut proposer, &whole(TrackState::Occluded), |_| Some(0.1)).1.unwrap().search.region;
+    assert_eq!(second, BBox::from_ltwh(30.0 - 8.0, 20.0 - 8.0, 50.0 + 16.0, 40.0 + 16.0));
+    // Once lost, all over.
+    let lost = run(&mut proposer, &whole(TrackState::Lost), |_| Some(0.1));
+    assert_eq!((lost.0[0].0, lost.1.unwrap().search.region), (Look::Sweep, FRAME.bounds()));
+    // Seen again: as at first.
+    run(&mut proposer, &whole(TrackState::Tracking), |_| Some(0.9));
+    assert_eq!(run(&mut proposer, &whole(TrackState::Occluded), |_| Some(0.1)).1.unwrap().search.region, first);
+}
+
+#[test]
+fn everywhere_is_one_look_at_the_frame_for_those_that_take_it_in() {
+    let prior = prior();
+    let mut proposer = proposer(SearchParams { model: SearchModel::Everywhere, ..SearchParams::default() });
+    let all = Situation { view: None, ..situation(&prior, TrackState::Tracking) };
+    for _ in 0..3 {
+        let (looks, found) = run(&mut proposer, &all, |_| Some(0.1));
+        assert_eq!((looks, found.unwrap().search.region), (vec![(Look::Near, 60.0, 40.0)], FRAME.bounds()));
+    }
+    let near = run(&mut proposer, &situation(&prior, TrackState::Tracking), |_| Some(0.9)).1;
+    assert_eq!(near.unwrap().search.region, prior.bbox.scaled(2.5));
+}

@@ -4,10 +4,10 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::{
     GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Outcome, Recipe, Result, Search, TrackState, Tracker,
-    TrackerEntry, TrackerRecipe, ViewSize,
+    TrackerEntry, TrackerRecipe, ViewSize, Weighed,
 };
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 pub const WIDTH: usize = 320;
 pub const HEIGHT: usize = 240;
@@ -27,6 +27,11 @@ thread_local! {
     /// What is seen by a sweep over the frame.
     static FAR: RefCell<Option<(BBox, f64)>> = const { RefCell::new(None) };
     static CONCLUDED: RefCell<Vec<(Option<BBox>, TrackState)>> = const { RefCell::new(Vec::new()) };
+    /// Which box the localizer prefers.
+    static WEIGHED: Cell<Weighed> = const { Cell::new(Weighed::Filtered) };
+    /// The filtered box it was shown last, and what it was told at the end of the frame.
+    static FILTERED: Cell<Option<BBox>> = const { Cell::new(None) };
+    static PASSED: Cell<Option<(BBox, BBox)>> = const { Cell::new(None) };
     static ASKED: RefCell<Vec<Asked>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -34,6 +39,18 @@ thread_local! {
 pub fn show(near: Option<(BBox, f64)>, far: Option<(BBox, f64)>) {
     SCRIPT.set(near);
     FAR.set(far);
+}
+
+/// From now on the localizer prefers this.
+#[allow(dead_code, reason = "not every test that uses the script weighs")]
+pub fn prefer(weighed: Weighed) {
+    WEIGHED.set(weighed);
+}
+
+/// The filtered box that was weighed last; the measured box and the one to go on from that the frame ended with.
+#[allow(dead_code, reason = "not every test that uses the script weighs")]
+pub fn passed() -> (Option<BBox>, Option<(BBox, BBox)>) {
+    (FILTERED.take(), PASSED.take())
 }
 
 /// What was asked since the last call.
@@ -87,8 +104,14 @@ impl Localizer for Scripted {
         Ok(())
     }
 
+    fn weigh(&mut self, _: &Frame, _: &Measurement, filtered: &BBox) -> Result<Weighed> {
+        FILTERED.set(Some(*filtered));
+        Ok(WEIGHED.get())
+    }
+
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
         CONCLUDED.with_borrow_mut(|all| all.push((outcome.found.map(|m| m.bbox), outcome.state)));
+        PASSED.set(outcome.found.zip(outcome.followed).map(|(m, bbox)| (m.bbox, bbox)));
         Ok(())
     }
 

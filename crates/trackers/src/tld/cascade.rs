@@ -1,0 +1,215 @@
+use super::cells::{BLOCK, Cells};
+use super::ferns::Ferns;
+use super::grid::{Grid, Part, Scale};
+use super::params::{RefineBy, TldParams};
+use crate::appearance::{ObjectModel, PatchSampler, Similarity};
+use pursuit_geometry::BBox;
+use pursuit_imaging::ImageView;
+use pursuit_vision::PixelWindow;
+use pursuit_vision::integral::IntegralImage;
+
+/// A window that the ferns take for the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate {
+    pub window: BBox,
+    /// Sum of the ferns' posteriors.
+    pub sum: u16,
+    /// What the nearest-neighbour classifier says.
+    pub similarity: Similarity,
+}
+
+/// What a scan may go by: learned, and fixed at the start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Knowledge<'a> {
+    pub params: &'a TldParams,
+    pub grid: &'a Grid,
+    pub ferns: &'a Ferns,
+    pub model: &'a ObjectModel,
+    /// Windows of less variance, grey codes squared, are left out.
+    pub least_variance: f64,
+}
+
+/// The cascade (kalal2012, section 5.3): variance, ferns, nearest neighbour. Scratch alone: nothing of it is state.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cascade {
+    integral: IntegralImage,
+    /// First column and row of the part of the frame that `integral` sums up.
+    origin: (usize, usize),
+    parts: Vec<(Scale, Part)>,
+    cells: Cells,
+    columns: Vec<usize>,
+    candidates: Vec<Candidate>,
+    windows: usize,
+    pub sampler: PatchSampler,
+    pub patch: Vec<f32>,
+}
+
+impl Cascade {
+    /// Sums up the part of `gray` that boxes and windows within `region` need.
+    pub fn prepare(&mut self, gray: ImageView<'_, u8>, region: &BBox, margin_px: f64) {
+        let area = PixelWindow::of(&region.expanded(margin_px), gray.size()).unwrap_or(PixelWindow::full(gray.size()));
+        self.origin = (area.x, area.y);
+        self.integral.build(gray.crop(area.x, area.y, area.width, area.height).unwrap_or(gray));
+    }
+
+    /// The integral image, and the pixel of the frame that its first is.
+    pub const fn sums(&self) -> (&IntegralImage, (usize, usize)) {
+        (&self.integral, self.origin)
+    }
+
+    /// The windows that the ferns take for the object, of the scan done last; the likeliest first after
+    /// [`judge`](Self::judge).
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    /// Windows that the last scan looked at.
+    pub const fn windows(&self) -> usize {
+        self.windows
+    }
+
+    /// Looks at the windows that `region` picks; at most `most` pass.
+    pub fn scan(
+        &mut self,
+        gray: ImageView<'_, u8>,
+        known: &Knowledge<'_>,
+        region: &BBox,
+        expected: &BBox,
+        most: usize,
+    ) {
+        known.grid.pick(region, expected, &known.params.scan, &mut self.parts);
+        self.candidates.clear();
+        self.windows = 0;
+        let Some(area) = self.parts.iter().map(|(scale, part)| extent(scale, part)).reduce(|a, b| a.union(&b)) else {
+            return;
+        };
+        self.prepare(gray, &area, known.params.ferns.smooth_px + 2.0);
+        for index in 0..self.parts.len() {
+            let (scale, part) = self.parts[index];
+            self.windows += part.windows();
+            self.scan_scale(known, &scale, &part);
+        }
+        if self.candidates.len() > most {
+            self.candidates.select_nth_unstable_by(most, |a, b| order(a, b));
+            self.candidates.truncate(most);
+        }
+    }
+
+    fn scan_scale(&mut self, known: &Knowledge<'_>, scale: &Scale, part: &Part) {
+        self.cells.take(&self.integral, self.origin, scale, part, known.params.ferns.smooth_px);
+        let threshold = known.ferns.threshold(known.params.ferns.posterior);
+        let (shift, _) = scale.shift();
+        self.columns.clear();
+        let (left, right) = (part.left, part.right);
+        self.columns.extend((left..right).map(|i| (i as f64 * shift).round() as usize - self.origin.0));
+        for row in part.top..part.bottom {
+            for block in (left..right).step_by(BLOCK) {
+                let count = BLOCK.min(right - block);
+                let columns = &self.columns[block - left..][..count];
+                let varied = self.varied(scale, row, columns, known.least_variance);
+                if varied == 0 {
+                    continue;
+                }
+                let mut sums = [0; BLOCK];
+                known.ferns.score(&self.cells, row - part.top, block - left, &mut sums);
+                for (k, &sum) in sums.iter().enumerate().take(count) {
+                    if sum > threshold && varied & (1 << k) != 0 {
+                        let similarity = Similarity { positive: 0.0, early: 0.0, negative: 0.5 };
+                        self.candidates.push(Candidate { window: scale.window(block + k, row), sum, similarity });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Which of the windows of a row that begin at `columns` have at least that variance: a bit each.
+    fn varied(&self, scale: &Scale, row: usize, columns: &[usize], least: f64) -> u64 {
+        let (_, shift) = scale.shift();
+        let top = (row as f64 * shift).round() as usize - self.origin.1;
+        let (Some((above, above2)), Some((below, below2))) =
+            (self.integral.row(top), self.integral.row(top + scale.height))
+        else {
+            return 0;
+        };
+        let n = (scale.width * scale.height) as f64;
+        let mut varied = 0;
+        for (k, &left) in columns.iter().enumerate() {
+            let right = left + scale.width;
+            let (Some(s), Some(q)) = (above.get(right), above2.get(right)) else { return varied };
+            let sum = below[right].wrapping_sub(below[left]).wrapping_sub(*s).wrapping_add(above[left]);
+            let squares = below2[right] + above2[left] - below2[left] - q;
+            let mean = f64::from(sum) / n;
+            varied |= u64::from(squares as f64 / n - mean * mean >= least) << k;
+        }
+        varied
+    }
+
+    /// Has the nearest-neighbour classifier judge the candidates, and puts the likeliest first.
+    pub fn judge(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>) {
+        for candidate in &mut self.candidates {
+            self.sampler.normalized(gray, &candidate.window, known.params.neighbor.side, &mut self.patch);
+            candidate.similarity = known.model.resemblance(&self.patch).similarity;
+        }
+        let form = known.params.neighbor.similarity;
+        self.candidates.sort_unstable_by(|a, b| {
+            let of = |c: &Candidate| c.similarity.relative(form);
+            of(b).total_cmp(&of(a)).then_with(|| order(a, b))
+        });
+    }
+
+    /// What `bbox` resembles.
+    pub fn similarity(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, bbox: &BBox) -> Similarity {
+        self.sampler.normalized(gray, bbox, known.params.neighbor.side, &mut self.patch);
+        known.model.resemblance(&self.patch).similarity
+    }
+
+    /// `bbox` moved and resized, a little at a time, to where it resembles the object more, and what it resembles there.
+    pub fn refine(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, bbox: &BBox) -> (BBox, Similarity) {
+        let p = &known.params.refine;
+        let value = |s: &Similarity| match p.by {
+            RefineBy::Nothing => 0.0,
+            RefineBy::All => s.positive,
+            RefineBy::Early => s.early,
+        };
+        let (mut best, mut similarity) = (*bbox, self.similarity(gray, known, bbox));
+        if p.by == RefineBy::Nothing || similarity.conservative(known.params.neighbor.similarity) < p.from {
+            return (best, similarity);
+        }
+        for _ in 0..p.rounds {
+            let (dx, dy) = (p.shift * best.width(), p.shift * best.height());
+            let (larger, smaller) = (best.scaled(1.0 + p.scale), best.scaled(1.0 / (1.0 + p.scale)));
+            let moved = [(dx, 0.0), (-dx, 0.0), (0.0, dy), (0.0, -dy)].map(|(x, y)| best.translated(x, y));
+            let from = value(&similarity);
+            for tried in moved.into_iter().chain([larger, smaller]) {
+                let there = self.similarity(gray, known, &tried);
+                if value(&there) > from + p.gain && value(&there) > value(&similarity) {
+                    (best, similarity) = (tried, there);
+                }
+            }
+            if value(&similarity) == from {
+                break;
+            }
+        }
+        (best, similarity)
+    }
+
+    /// Variance of the pixels under `bbox`, of the part that was summed up; 0 outside of it.
+    pub fn variance(&self, bbox: &BBox) -> f64 {
+        let inside = bbox.translated(-(self.origin.0 as f64), -(self.origin.1 as f64));
+        PixelWindow::of(&inside, self.integral.size()).and_then(|w| self.integral.variance(&w)).unwrap_or(0.0)
+    }
+}
+
+/// The likelier by the ferns first; of equals the one that was scanned first, so that the order is one.
+fn order(a: &Candidate, b: &Candidate) -> std::cmp::Ordering {
+    let place = |c: &Candidate| (c.window.width(), c.window.top(), c.window.left());
+    b.sum.cmp(&a.sum).then_with(|| {
+        let ((aw, at, al), (bw, bt, bl)) = (place(a), place(b));
+        aw.total_cmp(&bw).then(at.total_cmp(&bt)).then(al.total_cmp(&bl))
+    })
+}
+
+/// The part of the frame under the windows `part` of `scale`.
+fn extent(scale: &Scale, part: &Part) -> BBox {
+    scale.window(part.left, part.top).union(&scale.window(part.right.saturating_sub(1), part.bottom.saturating_sub(1)))
+}

@@ -1,0 +1,63 @@
+//! Tracking-learning-detection: `tld` (kalal2012) and `kalman-tld` (zhu2014). A follower of points and a cascade of detectors
+//! look at every frame; what they agree on is learned. See `docs/papers/tld.md` and `docs/papers/zhu2014.md`.
+
+mod cascade;
+mod cells;
+mod clusters;
+mod ferns;
+mod grid;
+mod learning;
+mod localizer;
+mod params;
+mod view;
+
+pub use localizer::TldLocalizer;
+pub use params::{
+    FernParams, GateBy, GuideParams, LearningParams, NeighborParams, RefineBy, RefineParams, ScanParams, TldParams,
+    TldScoreParams,
+};
+
+use pursuit_tracking::motion::{MotionModel, MotionParams};
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::{SearchModel, SearchParams};
+use pursuit_tracking::{GroupParams, TrackerRecipe};
+
+fn policy() -> PolicyParams {
+    PolicyParams {
+        occluded_below: 0.5,
+        seen_from: 0.6,
+        found_from: 0.6,
+        learn_from: 0.5,
+        lost_below: 0.02,
+        lost_after_s: 0.5,
+        ..PolicyParams::default()
+    }
+}
+
+/// `tld`: the whole frame is scanned at every frame.
+pub fn tld(name: &'static str) -> TrackerRecipe<TldParams> {
+    let groups = GroupParams {
+        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        policy: policy(),
+        search: SearchParams { model: SearchModel::Everywhere, ..SearchParams::default() },
+    };
+    TrackerRecipe { name, localizer: TldParams::default(), groups }
+}
+
+/// `kalman-tld`: a Kalman filter of the centre (`Q = I`, `R = I`) steadies the box and says where to scan: within four times
+/// the target's area while it is seen.
+pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
+    let groups = GroupParams {
+        motion: MotionParams {
+            model: MotionModel::Zhu2014,
+            surprise: 5.99,
+            position_noise: 0.0,
+            noise_floor_px: 1.0,
+            ..MotionParams::default()
+        },
+        policy: policy(),
+        search: SearchParams { model: SearchModel::Widening, reach: 2.0, ..SearchParams::default() },
+    };
+    let localizer = TldParams { guide: GuideParams::default(), ..TldParams::default() };
+    TrackerRecipe { name, localizer, groups }
+}
