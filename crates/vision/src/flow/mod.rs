@@ -14,4 +14,6 @@ pub use median_flow::{BoxMotion, FlowFailure, MedianFlow, MedianFlowParams, Pair
 pub use pyramid::Pyramid;
 
 #[cfg(test)]
+mod box_tests;
+#[cfg(test)]
 pub(crate) mod tests;

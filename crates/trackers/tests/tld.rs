@@ -1,0 +1,83 @@
+//! Long-term tracking in a scene: the target leaves and comes back elsewhere.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use pursuit_geometry::{BBox, Size};
+use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_trackers::registry;
+use pursuit_tracking::{Estimate, TrackState, Tracker};
+
+const FRAME: Size = Size::new(400, 220);
+const SIDE: (f64, f64) = (36.0, 30.0);
+
+/// Smooth value noise in [0, 1] with cells of `cell` pixels.
+fn texture(x: f64, y: f64, cell: f64, seed: u64) -> f64 {
+    let (u, v) = (x / cell, y / cell);
+    let (i, j) = (u.floor(), v.floor());
+    let corner = |di: f64, dj: f64| {
+        let mut h = ((i + di) as i64 as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            ^ ((j + dj) as i64 as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
+            ^ seed.wrapping_mul(0x1656_67b1_9e37_79f9);
+        h = (h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        h = (h ^ (h >> 32)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (h >> 40) as f64 / (1u64 << 24) as f64
+    };
+    let (a, b) = (u - i, v - j);
+    let top = corner(0.0, 0.0) * (1.0 - a) + corner(1.0, 0.0) * a;
+    top * (1.0 - b) + (corner(0.0, 1.0) * (1.0 - a) + corner(1.0, 1.0) * a) * b
+}
+
+/// A frame of the scene, with the target where there is one.
+fn frame(index: u64, seed: u64, target: Option<BBox>) -> Frame {
+    let image = Image::from_fn(FRAME.width, FRAME.height, |x, y| {
+        let (u, v) = (x as f64 + 0.5, y as f64 + 0.5);
+        let inside = |b: &BBox| b.contains(pursuit_geometry::Point::new(u, v));
+        let value = match target.filter(inside) {
+            Some(b) => 40.0 + 200.0 * texture(u - b.left(), v - b.top(), 6.0, 1000 + seed),
+            None => 60.0 + 110.0 * texture(u, v, 9.0, seed) + 30.0 * texture(u, v, 4.0, 77 + seed),
+        };
+        value as u8
+    });
+    Frame::new(index, index as f64 / 25.0, Pixels::Gray8(image.unwrap().into()))
+}
+
+fn at(x: f64, y: f64) -> BBox {
+    BBox::from_ltwh(x, y, SIDE.0, SIDE.1)
+}
+
+const SEEN: u64 = 30;
+const BACK: u64 = SEEN + 80;
+
+/// The target moves, is gone for 80 frames and comes back 280 px away.
+fn truth(k: u64) -> Option<BBox> {
+    match k {
+        _ if k < SEEN => Some(at(30.0 + k as f64, 60.0 + 0.5 * k as f64)),
+        _ if k < BACK => None,
+        _ => Some(at(59.0 + 280.0 - (k - BACK) as f64, 90.0)),
+    }
+}
+
+fn run(name: &str, seed: u64, frames: u64) -> Vec<Estimate> {
+    let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
+    let mut tracker: Box<dyn Tracker> = recipe.init(&frame(0, seed, truth(0)), truth(0).unwrap()).unwrap();
+    (1..frames).map(|k| tracker.update(&frame(k, seed, truth(k))).unwrap()).collect()
+}
+
+/// Whether the target was never claimed while it was gone, and found within five frames of its return.
+fn honest_and_back(name: &str, seed: u64) -> Result<(), String> {
+    let estimates = run(name, seed, BACK + 20);
+    let of = |k: u64| &estimates[k as usize - 1];
+    let claimed = (SEEN..BACK).filter(|k| of(*k).state == TrackState::Tracking).count();
+    let found =
+        (BACK..BACK + 20).find(|k| of(*k).bbox.iou(&truth(*k).unwrap()) > 0.5 && of(*k).state == TrackState::Tracking);
+    match found {
+        Some(k) if claimed == 0 && k < BACK + 5 => Ok(()),
+        _ => Err(format!("{name}, seed {seed}: claimed in {claimed} frames, found at {found:?}")),
+    }
+}
+
+#[test]
+fn a_target_that_leaves_is_missed_and_found_again_elsewhere() {
+    for name in ["tld", "kalman-tld"] {
+        assert_eq!(honest_and_back(name, 1), Ok(()));
+    }
+}
