@@ -90,7 +90,7 @@ impl Cascade {
             self.scan_scale(known, &scale, &part);
         }
         if self.candidates.len() > most {
-            self.candidates.select_nth_unstable_by(most, |a, b| order(a, b));
+            self.candidates.select_nth_unstable_by(most, order);
             self.candidates.truncate(most);
         }
     }

@@ -66,7 +66,7 @@ const fn unit(count: usize) -> u16 {
 
 fn posterior(count: usize, (positive, negative): (u16, u16)) -> u16 {
     let all = u32::from(positive) + u32::from(negative);
-    if all == 0 { 0 } else { (u32::from(unit(count)) * u32::from(positive) / all) as u16 }
+    (u32::from(unit(count)) * u32::from(positive)).checked_div(all).unwrap_or(0) as u16
 }
 
 impl Ferns {

@@ -80,7 +80,7 @@ impl TryFrom<Raw> for TldLocalizer {
         let Raw { params, view, follower, ferns, model, least_variance, random, valid, since_restart, frame } = raw;
         params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
         let side = params.neighbor.side;
-        if !ferns.fits(&params.ferns) || model.patch_len() != side * side || !(least_variance >= 0.0) {
+        if !ferns.fits(&params.ferns) || model.patch_len() != side * side || least_variance.is_nan() {
             return Err("its classifiers do not fit its parameters".to_owned());
         }
         let grid = Grid::new(Size::new(frame.0, frame.1), view.window_size(), &params.scan);
