@@ -17,7 +17,7 @@ impl<S: Source> WithDepthFolder<S> {
     /// Pairs `source` with the depth images in `folder`.
     ///
     /// # Errors
-    /// [`MediaError::Unreadable`] when there are none, or options make no sense.
+    /// [`MediaError::Unreadable`](crate::MediaError::Unreadable) when there are none, or options make no sense.
     pub fn new(source: S, folder: &Path, options: &DepthOptions) -> Result<Self> {
         let files = list_images(folder, &folder.display().to_string())?;
         let reader = DepthReader::new(options, files.iter().map(PathBuf::as_path))?;

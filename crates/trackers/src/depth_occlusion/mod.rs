@@ -1,8 +1,8 @@
 //! `depth-occlusion` (zhai2024): kernelized correlation on depth that knows *why* it no longer sees its target.
 //!
 //! One filling of the one loop. The response of a filter on gradients of depth is held against the distance it was found at
-//! ([`response`]), so that the policy sees an occlusion and stops the filter from learning it. Meanwhile particles
-//! ([`hypotheses`]) and what hides the target ([`occluder`]) say where to look for it with the filter as it was. Frames
+//! (`response`), so that the policy sees an occlusion and stops the filter from learning it. Meanwhile particles
+//! (`hypotheses`) and what hides the target (`occluder`) say where to look for it with the filter as it was. Frames
 //! without depth are looked at by a filter on the picture. See `docs/papers/zhai2024.md`.
 
 mod hypotheses;
