@@ -2,11 +2,11 @@ use crate::background::mixture::MOST;
 use crate::error::{VisionError, require_range};
 use serde::{Deserialize, Serialize};
 
-/// Parameters of [`Mog2`]; the names of OpenCV's `BackgroundSubtractorMOG2` in parentheses.
+/// Parameters of [`Mog2`](super::Mog2); the names of OpenCV's `BackgroundSubtractorMOG2` in parentheses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Mog2Params {
-    /// Frames that the background remembers, ≥ 1 (`history`): where [`Learning::rate`] leaves it to the model, frame n has
+    /// Frames that the background remembers, ≥ 1 (`history`): where [`Learning::rate`](crate::background::Learning::rate) leaves it to the model, frame n has
     /// the weight 1/min(2n, history).
     pub history_frames: usize,
     /// Most Gaussians a pixel, 1 to 8 (`nmixtures`).
