@@ -234,23 +234,72 @@ fn faults_are_those_asked_for_and_repeat() {
     assert_ne!(noisy[4..8], [8; 4]);
 }
 
-#[test]
-fn depth_is_paired_frame_by_frame() {
-    struct Depth(SourceInfo, u16);
-    impl Source for Depth {
-        fn info(&self) -> &SourceInfo {
-            &self.0
-        }
-        fn next_frame(&mut self) -> Result<Option<Frame>> {
-            self.1 += 1;
-            let pixels = || Image::filled(4, 3, self.1).unwrap();
-            Ok((self.1 <= 2).then(|| Frame::new(0, 0.0, pixels())))
+/// Frames with these numbers as codes; those that are none are damaged.
+struct Numbered(SourceInfo, Vec<Result<u64, u64>>);
+
+impl Numbered {
+    fn new(frames: &[Result<u64, u64>]) -> Self {
+        Self(info(None, false), frames.iter().rev().copied().collect())
+    }
+}
+
+impl Source for Numbered {
+    fn info(&self) -> &SourceInfo {
+        &self.0
+    }
+    fn next_frame(&mut self) -> Result<Option<Frame>, MediaError> {
+        match self.1.pop() {
+            Some(Ok(n)) => Ok(Some(Frame::new(n, n as f64, Image::filled(4, 3, n as u16 + 1).unwrap()))),
+            Some(Err(frame)) => Err(MediaError::Damaged { name: "depth".into(), frame, reason: "torn".into() }),
+            None => Ok(None),
         }
     }
-    let mut both = WithDepth::new(counting(3), Depth(info(None, false), 0)).unwrap();
+}
+
+#[test]
+fn depth_is_paired_frame_by_frame() {
+    let mut both = WithDepth::new(counting(3), Numbered::new(&[Ok(0), Ok(1)])).unwrap();
     assert_eq!(both.next_frame().unwrap().unwrap().depth_mm().unwrap().row(0), [1; 4]);
     assert_eq!(both.next_frame().unwrap().unwrap().depth_mm().unwrap().row(0), [2; 4]);
     assert_eq!(both.next_frame().unwrap_err().frame(), Some(2));
+}
+
+#[test]
+fn numbers_pair_frames_and_depth_where_one_of_them_is_damaged() {
+    let pairs = |frames: &[Result<u64, u64>], depth: &[Result<u64, u64>]| {
+        let mut both = WithDepth::new(Numbered::new(frames), Numbered::new(depth)).unwrap();
+        let mut seen = Vec::new();
+        loop {
+            match both.next_frame() {
+                Ok(Some(frame)) => seen.push(Ok((frame.index(), frame.depth_mm().map(|d| d.row(0)[0] - 1)))),
+                Ok(None) => return seen,
+                Err(error) => {
+                    assert!(error.is_damage(), "{error}");
+                    seen.push(Err(error.frame().unwrap()));
+                }
+            }
+        }
+    };
+    let whole = [Ok(0), Ok(1), Ok(2), Ok(3)];
+    // A frame is left out with its depth, an entry further on finds its own.
+    assert_eq!(
+        pairs(&[Ok(0), Err(1), Ok(3)], &whole),
+        [Ok((0, Some(0))), Err(1), Ok((3, Some(3)))],
+        "frames are missing"
+    );
+    // A frame whose depth is damaged is left out; one that has none goes without.
+    assert_eq!(
+        pairs(&whole, &[Ok(0), Err(1), Ok(2), Ok(3)]),
+        [Ok((0, Some(0))), Err(1), Ok((2, Some(2))), Ok((3, Some(3)))]
+    );
+    assert_eq!(
+        pairs(&whole, &[Ok(0), Ok(2), Ok(3)]),
+        [Ok((0, Some(0))), Ok((1, None)), Ok((2, Some(2))), Ok((3, Some(3)))]
+    );
+}
+
+#[test]
+fn depth_of_another_size_is_refused() {
     let small = SourceInfo { size: Size::new(2, 2), ..info(None, false) };
-    assert!(WithDepth::new(counting(3), Depth(small, 0)).is_err());
+    assert!(WithDepth::new(counting(3), Numbered(small, Vec::new())).is_err());
 }
