@@ -14,7 +14,7 @@ import argparse, csv, fnmatch, json, os, tempfile
 from timing import cv2, geometric, np, opencv, ours, overlap, time, update, whole
 
 # Least multiples of CSRT's speed that are aimed at.
-BARS = {'kcf': 22, 'kcf-fixed': 48, 'mosse': 60, 'dsst': 8, 'fdsst': 8, 'pursuit': 4}
+BARS = {'kcf': 22, 'kcf-fixed': 48, 'mosse': 60, 'dsst': 8, 'fdsst': 8, 'pursuit-light': 4, 'pursuit': 5}
 
 
 def sequences(root):
