@@ -163,6 +163,50 @@ fn a_detection_speaks_for_the_hypothesis_it_overlaps_most() {
     assert!((after[1] - before[1]).abs() < 0.05, "{before:?} {after:?}");
 }
 
+#[test]
+fn a_hypothesis_takes_the_detection_it_overlaps_most_and_leaves_the_others() {
+    let (a, b) = (at(100.0, 60.0), at(118.0, 60.0));
+    // The first detection lies between both and is the second one's; the first one has a better one of its own.
+    let script = move |k: u64| if k == 0 { vec![seen(a), seen(b)] } else { vec![seen(at(108.5, 60.0)), seen(a)] };
+    let picture = |k| frame(k, &[(a, 100), (b, 200)]);
+    let mut target = acquiring(script);
+    step(&mut target, &picture(0));
+    let before: Vec<f64> = target.hypotheses().map(|(_, nats)| nats).collect();
+    step(&mut target, &picture(1));
+    let after: Vec<f64> = target.hypotheses().map(|(_, nats)| nats).collect();
+    assert!(after.len() == 2 && after.iter().zip(&before).all(|(a, b)| *a > b - 0.3), "{before:?} {after:?}");
+}
+
+#[test]
+fn the_strongest_rival_leads() {
+    // One is never seen again and leads by having come first, one is seen now and then, one always, one stands unseen.
+    let still = [at(40.0, 200.0), at(280.0, 200.0)];
+    let moving = |k: u64, y: f64| at(60.0 + 4.0 * k as f64, y);
+    let script = move |k: u64| match k {
+        0 => vec![seen(still[0]), seen(moving(0, 60.0)), seen(moving(0, 120.0)), seen(still[1])],
+        _ if k % 2 == 0 => vec![seen(moving(k, 60.0)), seen(moving(k, 120.0))],
+        _ => vec![seen(moving(k, 120.0))],
+    };
+    let picture = |k| frame(k, &[(still[0], 90), (moving(k, 60.0), 150), (moving(k, 120.0), 220), (still[1], 120)]);
+    let mut target = acquiring(script);
+    let leader = |target: &Acquiring| target.hypotheses().next().map(|h| h.0);
+    step(&mut target, &picture(0));
+    assert_eq!((leader(&target), target.hypotheses().count()), (Some(still[0]), 4));
+    let changed = (1..20).find(|k| {
+        step(&mut target, &picture(*k));
+        target.hypotheses().count() == 0 || leader(&target).is_some_and(|b| b.iou(&still[0]) < 0.1)
+    });
+    let k = changed.unwrap();
+    // Confirmed by then, or leading still among the others.
+    let best = leader(&target).unwrap();
+    assert!(best.iou(&moving(k, 120.0)) > 0.3, "frame {k}: {best}");
+}
+
+#[test]
+fn a_target_is_written_as_its_number() {
+    assert_eq!((TargetId(17).to_string(), format!("{:>4}", TargetId(7))), ("17".to_owned(), "   7".to_owned()));
+}
+
 /// The ball is there until frame 20, and again from frame `back` on.
 fn absent_until(back: u64) -> impl Fn(u64) -> Frame {
     move |k| {
