@@ -184,7 +184,7 @@ fn the_strongest_rival_leads() {
     let moving = |k: u64, y: f64| at(60.0 + 4.0 * k as f64, y);
     let script = move |k: u64| match k {
         0 => vec![seen(still[0]), seen(moving(0, 60.0)), seen(moving(0, 120.0)), seen(still[1])],
-        _ if k % 2 == 0 => vec![seen(moving(k, 60.0)), seen(moving(k, 120.0))],
+        _ if k.is_multiple_of(2) => vec![seen(moving(k, 60.0)), seen(moving(k, 120.0))],
         _ => vec![seen(moving(k, 120.0))],
     };
     let picture = |k| frame(k, &[(still[0], 90), (moving(k, 60.0), 150), (moving(k, 120.0), 220), (still[1], 120)]);
