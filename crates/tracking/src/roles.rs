@@ -83,6 +83,9 @@ pub struct Measurement {
     pub peak: Option<f64>,
     /// Peak-to-sidelobe ratio (bolme2010, section 3.5), of localizers that have one.
     pub psr: Option<f64>,
+    /// Whether it continues a trajectory that is trusted (kalal2012, section 5.6), of localizers that keep account of that; true of
+    /// others.
+    pub valid: bool,
     /// Raw figures of the method.
     pub diagnostics: Diagnostics,
 }
@@ -99,6 +102,7 @@ impl Measurement {
             gate_share: None,
             peak: None,
             psr: None,
+            valid: true,
             diagnostics: Diagnostics::default(),
         }
     }

@@ -200,10 +200,11 @@ impl TldLocalizer {
         let (positives, negatives) = self.model.len();
         let cascade = &self.scratch.cascade;
         Measurement {
+            valid: joined.valid,
             diagnostics: Diagnostics::default()
                 .with("conservative", conservative)
                 .with("relative", relative)
-                .with(VALID, f64::from(joined.valid))
+                .with("valid", f64::from(joined.valid))
                 .with("followed", f64::from(joined.followed))
                 .with("agreed", f64::from(joined.agreed))
                 .with("windows", cascade.windows() as f64)
@@ -222,9 +223,6 @@ fn outstanding<'a>(clusters: &'a [Cluster], params: &TldParams) -> Option<&'a Cl
     (rivals == 1).then_some(best)
 }
 
-/// Name of the figure that says whether the trajectory is trusted.
-const VALID: &str = "valid";
-
 /// The candidates that the classifier takes for the object; they come first.
 fn detections<'a>(candidates: &'a [Candidate], params: &TldParams) -> &'a [Candidate] {
     let (form, threshold) = (params.neighbor.similarity, params.neighbor.threshold);
@@ -240,8 +238,7 @@ impl Localizer for TldLocalizer {
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        let is_valid = measurement.diagnostics.get(VALID) == Some(1.0);
-        if !is_valid || bbox.clipped_to(frame.size()).is_none() {
+        if !measurement.valid || bbox.clipped_to(frame.size()).is_none() {
             return Ok(());
         }
         let window = self.view.window(&bbox);
@@ -285,7 +282,7 @@ impl Localizer for TldLocalizer {
     fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
         self.since_restart = self.since_restart.saturating_add(1);
         let followed = outcome.found.zip(outcome.followed);
-        self.valid = followed.is_some_and(|(m, _)| m.diagnostics.get(VALID) == Some(1.0));
+        self.valid = followed.is_some_and(|(m, _)| m.valid);
         followed.map_or(Ok(()), |(_, bbox)| self.follower.keep(frame, bbox))
     }
 
