@@ -11,10 +11,7 @@ pub(super) struct Cluster {
     pub similarity: Similarity,
 }
 
-/// Windows that overlap by at least this belong together.
-const LINK: f64 = 0.5;
-
-/// Groups detections: each joins the first group in which it overlaps a member by one half (kalal2012, section 5.6;
+/// Groups detections: each joins the first group in which it overlaps a member by enough (kalal2012, section 5.6;
 /// single linkage, so groups that a later detection joins are one).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clusters {
@@ -24,13 +21,13 @@ pub(super) struct Clusters {
 
 impl Clusters {
     /// The groups of `detections`, the group of the first detection first.
-    pub fn of(&mut self, detections: &[Candidate], form: SimilarityForm) -> &[Cluster] {
+    pub fn of(&mut self, detections: &[Candidate], form: SimilarityForm, same_from: f64) -> &[Cluster] {
         self.labels.clear();
         self.labels.extend(0..detections.len());
         for (i, a) in detections.iter().enumerate() {
             for (j, b) in detections.iter().enumerate().take(i) {
                 let (from, to) = (self.labels[i], self.labels[j]);
-                if from != to && a.window.iou(&b.window) >= LINK {
+                if from != to && a.window.iou(&b.window) >= same_from {
                     let (low, high) = (from.min(to), from.max(to));
                     self.labels.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
                 }
@@ -76,13 +73,13 @@ mod tests {
         let mut clusters = Clusters::default();
         let detections = [at(0.0, 0.8), at(12.0, 0.9), at(100.0, 0.7), at(6.0, 0.85)];
         // The last one links the first two.
-        let found = clusters.of(&detections, SimilarityForm::Distance);
+        let found = clusters.of(&detections, SimilarityForm::Distance, 0.5);
         assert_eq!(found.len(), 2);
         assert!((found[0].bbox.left() - 6.0).abs() < 1e-12 && found[0].bbox.width() == 20.0);
         assert_eq!(found[0].similarity.positive, 0.9);
         assert_eq!((found[1].bbox.left(), found[1].similarity.positive), (100.0, 0.7));
-        assert_eq!(clusters.of(&detections[..2], SimilarityForm::Distance).len(), 2);
-        assert!(clusters.of(&[], SimilarityForm::Distance).is_empty());
+        assert_eq!(clusters.of(&detections[..2], SimilarityForm::Distance, 0.5).len(), 2);
+        assert!(clusters.of(&[], SimilarityForm::Distance, 0.5).is_empty());
     }
 
     #[test]

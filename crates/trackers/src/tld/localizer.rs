@@ -14,13 +14,6 @@ use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::{Diagnostics, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, Weighed};
 use serde::{Deserialize, Serialize};
 
-/// A detection that overlaps the followed box more than this refines it.
-const NEAR: f64 = 0.7;
-/// A detection that overlaps it less is somewhere else.
-const ELSEWHERE: f64 = 0.5;
-/// What the followed box weighs against one detection in their mean.
-const FOLLOWED_WEIGHT: f64 = 10.0;
-
 /// Tracking-learning-detection: a follower of points and a detector, each putting the other right (kalal2012).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
@@ -161,7 +154,7 @@ impl TldLocalizer {
     fn join(&mut self, frame: &Frame, followed: Option<BBox>, search: &Search) -> Option<Joined> {
         let Self { params, view, ferns, model, least_variance, valid, grid, scratch, .. } = self;
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
-        let (gray, form) = (frame.gray(), params.neighbor.similarity);
+        let (gray, form, integrator) = (frame.gray(), params.neighbor.similarity, &params.integrator);
         let Work { cascade, clusters, .. } = scratch;
         let (region, expected) = (view.region(&search.region), view.window(&search.expected));
         cascade.scan(gray, &known, &region, &expected, params.ferns.most_windows);
@@ -169,21 +162,21 @@ impl TldLocalizer {
         let followed = followed.map(|bbox| cascade.refine(gray, &known, &view.window(&bbox)));
         let followed = followed.filter(|(_, s)| s.conservative(form) >= params.neighbor.followed);
         let detections = detections(cascade.candidates(), params);
-        let clusters = clusters.of(detections, form);
+        let clusters = clusters.of(detections, form, integrator.same_from);
         let Some((window, similarity)) = followed else {
             let only = outstanding(clusters, params)?;
             let (window, similarity) = cascade.refine(gray, &known, &only.bbox);
             return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
         };
         let sure = similarity.conservative(form);
-        let better = |c: &Cluster| c.bbox.iou(&window) < ELSEWHERE && c.similarity.conservative(form) > sure;
+        let better = |c: &Cluster| c.bbox.iou(&window) < integrator.elsewhere && c.similarity.conservative(form) > sure;
         if let Some(other) = outstanding(clusters, params).filter(|c| better(c)) {
             let (window, similarity) = cascade.refine(gray, &known, &other.bbox);
             return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
         }
-        let near = || detections.iter().map(|d| d.window).filter(|w| w.iou(&window) > NEAR);
+        let near = || detections.iter().map(|d| d.window).filter(|w| w.iou(&window) > integrator.near);
         let agreed = near().next().is_some();
-        let all = near().map(|w| (w, 1.0)).chain([(window, FOLLOWED_WEIGHT)]);
+        let all = near().map(|w| (w, 1.0)).chain([(window, integrator.followed_weight)]);
         let window = mean(all).unwrap_or(window);
         let valid = (*valid || sure > params.neighbor.valid) && sure >= params.neighbor.invalid;
         Some(Joined { window, similarity, valid, followed: true, agreed })

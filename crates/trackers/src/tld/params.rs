@@ -132,6 +132,20 @@ pursuit_tracking::parameters! {
 }
 
 pursuit_tracking::parameters! {
+    /// How what was followed and what was detected are joined (kalal2012, section 5.6).
+    pub struct IntegratorParams {
+        /// Detections that overlap by at least this mean one thing.
+        pub same_from: f64 = 0.5, in above(0.0).at_most(1.0), source "kalal2012, section 5.6: 0.5";
+        /// Detections that overlap the followed box by more refine it.
+        pub near: f64 = 0.7, in 0.0..=1.0, source "released TLD: 0.7";
+        /// One that overlaps the followed box by less is somewhere else, and may take over.
+        pub elsewhere: f64 = 0.5, in 0.0..=1.0, source "released TLD: 0.5";
+        /// What the followed box weighs against one detection in their mean.
+        pub followed_weight: f64 = 10.0, in 0.0..=1000.0, source "released TLD: 10";
+    }
+}
+
+pursuit_tracking::parameters! {
     /// What a filtered box must prove (zhu2014, claim 3).
     pub struct GuideParams {
         /// The filtered box replaces the one that was followed above this conservative similarity; above 1: never.
@@ -175,6 +189,8 @@ pursuit_tracking::parameters! {
         pub ferns: FernParams = FernParams::default();
         /// The nearest-neighbour classifier.
         pub neighbor: NeighborParams = NeighborParams::default();
+        /// How followed and detected boxes are joined.
+        pub integrator: IntegratorParams = IntegratorParams::default();
         /// Small moves to where the box resembles the object more.
         pub refine: RefineParams = RefineParams::default();
         /// What is learned.
