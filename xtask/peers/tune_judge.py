@@ -77,8 +77,8 @@ def samples(name, truth, rows, features):
                 continue
             box = np.array(row['measurement'] if agreed else [said[f'{witness}_{k}'] for k in 'xywh'])
             absent = bool(np.isnan(true[0]))
-            values = [FEATURES[f](said[f'{witness}_{f}']) for f in features if f != 'together']
-            if 'together' in features:
+            values = [FEATURES[f](said[f'{witness}_{f}']) for f in features if f != 'overlap']
+            if 'overlap' in features:
                 boxes = [np.array([said.get(f'{w}_{k}', np.nan) for k in 'xywh']) for w in ('filter', 'network')]
                 values.append(float(np.nan_to_num(overlap(*boxes))))
             yield values, not absent and overlap(box, true) >= 0.5, absent
@@ -116,7 +116,7 @@ def main():
     parser.add_argument('data', nargs='+')
     parser.add_argument('--out', type=Path, default=Path('target/tune'))
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--only', default=','.join([*FEATURES, 'together']), help='features to fit, comma-separated')
+    parser.add_argument('--only', default=','.join([*FEATURES, 'overlap']), help='features to fit, comma-separated')
     parser.add_argument('--jobs', type=int, default=1)
     options = parser.parse_args()
     features = options.only.split(',')
@@ -138,7 +138,7 @@ def main():
         w = fit(x[sources != held], y[sources != held], weight[sources != held])
         left_out[sources == held] = 1 / (1 + np.exp(-(x[sources == held] @ w[:-1] + w[-1])))
         folds.append(w)
-    order = [f for f in features if f != 'together'] + ['together'] * ('together' in features)
+    order = [f for f in features if f != 'overlap'] + ['overlap'] * ('overlap' in features)
     print(f'{len(y)} boxes of {len(found)} sequences from {", ".join(sorted(set(sources)))}; {y.mean():.3f} right')
     for name, w, low, high in zip([*order, 'bias'], fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
         print(f'  judge.{"network" if name == "score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')

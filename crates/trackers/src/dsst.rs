@@ -3,8 +3,7 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, Subpixel,
-    WindowParams, spec,
+    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleFilterParams, ScoreParams, Subpixel, WindowParams, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -86,26 +85,19 @@ impl LocalizerRecipe for DsstParams {
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
         let (dimensions, lambda) = (self.dimensions, self.lambda);
-        let compressed = dimensions > 0;
+        let (filter, subpixel) = if dimensions > 0 {
+            (FilterKind::Compressed { dimensions, lambda }, Subpixel::Series)
+        } else {
+            (FilterKind::Mosse { lambda }, Subpixel::Parabola)
+        };
         let spec = CorrelationSpec {
             window: self.window.clone(),
-            features: FeatureKind::HogGray,
-            filter: if compressed {
-                FilterKind::Compressed { dimensions, lambda }
-            } else {
-                FilterKind::Mosse { lambda }
-            },
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            first_samples: spec::FirstSamples::default(),
-            ladder: ScaleLadderParams::default(),
             scale: Some(self.scale.clone()),
-            peaks: PeakParams {
-                subpixel: if compressed { Subpixel::Series } else { Subpixel::Parabola },
-                ..PeakParams::default()
-            },
-            color: None,
+            peaks: PeakParams { subpixel, ..PeakParams::default() },
             score: self.score.clone(),
+            ..CorrelationSpec::new(FeatureKind::HogGray, filter)
         };
         Ok(CorrelationLocalizer::new(spec, frame, &bbox))
     }

@@ -1,9 +1,7 @@
 //! The filter of minimum output sum of squared error, `mosse` (bolme2010).
 
 use crate::correlation::filters::FilterKind;
-use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleLadderParams, ScoreParams, WindowParams, spec,
-};
+use crate::correlation::{CorrelationLocalizer, CorrelationSpec, ScoreParams, WindowParams, spec};
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -41,8 +39,6 @@ impl LocalizerRecipe for MosseParams {
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
         let spec = CorrelationSpec {
             window: self.window.clone(),
-            features: FeatureKind::LogGray,
-            filter: FilterKind::Mosse { lambda: self.epsilon },
             label: spec::Label::Cells(self.label_sigma_px),
             learning_rate: self.learning_rate,
             first_samples: spec::FirstSamples {
@@ -50,11 +46,8 @@ impl LocalizerRecipe for MosseParams {
                 turn_rad: self.first_turn_rad,
                 resize: self.first_resize,
             },
-            ladder: ScaleLadderParams::default(),
-            scale: None,
-            peaks: PeakParams::default(),
-            color: None,
             score: self.score.clone(),
+            ..CorrelationSpec::new(FeatureKind::LogGray, FilterKind::Mosse { lambda: self.epsilon })
         };
         Ok(CorrelationLocalizer::new(spec, frame, &bbox))
     }

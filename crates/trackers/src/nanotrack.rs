@@ -84,20 +84,20 @@ fn failed(frame: &Frame) -> impl FnOnce(InferenceError) -> TrackingError {
 }
 
 impl NanoTrackLocalizer {
-    /// Where the target is by the network, looked for about `seat` at its size.
-    pub(crate) fn look(&mut self, frame: &Frame, seat: &BBox) -> Result<Option<Location>> {
-        self.tracker.locate(frame, seat.center(), (seat.width(), seat.height())).map_err(failed(frame))
+    /// Where the target is by the network, looked for about `about` at its size.
+    pub(crate) fn look(&mut self, frame: &Frame, about: &BBox) -> Result<Option<Location>> {
+        self.tracker.locate(frame, about.center(), (about.width(), about.height())).map_err(failed(frame))
     }
 
-    /// The best score of the last look, which was about `seat`, of the points next to `place`; `None` where it saw nothing
+    /// The best score of the last look, which was about `about`, of the points next to `place`; `None` where it saw nothing
     /// of that.
-    pub(crate) fn score_at(&self, seat: &BBox, place: Point) -> Option<f64> {
+    pub(crate) fn score_at(&self, about: &BBox, place: Point) -> Option<f64> {
         let config = self.tracker.config();
         let n = config.answer_side() as isize;
         let cells =
-            self.side(seat, config.template_side()).recip() * config.template_side() as f64 / config.stride_px();
+            self.side(about, config.template_side()).recip() * config.template_side() as f64 / config.stride_px();
         let cell = |d: f64| (d * cells).round() as isize + n / 2;
-        let (column, row) = (cell(place.x - seat.center().x), cell(place.y - seat.center().y));
+        let (column, row) = (cell(place.x - about.center().x), cell(place.y - about.center().y));
         let inside = |k: isize| (0..n).contains(&k);
         (inside(column) && inside(row)).then(|| {
             let near = |(i, s): (usize, f64)| {
@@ -109,10 +109,10 @@ impl NanoTrackLocalizer {
     }
 
     /// Side of the square of the frame that an image of `samples` covers.
-    fn side(&self, seat: &BBox, samples: usize) -> f64 {
+    fn side(&self, about: &BBox, samples: usize) -> f64 {
         let config = self.tracker.config();
-        let context = config.context() * (seat.width() + seat.height());
-        ((seat.width() + context) * (seat.height() + context)).sqrt() * samples as f64 / config.template_side() as f64
+        let context = config.context() * (about.width() + about.height());
+        ((about.width() + context) * (about.height() + context)).sqrt() * samples as f64 / config.template_side() as f64
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, spec,
+    CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -42,16 +42,14 @@ impl LocalizerRecipe for RegularisedParams {
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
         let spec = CorrelationSpec {
             window: self.window.clone(),
-            features: FeatureKind::Appearance { names: frame.has_color() },
-            filter: FilterKind::Regularised(self.solver.clone()),
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            first_samples: spec::FirstSamples::default(),
             ladder: self.scale.clone(),
-            scale: None,
-            peaks: PeakParams::default(),
-            color: None,
             score: self.score.clone(),
+            ..CorrelationSpec::new(
+                FeatureKind::Appearance { names: frame.has_color() },
+                FilterKind::Regularised(self.solver.clone()),
+            )
         };
         Ok(CorrelationLocalizer::new(spec, frame, &bbox))
     }

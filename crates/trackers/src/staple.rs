@@ -3,8 +3,7 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    ColorParams, CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams,
-    WindowParams, spec,
+    ColorParams, CorrelationLocalizer, CorrelationSpec, ScaleFilterParams, ScoreParams, WindowParams, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -46,16 +45,12 @@ impl LocalizerRecipe for StapleParams {
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<CorrelationLocalizer> {
         let spec = CorrelationSpec {
             window: self.window.clone(),
-            features: FeatureKind::ColorHog,
-            filter: FilterKind::Mosse { lambda: self.lambda },
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            first_samples: spec::FirstSamples::default(),
-            ladder: ScaleLadderParams::default(),
             scale: Some(self.scale.clone()),
-            peaks: PeakParams::default(),
             color: Some(self.color.clone()),
             score: self.score.clone(),
+            ..CorrelationSpec::new(FeatureKind::ColorHog, FilterKind::Mosse { lambda: self.lambda })
         };
         Ok(CorrelationLocalizer::new(spec, frame, &bbox))
     }

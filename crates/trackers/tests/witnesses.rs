@@ -69,7 +69,7 @@ fn both_witnesses_agree_on_what_only_moves() {
 fn shares_say_whose_box_is_reported() {
     for (share, witness) in [(0.0, "filter"), (1.0, "network")] {
         // What agrees at all is as good as the other here.
-        let set = [("together.network_center", share), ("together.network_size", share), ("together.same_from", 0.4)];
+        let set = [("fusion.network_center", share), ("fusion.network_size", share), ("fusion.same_from", 0.4)];
         let mut tracker = start(&set);
         for k in 1..5 {
             let seen = tracker.peek(&frame(k, Some(place(k)))).unwrap().unwrap();
@@ -79,8 +79,8 @@ fn shares_say_whose_box_is_reported() {
         }
     }
     // Below `same_from` the network's box counts for more, down to `agree_from`.
-    let halves = [("together.network_center", 0.0), ("together.network_size", 0.0), ("together.same_from", 1.0)];
-    let mut tracker = start(&[halves.as_slice(), &[("together.agree_from", 0.2)]].concat());
+    let halves = [("fusion.network_center", 0.0), ("fusion.network_size", 0.0), ("fusion.same_from", 1.0)];
+    let mut tracker = start(&[halves.as_slice(), &[("fusion.agree_from", 0.2)]].concat());
     let seen = tracker.peek(&frame(1, Some(place(1)))).unwrap().unwrap();
     let (filter, network) = (claimed(&seen, "filter"), claimed(&seen, "network"));
     let share = (1.0 - filter.iou(&network)) / 0.8;
@@ -119,7 +119,7 @@ fn a_saved_tracker_goes_on_alike_and_settings_out_of_range_are_refused() {
         let now = frame(k, Some(place(k)));
         assert_eq!(tracker.update(&now).unwrap(), restored.update(&now).unwrap(), "frame {k}");
     }
-    let bad = toml::Table::from_iter([("together.agree_from".to_owned(), toml::Value::from(1.5))]);
+    let bad = toml::Table::from_iter([("fusion.agree_from".to_owned(), toml::Value::from(1.5))]);
     let error = registry::tracker("pursuit").unwrap().recipe(&bad).err().unwrap().to_string();
     assert!(error.contains("agree_from"), "{error}");
 }

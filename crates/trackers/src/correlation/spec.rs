@@ -61,6 +61,23 @@ impl Default for FirstSamples {
 }
 
 impl CorrelationSpec {
+    /// `filter` on `features` and nothing beside it: one size, no colours, a single first sample.
+    pub fn new(features: FeatureKind, filter: FilterKind) -> Self {
+        Self {
+            window: WindowParams::default(),
+            features,
+            filter,
+            label: Label::OfTarget(1.0 / 16.0),
+            learning_rate: 0.0,
+            first_samples: FirstSamples::default(),
+            ladder: ScaleLadderParams::default(),
+            scale: None,
+            peaks: PeakParams::default(),
+            color: None,
+            score: ScoreParams::default(),
+        }
+    }
+
     /// Its features.
     pub(super) fn make_features(&self) -> FeatureSet {
         self.features.make(self.window.cell_px)

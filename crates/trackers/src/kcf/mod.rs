@@ -6,9 +6,7 @@ mod presets;
 pub use presets::{csk, kcf_depth, kcf_fixed};
 
 use crate::correlation::filters::{FilterKind, Kernel};
-use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, PeakParams, ScaleLadderParams, ScoreParams, WindowParams, spec,
-};
+use crate::correlation::{CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, WindowParams, spec};
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -74,32 +72,24 @@ pursuit_tracking::parameters! {
 
 impl KcfParams {
     pub(crate) fn spec(&self) -> CorrelationSpec {
+        let features = match self.features {
+            KcfFeatures::Hog => FeatureKind::Hog,
+            KcfFeatures::Gray => FeatureKind::Gray,
+            KcfFeatures::DepthHog => FeatureKind::DepthHog { fused: false },
+            KcfFeatures::FusedHog => FeatureKind::DepthHog { fused: true },
+        };
+        let kernel = match self.kernel {
+            KernelKind::Linear => Kernel::Linear,
+            KernelKind::Polynomial => Kernel::Polynomial { offset: self.kernel_offset, power: self.kernel_power },
+            KernelKind::Gaussian => Kernel::Gaussian { sigma: self.kernel_sigma },
+        };
         CorrelationSpec {
             window: self.window.clone(),
-            features: match self.features {
-                KcfFeatures::Hog => FeatureKind::Hog,
-                KcfFeatures::Gray => FeatureKind::Gray,
-                KcfFeatures::DepthHog => FeatureKind::DepthHog { fused: false },
-                KcfFeatures::FusedHog => FeatureKind::DepthHog { fused: true },
-            },
-            filter: FilterKind::Kernel {
-                kernel: match self.kernel {
-                    KernelKind::Linear => Kernel::Linear,
-                    KernelKind::Polynomial => {
-                        Kernel::Polynomial { offset: self.kernel_offset, power: self.kernel_power }
-                    }
-                    KernelKind::Gaussian => Kernel::Gaussian { sigma: self.kernel_sigma },
-                },
-                lambda: self.lambda,
-            },
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            first_samples: spec::FirstSamples::default(),
             ladder: self.scale.clone(),
-            scale: None,
-            peaks: PeakParams::default(),
-            color: None,
             score: self.score.clone(),
+            ..CorrelationSpec::new(features, FilterKind::Kernel { kernel, lambda: self.lambda })
         }
     }
 }

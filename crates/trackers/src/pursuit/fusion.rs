@@ -1,31 +1,31 @@
-//! What was heard of one place.
+//! What both witnesses say of one place.
 
-use super::TogetherParams;
-use super::judge::Testimony;
+use super::FusionParams;
+use super::judge::JointEvidence;
 use pursuit_geometry::{BBox, Point};
 use pursuit_tracking::Diagnostics;
 
 /// One witness's box and what speaks for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Claim {
+pub(super) struct Candidate {
     /// What it takes for the target's box.
     pub bbox: BBox,
     /// The same in its own terms, from which it goes on.
     pub own: BBox,
     /// What is known of that box.
-    pub said: Testimony,
+    pub evidence: JointEvidence,
     /// ln of p / (1 − p) of the probability that it is right.
     pub log_odds: f64,
 }
 
-/// What both said of one place.
+/// Both candidates of one place, and which is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Hearing {
-    pub filter: Option<Claim>,
-    pub network: Option<Claim>,
+pub(super) struct Fusion {
+    pub filter: Option<Candidate>,
+    pub network: Option<Candidate>,
     /// Whether both speak of one thing.
     pub agreed: bool,
-    /// Whether the filter's claim is the one believed, of claims that differ.
+    /// Whether the filter's candidate is the one believed, of candidates that differ.
     pub filter_leads: bool,
     /// Log odds that the filter is right where they differ, by this frame alone; 0 where they agree.
     pub odds: f64,
@@ -33,24 +33,24 @@ pub(super) struct Hearing {
     pub place: Option<(Point, f64)>,
 }
 
-impl Hearing {
-    /// The claim believed.
-    pub fn leading(&self) -> Option<&Claim> {
+impl Fusion {
+    /// The candidate believed.
+    pub fn leading(&self) -> Option<&Candidate> {
         if self.filter_leads { self.filter.as_ref() } else { self.network.as_ref() }
     }
 
     /// Whether the filter, though both agree, goes on from its own box.
-    pub fn filter_keeps(&self, params: &TogetherParams) -> bool {
-        self.agreed && self.filter.is_some_and(|claim| claim.said.together >= params.own_from)
+    pub fn filter_keeps(&self, params: &FusionParams) -> bool {
+        self.agreed && self.filter.is_some_and(|candidate| candidate.evidence.overlap >= params.own_from)
     }
 
     /// The box to report.
-    pub fn bbox(&self, params: &TogetherParams) -> Option<BBox> {
+    pub fn bbox(&self, params: &FusionParams) -> Option<BBox> {
         match (self.agreed, &self.filter, &self.network) {
             (true, Some(filter), Some(network)) => {
-                Some(joined(params, &filter.bbox, &network.bbox, filter.said.together))
+                Some(joined(params, &filter.bbox, &network.bbox, filter.evidence.overlap))
             }
-            _ => self.leading().map(|claim| claim.bbox),
+            _ => self.leading().map(|candidate| candidate.bbox),
         }
     }
 
@@ -59,11 +59,11 @@ impl Hearing {
         let flag = |set: bool| f64::from(u8::from(set));
         let mut figures =
             Diagnostics::default().with("agreed", flag(self.agreed)).with("filter_leads", flag(self.filter_leads));
-        if let Some(claim) = &self.filter {
-            FILTER.into_iter().zip(claim.figures()).for_each(|(name, value)| figures.push(name, value));
+        if let Some(candidate) = &self.filter {
+            FILTER.into_iter().zip(candidate.figures()).for_each(|(name, value)| figures.push(name, value));
         }
-        if let Some(claim) = &self.network {
-            NETWORK.into_iter().zip(claim.figures()).for_each(|(name, value)| figures.push(name, value));
+        if let Some(candidate) = &self.network {
+            NETWORK.into_iter().zip(candidate.figures()).for_each(|(name, value)| figures.push(name, value));
         }
         figures
     }
@@ -96,20 +96,20 @@ const NETWORK: [&str; 10] = [
     "network_moved",
 ];
 
-impl Claim {
+impl Candidate {
     /// In the order of [`FILTER`].
     fn figures(&self) -> [f64; 10] {
         let (x, y, w, h) = self.bbox.ltwh();
-        let Testimony { filter, network, moved, .. } = &self.said;
+        let JointEvidence { filter, network, moved, .. } = &self.evidence;
         [x, y, w, h, filter.peak, filter.likeness, filter.color, filter.psr, *network, *moved]
     }
 }
 
 /// One box of two that are of one thing and overlap by `together`.
-fn joined(params: &TogetherParams, filter: &BBox, network: &BBox, together: f64) -> BBox {
+fn joined(params: &FusionParams, filter: &BBox, network: &BBox, overlap: f64) -> BBox {
     let span = (params.same_from - params.agree_from).max(1e-3);
     // How far the filter's box is believed beside the network's.
-    let belief = ((together - params.agree_from) / span).clamp(0.0, 1.0);
+    let belief = ((overlap - params.agree_from) / span).clamp(0.0, 1.0);
     let mix = |network_share: f64, a: f64, b: f64| a + (1.0 - belief * (1.0 - network_share)) * (b - a);
     let (here, there) = (filter.center(), network.center());
     let (center, size) = (params.network_center, params.network_size);

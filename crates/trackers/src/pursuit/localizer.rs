@@ -1,11 +1,11 @@
 //! Two witnesses as one localizer.
 
 use super::PursuitParams;
-use super::hearing::{Claim, Hearing};
-use super::judge::Testimony;
-use super::meaning::Meaning;
-use super::rivalry::Rivalry;
-use super::seat::Seat;
+use super::arbitration::Arbitration;
+use super::convention::BoxConvention;
+use super::fusion::{Candidate, Fusion};
+use super::judge::JointEvidence;
+use super::offset::SearchOffset;
 use crate::correlation::{CorrelationLocalizer, Evidence, Sighting, probability};
 use crate::nanotrack::NanoTrackLocalizer;
 use pursuit_geometry::BBox;
@@ -15,32 +15,32 @@ use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::{Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize};
 use serde::{Deserialize, Serialize};
 
-/// Finds the target by a filter and a network, each from its own seat, and judges what both say.
+/// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
 pub struct WitnessLocalizer {
     params: PursuitParams,
     filter: CorrelationLocalizer,
     network: NanoTrackLocalizer,
-    meaning: Meaning,
-    filter_seat: Seat,
-    network_seat: Seat,
+    convention: BoxConvention,
+    filter_offset: SearchOffset,
+    network_offset: SearchOffset,
     /// As large as the target was when it was believed last: a sweep looks for that.
-    believed: Seat,
-    rivalry: Rivalry,
+    believed: SearchOffset,
+    arbitration: Arbitration,
     #[serde(skip)]
-    heard: Heard,
+    fusions: Fusions,
 }
 
-/// What was heard in this frame; not state.
+/// What was concluded in this frame; not state.
 #[derive(Debug, Clone, Copy, Default)]
-struct Heard {
+struct Fusions {
     /// Near the expected place.
-    near: Option<Hearing>,
+    near: Option<Fusion>,
     /// At the best place of a sweep.
-    swept: Option<Hearing>,
+    swept: Option<Fusion>,
     /// What the loop decided on.
-    decided: Option<Hearing>,
+    decided: Option<Fusion>,
 }
 
 /// What is stored, before it is checked.
@@ -49,23 +49,23 @@ struct Raw {
     params: PursuitParams,
     filter: CorrelationLocalizer,
     network: NanoTrackLocalizer,
-    meaning: Meaning,
-    filter_seat: Seat,
-    network_seat: Seat,
-    believed: Seat,
-    rivalry: Rivalry,
+    convention: BoxConvention,
+    filter_offset: SearchOffset,
+    network_offset: SearchOffset,
+    believed: SearchOffset,
+    arbitration: Arbitration,
 }
 
 impl TryFrom<Raw> for WitnessLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, filter, network, meaning, filter_seat, network_seat, believed, rivalry } = raw;
+        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration } = raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
-        let heard = Heard::default();
-        Ok(Self { params, filter, network, meaning, filter_seat, network_seat, believed, rivalry, heard })
+        let fusions = Fusions::default();
+        Ok(Self { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, fusions })
     }
 }
 
@@ -87,146 +87,155 @@ impl WitnessLocalizer {
         frame: &Frame,
         bbox: BBox,
     ) -> Result<Self> {
-        let meaning = network.look(frame, &bbox)?.map_or_else(Meaning::default, |seen| {
-            Meaning::new(&bbox, &seen.raw, params.together.meant_center, params.together.meant_size)
-        });
+        let convention = network
+            .look(frame, &bbox)?
+            .map_or_else(BoxConvention::default, |seen| BoxConvention::new(&params.fusion, &bbox, &seen.raw));
         Ok(Self {
             params,
             filter,
             network,
-            meaning,
-            filter_seat: Seat::new(&bbox),
-            network_seat: Seat::new(&bbox),
-            believed: Seat::new(&bbox),
-            rivalry: Rivalry::default(),
-            heard: Heard::default(),
+            convention,
+            filter_offset: SearchOffset::new(&bbox),
+            network_offset: SearchOffset::new(&bbox),
+            believed: SearchOffset::new(&bbox),
+            arbitration: Arbitration::default(),
+            fusions: Fusions::default(),
         })
     }
 
-    /// A claim to `bbox`, `own` in the witness's terms, of which the filter says `filter` and the network `score`.
-    fn claim(&self, (bbox, own): (BBox, BBox), filter: Evidence, score: f64, together: f64, expected: &BBox) -> Claim {
+    /// The candidate `bbox`, `own` in the witness's terms, of which the filter says `filter` and the network `score`.
+    fn candidate(
+        &self,
+        (bbox, own): (BBox, BBox),
+        filter: Evidence,
+        score: f64,
+        overlap: f64,
+        expected: &BBox,
+    ) -> Candidate {
         let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
-        let said = Testimony { filter, network: logit(score), together, moved };
-        Claim { bbox, own, said, log_odds: self.params.judge.log_odds(&said) }
+        let evidence = JointEvidence { filter, network: logit(score), overlap, moved };
+        Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
 
-    /// Hears the filter from `filter_seat` and the network from `network_seat`.
-    fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Hearing>> {
-        let (filter_seat, network_seat) = (self.filter_seat.at(expected), self.network_seat.at(expected));
-        let sighting = self.filter.sight(frame, &filter_seat);
-        let location = self.network.look(frame, &network_seat)?;
-        self.hear(frame, expected, sighting, location, &network_seat)
+    /// Asks each witness about the place where it searches.
+    fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
+        let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
+        let sighting = self.filter.sight(frame, &by_filter);
+        let location = self.network.look(frame, &by_network)?;
+        self.fuse(frame, expected, sighting, location, &by_network)
     }
 
-    /// Hears the network at a place of a sweep, and the filter where the network saw the target.
-    fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Hearing>> {
+    /// Asks the network at a place of a sweep, and the filter where the network saw the target.
+    fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
         let Some(location) = self.network.look(frame, expected)? else { return Ok(None) };
-        let sighting = self.filter.sight(frame, &self.meaning.of(&location.bbox));
-        self.hear(frame, expected, sighting, Some(location), expected)
+        let sighting = self.filter.sight(frame, &self.convention.of(&location.bbox));
+        self.fuse(frame, expected, sighting, Some(location), expected)
     }
 
-    fn hear(
+    fn fuse(
         &mut self,
         frame: &Frame,
         expected: &BBox,
         sighting: Option<Sighting>,
         location: Option<Location>,
-        network_seat: &BBox,
-    ) -> Result<Option<Hearing>> {
-        let alone = Hearing { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
+        about: &BBox,
+    ) -> Result<Option<Fusion>> {
+        let alone = Fusion { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
         Ok(match (sighting, location) {
             (None, None) => None,
-            (Some(sighting), Some(location)) => {
-                Some(self.confront(frame, expected, &sighting, &location, network_seat)?)
-            }
+            (Some(sighting), Some(location)) => Some(self.fuse_both(frame, expected, &sighting, &location, about)?),
             (Some(seen), None) => {
                 let bbox = self.filter.window().bbox(seen.center, seen.scale);
-                let filter = Some(self.claim((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
-                Some(Hearing { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..alone })
+                let filter = Some(self.candidate((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
+                Some(Fusion { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..alone })
             }
             (None, Some(location)) => {
                 let network = Some(self.of_network(frame, expected, &location, 0.0));
-                Some(Hearing { network, ..alone })
+                Some(Fusion { network, ..alone })
             }
         })
     }
 
     /// What the network found, examined by the filter.
-    fn of_network(&mut self, frame: &Frame, expected: &BBox, location: &Location, together: f64) -> Claim {
+    fn of_network(&mut self, frame: &Frame, expected: &BBox, location: &Location, overlap: f64) -> Candidate {
         let evidence = self.filter.evidence_at(frame, &location.bbox);
-        let boxes = (self.meaning.of(&location.bbox), location.bbox);
-        self.claim(boxes, evidence, location.score, together, expected)
+        let boxes = (self.convention.of(&location.bbox), location.bbox);
+        self.candidate(boxes, evidence, location.score, overlap, expected)
     }
 
     /// Both found something: one thing, or two that each is asked about.
-    fn confront(
+    fn fuse_both(
         &mut self,
         frame: &Frame,
         expected: &BBox,
         sighting: &Sighting,
         location: &Location,
-        network_seat: &BBox,
-    ) -> Result<Hearing> {
+        about: &BBox,
+    ) -> Result<Fusion> {
         let bbox = self.filter.window().bbox(sighting.center, sighting.scale);
-        let meant = self.meaning.of(&location.bbox);
-        let together = bbox.iou(&meant);
+        let converted = self.convention.of(&location.bbox);
+        let overlap = bbox.iou(&converted);
         let place = Some((sighting.center, sighting.scale));
-        if together >= self.params.together.agree_from {
-            let filter = self.claim((bbox, bbox), sighting.evidence, location.score, together, expected);
-            let network = Some(Claim { bbox: meant, own: location.bbox, ..filter });
+        if overlap >= self.params.fusion.agree_from {
+            let filter = self.candidate((bbox, bbox), sighting.evidence, location.score, overlap, expected);
+            let network = Some(Candidate { bbox: converted, own: location.bbox, ..filter });
             let filter = Some(filter);
-            return Ok(Hearing { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
+            return Ok(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
         }
-        let there = match self.network.score_at(network_seat, bbox.center()) {
+        let there = match self.network.score_at(about, bbox.center()) {
             Some(score) => score,
             None => self.network.look(frame, &bbox)?.map_or(0.0, |l| l.score),
         };
-        let filter = self.claim((bbox, bbox), sighting.evidence, there, together, expected);
-        let network = self.of_network(frame, expected, location, together);
-        let odds = Rivalry::now(&self.params.rivalry, &filter.said, &network.said);
-        let filter_leads = self.rivalry.filter_leads(&self.params.rivalry, odds);
-        Ok(Hearing { filter: Some(filter), network: Some(network), agreed: false, filter_leads, odds, place })
+        let filter = self.candidate((bbox, bbox), sighting.evidence, there, overlap, expected);
+        let network = self.of_network(frame, expected, location, overlap);
+        let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);
+        let filter_leads = self.arbitration.filter_leads(&self.params.arbitration, odds);
+        Ok(Fusion { filter: Some(filter), network: Some(network), agreed: false, filter_leads, odds, place })
     }
 
-    fn measurement(&self, heard: &Hearing) -> Option<Measurement> {
-        let leading = heard.leading()?;
+    fn measurement(&self, fused: &Fusion) -> Option<Measurement> {
+        let leading = fused.leading()?;
         Some(Measurement {
             strength: leading.log_odds,
-            peak: Some(leading.said.filter.peak),
-            psr: Some(leading.said.filter.psr),
-            diagnostics: heard.figures(),
-            ..Measurement::new(heard.bbox(&self.params.together)?, probability(leading.log_odds))
+            peak: Some(leading.evidence.filter.peak),
+            psr: Some(leading.evidence.filter.psr),
+            diagnostics: fused.figures(),
+            ..Measurement::new(fused.bbox(&self.params.fusion)?, probability(leading.log_odds))
         })
     }
 
-    /// Seats both witnesses for the next frame.
-    fn seat_both(&mut self, found: Option<&Measurement>, state: TrackState) {
-        let (Some(heard), Some(found)) = (std::mem::take(&mut self.heard).decided, found) else { return };
+    /// Says where each witness searches in the next frame.
+    fn place_searches(&mut self, found: Option<&Measurement>, state: TrackState) {
+        let (Some(fused), Some(found)) = (std::mem::take(&mut self.fusions).decided, found) else { return };
         if state == TrackState::Lost {
             return;
         }
-        let Self { params, filter_seat, network_seat, believed, rivalry, .. } = self;
+        let Self { params, filter_offset, network_offset, believed, arbitration, .. } = self;
         let reported = &found.bbox;
         if state == TrackState::Tracking {
-            believed.sit(reported, reported);
+            believed.set(reported, reported);
         }
-        rivalry.remember(&params.rivalry, heard.odds);
-        if let Some(claim) = &heard.network {
+        arbitration.remember(&params.arbitration, fused.odds);
+        if let Some(candidate) = &fused.network {
             // Of what both agree on, the network looks in the middle of what is reported, for the size it saw itself.
-            let own = if heard.agreed { claim.own.centered_at(reported.center()) } else { claim.own };
-            network_seat.sit(&own, reported);
+            let own = if fused.agreed { candidate.own.centered_at(reported.center()) } else { candidate.own };
+            network_offset.set(&own, reported);
         }
-        if let Some(claim) = &heard.filter {
-            let own = if heard.agreed && !heard.filter_keeps(&params.together) { reported } else { &claim.own };
-            filter_seat.sit(own, reported);
+        if let Some(candidate) = &fused.filter {
+            let own = if fused.agreed && !fused.filter_keeps(&params.fusion) { reported } else { &candidate.own };
+            filter_offset.set(own, reported);
         }
-        if heard.agreed {
+        if fused.agreed {
             return;
         }
-        // One that saw nothing, or whose cause is lost, goes where the other is.
-        match (rivalry.settled(&params.rivalry), &heard.filter, &heard.network) {
-            (_, Some(claim), None) | (Some(true), Some(claim), _) => network_seat.sit(&claim.own, reported),
-            (_, None, Some(claim)) | (Some(false), _, Some(claim)) => filter_seat.sit(&claim.bbox, reported),
+        // One that saw nothing, or that the arbitration is against, goes where the other is.
+        match (arbitration.settled(&params.arbitration), &fused.filter, &fused.network) {
+            (_, Some(candidate), None) | (Some(true), Some(candidate), _) => {
+                network_offset.set(&candidate.own, reported)
+            }
+            (_, None, Some(candidate)) | (Some(false), _, Some(candidate)) => {
+                filter_offset.set(&candidate.bbox, reported)
+            }
             _ => {}
         }
     }
@@ -235,45 +244,46 @@ impl WitnessLocalizer {
 impl Localizer for WitnessLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
         let expected = &search.expected;
-        let heard = match search.look {
+        let fused = match search.look {
             Look::Near => {
-                self.heard.near = self.near(frame, expected)?;
-                self.heard.near
+                self.fusions.near = self.near(frame, expected)?;
+                self.fusions.near
             }
             Look::Sweep => {
                 let found = self.network.look(frame, &self.believed.at(expected))?;
                 return Ok(found.map(|l| Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) }));
             }
             Look::Centred => {
-                self.heard.swept = self.centred(frame, &self.believed.at(expected))?;
-                self.heard.swept
+                self.fusions.swept = self.centred(frame, &self.believed.at(expected))?;
+                self.fusions.swept
             }
         };
-        Ok(heard.and_then(|heard| self.measurement(&heard)))
+        Ok(fused.and_then(|fused| self.measurement(&fused)))
     }
 
     /// Measures the size by the filter along scale, where the filter saw the target.
     fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        self.heard.decided = if look == Look::Near { self.heard.near } else { self.heard.swept };
-        let Some(heard) = &mut self.heard.decided else { return Ok(found) };
-        let (Some((center, scale)), Some(claim), true) = (heard.place, &mut heard.filter, heard.filter_leads) else {
+        self.fusions.decided = if look == Look::Near { self.fusions.near } else { self.fusions.swept };
+        let Some(fused) = &mut self.fusions.decided else { return Ok(found) };
+        let (Some((center, scale)), Some(candidate), true) = (fused.place, &mut fused.filter, fused.filter_leads)
+        else {
             return Ok(found);
         };
         let scale = self.filter.scale_at(frame, center, scale);
-        claim.bbox = self.filter.window().bbox(center, scale);
-        claim.own = claim.bbox;
+        candidate.bbox = self.filter.window().bbox(center, scale);
+        candidate.own = candidate.bbox;
         // The proposer may have moved the middle into the frame; the size alone is new.
-        let bbox = heard.bbox(&self.params.together).map_or(found.bbox, |b| b.centered_at(found.bbox.center()));
-        Ok(Measurement { bbox, diagnostics: heard.figures(), ..found })
+        let bbox = fused.bbox(&self.params.fusion).map_or(found.bbox, |b| b.centered_at(found.bbox.center()));
+        Ok(Measurement { bbox, diagnostics: fused.figures(), ..found })
     }
 
     /// Teaches the filter what both believe, or the judge of one alone.
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        let Some(heard) = &self.heard.decided else { return Ok(()) };
-        let together = &self.params.together;
-        match &heard.filter {
-            Some(claim) if heard.filter_keeps(together) => self.filter.adapt(frame, claim.own, measurement),
-            _ if heard.agreed || heard.filter_leads || measurement.confidence >= together.teach_from => {
+        let Some(fused) = &self.fusions.decided else { return Ok(()) };
+        let fusion = &self.params.fusion;
+        match &fused.filter {
+            Some(candidate) if fused.filter_keeps(fusion) => self.filter.adapt(frame, candidate.own, measurement),
+            _ if fused.agreed || fused.filter_leads || measurement.confidence >= fusion.teach_from => {
                 self.filter.adapt(frame, bbox, measurement)
             }
             _ => Ok(()),
@@ -281,7 +291,7 @@ impl Localizer for WitnessLocalizer {
     }
 
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
-        self.seat_both(outcome.found, outcome.state);
+        self.place_searches(outcome.found, outcome.state);
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Where a witness looks next, relative to where the loop expects the target.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
-pub struct Seat {
+pub struct SearchOffset {
     offset: (f64, f64),
     size: (f64, f64),
 }
@@ -17,7 +17,7 @@ struct Raw {
     size: (f64, f64),
 }
 
-impl TryFrom<Raw> for Seat {
+impl TryFrom<Raw> for SearchOffset {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
@@ -26,12 +26,12 @@ impl TryFrom<Raw> for Seat {
         if finite && size.0 > 0.0 && size.1 > 0.0 {
             Ok(Self { offset, size })
         } else {
-            Err("a witness stands where none can")
+            Err("the offset of a search is not finite, or its size not positive")
         }
     }
 }
 
-impl Seat {
+impl SearchOffset {
     /// At `bbox`, where the target is expected.
     pub fn new(bbox: &BBox) -> Self {
         Self { offset: (0.0, 0.0), size: (bbox.width(), bbox.height()) }
@@ -44,7 +44,7 @@ impl Seat {
     }
 
     /// Its box is `bbox` while `reported` is what the loop goes on from.
-    pub fn sit(&mut self, bbox: &BBox, reported: &BBox) {
+    pub fn set(&mut self, bbox: &BBox, reported: &BBox) {
         let (own, loops) = (bbox.center(), reported.center());
         self.offset = (own.x - loops.x, own.y - loops.y);
         self.size = (bbox.width(), bbox.height());
@@ -56,27 +56,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seat_keeps_its_distance_from_what_is_reported() {
+    fn a_search_keeps_its_distance_from_what_is_reported() {
         let reported = BBox::from_ltwh(100.0, 50.0, 20.0, 10.0);
-        let mut seat = Seat::new(&reported);
-        assert_eq!(seat.at(&reported), reported);
+        let mut offset = SearchOffset::new(&reported);
+        assert_eq!(offset.at(&reported), reported);
         let own = BBox::from_ltwh(130.0, 40.0, 30.0, 12.0);
-        seat.sit(&own, &reported);
-        assert_eq!(seat.at(&reported), own);
+        offset.set(&own, &reported);
+        assert_eq!(offset.at(&reported), own);
         // Where the loop expects the target elsewhere, and larger, the witness keeps its offset and its own size.
-        assert_eq!(seat.at(&BBox::from_center_size(Point::new(10.0, 5.0), 40.0, 40.0)), own.translated(-100.0, -50.0));
+        assert_eq!(
+            offset.at(&BBox::from_center_size(Point::new(10.0, 5.0), 40.0, 40.0)),
+            own.translated(-100.0, -50.0)
+        );
     }
 
     #[test]
-    fn impossible_seats_are_refused() {
-        let seat = Seat { offset: (1.0, -2.0), size: (3.0, 4.0) };
-        let read = |s: &Seat| postcard::from_bytes::<Seat>(&postcard::to_stdvec(s).unwrap());
-        assert_eq!(read(&seat).unwrap(), seat);
+    fn impossible_offsets_are_refused() {
+        let offset = SearchOffset { offset: (1.0, -2.0), size: (3.0, 4.0) };
+        let read = |s: &SearchOffset| postcard::from_bytes::<SearchOffset>(&postcard::to_stdvec(s).unwrap());
+        assert_eq!(read(&offset).unwrap(), offset);
         for bad in [
-            Seat { offset: (f64::NAN, 0.0), ..seat },
-            Seat { offset: (0.0, f64::INFINITY), ..seat },
-            Seat { size: (0.0, 4.0), ..seat },
-            Seat { size: (3.0, -4.0), ..seat },
+            SearchOffset { offset: (f64::NAN, 0.0), ..offset },
+            SearchOffset { offset: (0.0, f64::INFINITY), ..offset },
+            SearchOffset { size: (0.0, 4.0), ..offset },
+            SearchOffset { size: (3.0, -4.0), ..offset },
         ] {
             assert!(read(&bad).is_err(), "{bad:?}");
         }

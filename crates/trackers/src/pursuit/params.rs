@@ -1,0 +1,134 @@
+//! Parameters of `pursuit` and `pursuit-light`.
+
+use crate::correlation::{
+    ColorParams, Likeness, PeakParams, ScaleFilterParams, ScoreParams, SolverParams, Subpixel, SweepBy, WindowParams,
+    WindowShape,
+};
+use crate::nanotrack::NanoTrackParams;
+
+/// Area of the default patch: 40 cells of 4 pixels each way (galoogahi2017: 50; ours is as accurate and faster).
+const PATCH_PX: f64 = 160.0 * 160.0;
+
+pursuit_tracking::parameters! {
+    /// Parameters of `pursuit-light`, and of the filter of `pursuit`. What is not said to be ours is that of the paper it names.
+    pub struct FilterParams {
+        /// Standard deviation of the label as a share of the target's side.
+        pub label_sigma: f64 = 0.0625, in above(0.0).below(1.0), source "galoogahi2017, section 4: 1/16";
+        /// Share of the new sample per frame, η.
+        pub learning_rate: f64 = 0.013, in 0.0..=1.0, source "galoogahi2017, section 4: 0.013";
+        /// The window.
+        pub window: WindowParams = WindowParams {
+            shape: WindowShape::Square,
+            padding: 4.0,
+            smallest_area_px: PATCH_PX,
+            largest_area_px: PATCH_PX,
+            ..WindowParams::default()
+        };
+        /// The filter's solver.
+        pub solver: SolverParams = SolverParams::default();
+        /// The filter along scale.
+        pub scale: ScaleFilterParams =
+            ScaleFilterParams { on_return: true, size_kept_px: 8.0, size_followed_px: 24.0, ..ScaleFilterParams::default() };
+        /// How responses are read.
+        pub peaks: PeakParams =
+            PeakParams { candidates: 3, subpixel: Subpixel::Series, ..PeakParams::default() };
+        /// Colours, as evidence.
+        pub color: ColorParams = ColorParams::default();
+        /// The score, fitted as `docs/papers/pursuit.md` says.
+        pub score: ScoreParams = ScoreParams {
+            bias: -8.0,
+            peak: 3.4,
+            likeness: 17.2,
+            likeness_by: Likeness::Cosine,
+            color: 1.72,
+            sweep_by: SweepBy::Score,
+            ..ScoreParams::default()
+        };
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// How the two witnesses are brought together.
+    pub struct FusionParams {
+        /// Boxes that overlap by this much are of one thing.
+        pub agree_from: f64 = 0.4, in 0.0..=1.0, source "ours";
+        /// Boxes that overlap by this much are as good as each other: below, down to `agree_from`, the network's counts for more.
+        pub same_from: f64 = 0.7, in 0.0..=1.0, source "ours";
+        /// Of boxes as good as each other, the network's share in the place.
+        pub network_center: f64 = 0.65, in 0.0..=1.0, source "ours";
+        /// Of boxes as good as each other, the network's share in the size.
+        pub network_size: f64 = 0.75, in 0.0..=1.0, source "ours";
+        /// A filter that agrees this much goes its own way: it looks and learns where it saw the target itself.
+        pub own_from: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Share of the difference between the first box and the network's there that the places of later ones are put right by.
+        pub convention_center: f64 = 0.25, in 0.0..=1.0, source "ours";
+        /// The same for the sizes.
+        pub convention_size: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// A difference of the place, in sizes, or of the logarithm of a side beyond this is a mistake of the network, and no convention.
+        pub convention_limit: f64 = 0.5, in 0.0..=2.0, source "ours";
+        /// Where only the network is believed, the filter learns from this probability.
+        pub teach_from: f64 = 0.9, in 0.0..=1.0, source "ours";
+    }
+    ordered { agree_from <= same_from }
+}
+
+pursuit_tracking::parameters! {
+    /// Whom to follow where the witnesses disagree: a logistic regression of the differences between what is known of the
+    /// filter's box and of the network's, fitted to the frames of real sequences where they disagree and one is right.
+    pub struct ArbitrationParams {
+        /// Log odds for the filter where nothing speaks for either.
+        pub bias: f64 = -1.4, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of ln of the filter's peak.
+        pub peak: f64 = 1.1, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of ln of the mean likelihood of the colours.
+        pub color: f64 = 1.1, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of the log odds of the network's score.
+        pub network: f64 = 0.12, in Bounds::default(), source "ours, fitted";
+        /// One frame says no more than this for either.
+        pub frame_limit: f64 = 6.0, in above(0.0).at_most(100.0), unit "log odds", source "ours";
+        /// Share of a frame in what is remembered of earlier frames.
+        pub rate: f64 = 0.2, in above(0.0).at_most(1.0), source "ours";
+        /// How much what is remembered counts beside the frame at hand.
+        pub memory: f64 = 1.0, in 0.0.., source "ours";
+        /// From this on, in log odds remembered, the loser is put where the winner is.
+        pub settled_from: f64 = 1.0, in 0.0.., unit "log odds", source "ours";
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// The judge: a logistic regression of what both witnesses say of a box, fitted as `docs/papers/pursuit.md` says.
+    pub struct JudgeParams {
+        /// Constant.
+        pub bias: f64 = -6.2, in Bounds::default(), source "ours, fitted";
+        /// Weight of ln of the filter's peak.
+        pub peak: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the likeness to the initial template.
+        pub likeness: f64 = 5.7, in Bounds::default(), source "ours, fitted";
+        /// Weight of ln of the mean likelihood of the colours in the box.
+        pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the log odds of the network's score.
+        pub network: f64 = 0.265, in Bounds::default(), source "ours, fitted";
+        /// Weight of ln of the response's peak-to-sidelobe ratio.
+        pub psr: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the overlap of the two witnesses' boxes.
+        pub overlap: f64 = 3.45, in Bounds::default(), source "ours, fitted";
+        /// Weight of ln of 1 and the distance from where the target was expected.
+        pub moved: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// Parameters of the default tracker.
+    pub struct PursuitParams {
+        /// The witness that learns: a correlation filter.
+        pub filter: FilterParams = FilterParams::default();
+        /// The witness that does not: a network.
+        pub network: NanoTrackParams = NanoTrackParams::default();
+        /// How they are brought together.
+        pub fusion: FusionParams = FusionParams::default();
+        /// Whom to follow where they disagree.
+        pub arbitration: ArbitrationParams = ArbitrationParams::default();
+        /// The judge.
+        pub judge: JudgeParams = JudgeParams::default();
+    }
+}
