@@ -32,6 +32,7 @@ pub mod flow;
 pub mod fourier;
 pub mod global_motion;
 pub mod hog;
+pub mod illumination;
 pub mod integral;
 pub mod morphology;
 pub mod patch;

@@ -2,7 +2,7 @@ use super::filters::{Filter, ResponseFilter};
 use super::params::{Subpixel, SweepBy};
 use super::peaks::Peaks;
 use super::scale::ScaleFilter;
-use super::score::{Evidence, PeakBaseline, PeakQuality, probability};
+use super::score::{Evidence, PeakBaseline, peak_quality, probability};
 use super::search_window::SearchWindow;
 use super::spec::{CorrelationSpec, FirstSamples, in_cells};
 use crate::appearance::{ColorHistogram, InitialTemplate, Support};
@@ -199,7 +199,7 @@ impl CorrelationLocalizer {
         {
             colors.blend_response(patch, cell_px, size, response);
         }
-        let quality = PeakQuality::of(response, size.width, spec.peaks.sidelobe_share);
+        let quality = peak_quality(response, size.width, spec.peaks.sidelobe_share);
         let cell = window.step(scale) * cell_px as f64;
         let mut best: Option<Sighting> = None;
         for (x, y, height) in peaks.find(response, size.width, &spec.peaks) {
@@ -261,7 +261,7 @@ impl CorrelationLocalizer {
         let peak = f64::from(highest) * filter.peak_unit();
         Evidence {
             peak,
-            psr: PeakQuality::of(response, size.width, spec.peaks.sidelobe_share).psr,
+            psr: peak_quality(response, size.width, spec.peaks.sidelobe_share).psr,
             peak_ratio: baseline.ratio(peak),
             likeness: initial.likeness(plain, dx, dy),
             color: seen_colors.map_or(0.5, |(c, patch)| c.likelihood(patch, (pixels(dx), pixels(dy)))),

@@ -25,6 +25,6 @@ pub use params::{
     SweepBy, WindowParams, WindowShape,
 };
 pub use peaks::Peaks;
-pub use score::{Evidence, PeakBaseline, PeakQuality, probability};
+pub use score::{Evidence, PeakBaseline, peak_quality, probability};
 pub use search_window::SearchWindow;
 pub use spec::CorrelationSpec;

@@ -1,5 +1,5 @@
 use super::params::ScoreParams;
-use pursuit_vision::fourier::{average_peak_to_correlation_energy, highest, peak_to_sidelobe_ratio};
+use pursuit_vision::fourier::PeakQuality;
 use serde::{Deserialize, Serialize};
 
 /// Values below this count as this much where a logarithm is taken.
@@ -41,28 +41,11 @@ pub fn probability(log_odds: f64) -> f64 {
     1.0 / (1.0 + (-log_odds).exp())
 }
 
-/// How clearly a response's peak stands out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeakQuality {
-    /// Largest value.
-    pub peak: f64,
-    /// Peak-to-sidelobe ratio (bolme2010, section 3.5).
-    pub psr: f64,
-    /// Average peak-to-correlation energy (wang2017, eq. 9).
-    pub apce: f64,
-}
-
-impl PeakQuality {
-    /// Measures a response with rows of `width`; a square of half side `sidelobe_share` of the shorter side about the peak is
-    /// no sidelobe.
-    pub fn of(response: &[f32], width: usize, sidelobe_share: f64) -> Self {
-        let shorter = width.min(response.len() / width.max(1));
-        Self {
-            peak: f64::from(highest(response, width).2),
-            psr: peak_to_sidelobe_ratio(response, width, (sidelobe_share * shorter as f64).ceil() as usize),
-            apce: average_peak_to_correlation_energy(response),
-        }
-    }
+/// How clearly a response's peak stands out, of rows of `width`; a square of half side `sidelobe_share` of the shorter side
+/// about the peak is no sidelobe.
+pub fn peak_quality(response: &[f32], width: usize, sidelobe_share: f64) -> PeakQuality {
+    let shorter = width.min(response.len() / width.max(1));
+    PeakQuality::of(response, width, (sidelobe_share * shorter as f64).ceil() as usize)
 }
 
 /// How high peaks are while the target is believed to be seen: that depends on the target and its surroundings.
@@ -87,6 +70,7 @@ impl PeakBaseline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pursuit_vision::fourier::{average_peak_to_correlation_energy, peak_to_sidelobe_ratio};
 
     #[test]
     fn the_score_is_the_logistic_function_of_the_weighted_evidence() {
@@ -129,7 +113,7 @@ mod tests {
         let mut response = vec![0.0_f32; 64];
         response[9] = 2.0;
         response[60] = 1.0;
-        let quality = PeakQuality::of(&response, 8, 0.1);
+        let quality = peak_quality(&response, 8, 0.1);
         assert_eq!(quality.peak, 2.0);
         assert_eq!(quality.psr, peak_to_sidelobe_ratio(&response, 8, 1));
         assert_eq!(quality.apce, average_peak_to_correlation_energy(&response));

@@ -1,6 +1,7 @@
 use super::Features;
 use pursuit_imaging::Frame;
 use pursuit_vision::hog::{Hog, HogLayout};
+use pursuit_vision::illumination::log_standardize;
 use pursuit_vision::sampling::{Planes, Sampler, Window};
 
 /// Raw grey values in `[-0.5, 0.5]` (henriques2015, section 7: pixels, less ½), one cell a pixel.
@@ -42,14 +43,7 @@ impl Features for LogGrayFeatures {
 
     fn extract(&mut self, frame: &Frame, window: &Window, out: &mut Planes) {
         self.sampler.gray(frame.gray(), window, out);
-        let values = out.as_mut_slice();
-        values.iter_mut().for_each(|v| *v = v.ln_1p());
-        let n = values.len().max(1) as f32;
-        let mean = values.iter().sum::<f32>() / n;
-        values.iter_mut().for_each(|v| *v -= mean);
-        let variance = values.iter().map(|v| v * v).sum::<f32>() / n;
-        let scale = if variance > 1e-9 { variance.sqrt().recip() } else { 0.0 };
-        values.iter_mut().for_each(|v| *v *= scale);
+        log_standardize(out.as_mut_slice());
     }
 }
 

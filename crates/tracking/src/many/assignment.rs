@@ -135,6 +135,7 @@ mod tests {
         assert_eq!(assign(&[], 3).unwrap(), []);
         assert_eq!(assign(&[None, None, None, None], 2).unwrap(), [None, None]);
         assert_eq!(assign(&[Some(5.0)], 1).unwrap(), [Some(0)]);
+        assert_eq!(assign(&[Some(0.0), None, None, Some(0.0)], 2).unwrap(), [Some(0), Some(1)], "costs nothing");
         assert!(assign(&[Some(f64::NAN)], 1).is_err());
     }
 

@@ -16,7 +16,7 @@ mod window;
 pub use peak::{Peak, highest, newton_peak, parabola_peak, signed_shift};
 pub use plan::{FftScratch, RealFft2};
 pub(crate) use quality::sidelobe_ratio;
-pub use quality::{average_peak_to_correlation_energy, peak_to_sidelobe_ratio};
+pub use quality::{PeakQuality, average_peak_to_correlation_energy, peak_to_sidelobe_ratio};
 pub use rustfft::num_complex::Complex32;
 pub use size::good_size;
 pub use window::{HannEnds, gaussian_label, hann, hann_plane};
