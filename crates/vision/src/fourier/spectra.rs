@@ -48,9 +48,49 @@ pub fn blend_real(old: &mut [f32], new: &[f32], rate: f32) {
     }
 }
 
+/// Sums that are kept side by side.
+const LANES: usize = 8;
+
+/// Σ v² of real values.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub fn energy_real(values: &[f32]) -> f64 {
+    let mut sums = [0.0f64; LANES];
+    let (whole, rest) = values.as_chunks::<LANES>();
+    for chunk in whole {
+        for k in 0..LANES {
+            sums[k] += f64::from(chunk[k] * chunk[k]);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|v| f64::from(v * v)).sum::<f64>()
+}
+
+/// Σ |a|² over the bins given, each once (see [`RealFft2::multiplicity`](super::RealFft2::multiplicity)).
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub fn energy(a: &[Complex32]) -> f64 {
+    let mut sums = [0.0f64; LANES];
+    let (whole, rest) = a.as_chunks::<LANES>();
+    for chunk in whole {
+        for k in 0..LANES {
+            sums[k] += f64::from(chunk[k].re * chunk[k].re + chunk[k].im * chunk[k].im);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|a| f64::from(a.norm_sqr())).sum::<f64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn energies_are_the_sums_of_squares() {
+        let values: Vec<f32> = (0..53).map(|i| (i * 29 % 31) as f32 / 8.0 - 1.5).collect();
+        let want: f64 = values.iter().map(|v| f64::from(*v).powi(2)).sum();
+        assert!((energy_real(&values) - want).abs() < 1e-5 * want);
+        let bins: Vec<Complex32> = values.windows(2).map(|w| Complex32::new(w[0], 2.0 * w[1])).collect();
+        let want: f64 = values.windows(2).map(|w| f64::from(w[0]).powi(2) + 4.0 * f64::from(w[1]).powi(2)).sum();
+        assert!((energy(&bins) - want).abs() < 1e-5 * want);
+        assert_eq!((energy_real(&[]), energy(&[])), (0.0, 0.0));
+    }
 
     #[test]
     fn bin_by_bin_as_the_formulas_say() {

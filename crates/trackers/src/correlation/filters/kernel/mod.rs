@@ -8,7 +8,7 @@ pub use similarity::Kernel;
 
 use super::{ResponseFilter, Spectra, fits};
 use pursuit_geometry::Size;
-use pursuit_vision::fourier::spectra::{add_conj_product, blend};
+use pursuit_vision::fourier::spectra::{add_conj_product, blend, energy, energy_real};
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label};
 use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
@@ -121,7 +121,7 @@ impl ResponseFilter for KernelFilter {
     fn respond(&mut self, features: &Planes, response: &mut [f32]) {
         let work = &mut self.work;
         work.transform(features);
-        let norms = self.model_norm + square_norm(features.as_slice());
+        let norms = self.model_norm + energy_real(features.as_slice());
         work.kernel_correlation(self.kernel, Some(&self.model.0), norms);
         // Eq. 22: f̂ = k̂ˣᶻ ⊙ α̂.
         work.sum.iter_mut().zip(&self.alpha.0).for_each(|(k, a)| *k *= a);
@@ -131,7 +131,7 @@ impl ResponseFilter for KernelFilter {
     fn learn(&mut self, features: &Planes, rate: f64) {
         let work = &mut self.work;
         work.transform(features);
-        work.kernel_correlation(self.kernel, None, 2.0 * square_norm(features.as_slice()));
+        work.kernel_correlation(self.kernel, None, 2.0 * energy_real(features.as_slice()));
         // Eq. 17: α̂ = ŷ / (k̂ˣˣ + λ). Of the autocorrelation's spectrum only the real part is not rounding.
         let lambda = self.lambda as f32;
         work.sum.iter_mut().zip(&work.label).for_each(|(k, y)| *k = y / (k.re + lambda));
@@ -154,17 +154,10 @@ impl ResponseFilter for KernelFilter {
     }
 }
 
-/// Sum of squares.
-fn square_norm(values: &[f32]) -> f64 {
-    // Short runs in f32 keep it fast, their sum in f64 exact.
-    values.chunks(64).map(|run| f64::from(run.iter().map(|v| v * v).sum::<f32>())).sum()
-}
-
 /// Sum of squares of the planes whose spectra are given (Parseval).
 fn spectral_norm(fft: &RealFft2, spectra: &[Complex32]) -> f64 {
     let Size { width, height } = fft.size();
-    let column = |bins: &[Complex32]| f64::from(bins.iter().map(Complex32::norm_sqr).sum::<f32>());
     let columns = spectra.chunks_exact(height).enumerate();
-    columns.map(|(u, bins)| fft.multiplicity(u % fft.columns()) as f64 * column(bins)).sum::<f64>()
+    columns.map(|(u, bins)| fft.multiplicity(u % fft.columns()) as f64 * energy(bins)).sum::<f64>()
         / (width * height) as f64
 }
