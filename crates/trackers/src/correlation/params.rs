@@ -7,6 +7,9 @@ pursuit_tracking::choices! {
         Proportional = "proportional",
         /// A square, whatever the target's shape, in proportion to the square of equal area.
         Square = "square",
+        /// The target's box with the same margin on all sides, in proportion to the mean of its sides (bertinetto2016, released
+        /// code).
+        Margin = "margin",
     }
 }
 

@@ -52,13 +52,17 @@ impl SearchWindow {
     /// `cell_px` such that the patch has about as many pixels as the window, within the bounds on its area.
     pub fn new(bbox: &BBox, params: &WindowParams, cell_px: usize) -> Self {
         let (width_px, height_px) = (bbox.width(), bbox.height());
+        let grown = 1.0 + params.padding;
         let (width, height) = match params.shape {
             WindowShape::Proportional => {
-                (width_px.max(params.thinnest * height_px), height_px.max(params.thinnest * width_px))
+                (grown * width_px.max(params.thinnest * height_px), grown * height_px.max(params.thinnest * width_px))
             }
-            WindowShape::Square => (bbox.area().sqrt(), bbox.area().sqrt()),
+            WindowShape::Square => (grown * bbox.area().sqrt(), grown * bbox.area().sqrt()),
+            WindowShape::Margin => {
+                let margins = params.padding * 0.5 * (width_px + height_px);
+                (width_px + margins, height_px + margins)
+            }
         };
-        let (width, height) = (width * (1.0 + params.padding), height * (1.0 + params.padding));
         let area = (width * height).max(params.smallest_area_px).min(params.largest_area_px);
         let step = (width * height / area).sqrt();
         let side = |window: f64| {
@@ -66,7 +70,7 @@ impl SearchWindow {
         };
         let patch = Size::new(side(width), side(height));
         let step = match params.shape {
-            WindowShape::Proportional => step,
+            WindowShape::Proportional | WindowShape::Margin => step,
             // Here the window has whole cells, so that it is as large as asked for.
             WindowShape::Square => width / patch.width as f64,
         };
@@ -132,6 +136,27 @@ mod tests {
             let region = window.window(bbox.center(), 1.0).region();
             assert!(region.width() >= 1.9 * w && region.height() >= 1.9 * h, "{region:?}");
         }
+    }
+
+    #[test]
+    fn margins_are_the_same_on_all_sides() {
+        let area = 22_500.0;
+        let params = WindowParams {
+            shape: WindowShape::Margin,
+            padding: 1.0,
+            smallest_area_px: area,
+            largest_area_px: area,
+            ..WindowParams::default()
+        };
+        // 20 + 50 by 80 + 50 pixels.
+        let window = SearchWindow::new(&BBox::from_ltwh(10.0, 20.0, 20.0, 80.0), &params, 4);
+        let step = (70.0_f64 * 130.0 / area).sqrt();
+        assert!((window.step(1.0) - step).abs() < 1e-12);
+        let region = window.window(Point::new(20.0, 60.0), 1.0).region();
+        assert!(
+            (region.width() / 70.0 - 1.0).abs() < 0.12 && (region.height() / 130.0 - 1.0).abs() < 0.12,
+            "{region:?}"
+        );
     }
 
     #[test]
