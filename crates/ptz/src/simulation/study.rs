@@ -1,6 +1,6 @@
-use super::{CameraParams, Figures, HeadParams, NoisyEye, Simulation, Walk, Walker, run};
-use crate::Result;
+use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
+use crate::{Direction, Result};
 use serde::{Deserialize, Serialize};
 
 /// A controller to compare.
@@ -105,6 +105,25 @@ impl Study {
     }
 
     fn one(&self, walk: Walk, contender: Contender, seed: u64) -> Result<Figures> {
+        let walker = Walker::new(walk, seed, self.duration_s);
+        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
+        let samples = self.follow(contender, seed, walker.first_view(walk), &|t| walker.at(t), &mut eye)?;
+        Ok(Figures::of(&samples, self.judged_from_s))
+    }
+
+    /// One run of a contender from a head that looks at `first_view`, frame by frame: `target` gives the target's direction
+    /// and the tangents of its width and height at a time, `eye` looks at the pictures.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range, or the eye fails.
+    pub fn follow(
+        &self,
+        contender: Contender,
+        seed: u64,
+        first_view: Direction,
+        target: &dyn Fn(f64) -> (Direction, f64, f64),
+        eye: &mut dyn Eye,
+    ) -> Result<Vec<Sample>> {
         let camera = self.camera.clone().map_or_else(CameraParams::usual, Ok)?;
         let params = self.follower.clone().unwrap_or_else(|| FollowerParams {
             limits: self.head.limits,
@@ -112,13 +131,10 @@ impl Study {
             frame_age_s: camera.age_s,
             ..FollowerParams::default()
         });
-        let walker = Walker::new(walk, seed, self.duration_s);
         let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
-        simulation.head.home.direction = walker.first_view(walk);
+        simulation.head.home.direction = first_view;
         let mut controller = contender.controller(&simulation, &params)?;
-        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
-        let samples = run(&simulation, seed, &|t| walker.at(t), &mut eye, &mut *controller)?;
-        Ok(Figures::of(&samples, self.judged_from_s))
+        run(&simulation, seed, target, eye, &mut *controller)
     }
 }
 

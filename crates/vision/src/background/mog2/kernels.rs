@@ -1,67 +1,95 @@
-//! Pixels with a single Gaussian, nearly all, in vectors.
+//! Pixels with one or two Gaussians whose heaviest fits, nearly all, in vectors.
 
+use super::state::Row;
+use crate::background::mixture::Rule;
 use multiversion::multiversion;
 
-/// Squared distance that is near (in variances), share of the frame, least and greatest variance.
-pub(super) type Limits = (f32, f32, f32, f32);
-
+/// Updates those pixels of a row whose only Gaussian the value fits, and marks all others in `left_over`.
+///
+/// The weight of an only Gaussian is 1: before it is divided by itself it is (1 − α) − αc_T + α.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
-pub(super) fn update_gray(
-    line: &[f32],
-    counts: &[u8],
-    variances: &mut [f32],
-    means: &mut [f32],
-    (near, k, least, most): Limits,
+pub(super) fn update_single<const C: usize>(
+    line: [&[f32]; C],
+    row: &mut Row<'_, C>,
+    rule: &Rule,
     left_over: &mut [u8],
 ) {
     let n = left_over.len();
-    let (line, counts, variances, means) = (&line[..n], &counts[..n], &mut variances[..n], &mut means[..n]);
+    let near = rule.match_distance.min(rule.background_distance);
+    let rate = rule.rate / (1.0 - rule.prune);
+    let (least, most) = (rule.least_variance, rule.most_variance);
+    let (counts, variances) = (&row.counts[..n], &mut row.variances[..n]);
+    let line = line.map(|l| &l[..n]);
+    let means = row.means.each_mut().map(|m| &mut m[..n]);
     for i in 0..n {
-        let off = means[i] - line[i];
-        let variance = variances[i];
-        let simple = (counts[i] == 1) & (off * off < near * variance);
-        let k = if simple { k } else { 0.0 };
-        means[i] -= k * off;
-        let learnt = (variance + k * (off * off - variance)).max(least).min(most);
-        variances[i] = if simple { learnt } else { variance };
-        left_over[i] = u8::from(!simple);
-    }
-}
-
-#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
-pub(super) fn update_color(
-    line: [&[f32]; 3],
-    counts: &[u8],
-    variances: &mut [f32],
-    means: [&mut [f32]; 3],
-    (near, k, least, most): Limits,
-    left_over: &mut [u8],
-) {
-    let n = left_over.len();
-    let [red, green, blue] = line.map(|l| &l[..n]);
-    let [mean_red, mean_green, mean_blue] = means.map(|m| &mut m[..n]);
-    let (counts, variances) = (&counts[..n], &mut variances[..n]);
-    for i in 0..n {
-        let (r, g, b) = (mean_red[i] - red[i], mean_green[i] - green[i], mean_blue[i] - blue[i]);
-        let distance = r * r + g * g + b * b;
+        let off: [f32; C] = std::array::from_fn(|c| means[c][i] - line[c][i]);
+        let distance = off.iter().fold(0.0, |sum, d| sum + d * d);
         let variance = variances[i];
         let simple = (counts[i] == 1) & (distance < near * variance);
-        let k = if simple { k } else { 0.0 };
-        mean_red[i] -= k * r;
-        mean_green[i] -= k * g;
-        mean_blue[i] -= k * b;
+        let k = if simple { rate } else { 0.0 };
+        for c in 0..C {
+            means[c][i] -= k * off[c];
+        }
         let learnt = (variance + k * (distance - variance)).max(least).min(most);
         variances[i] = if simple { learnt } else { variance };
         left_over[i] = u8::from(!simple);
     }
 }
 
+/// The same of pixels with one Gaussian or two, whose heavier one the value fits: the lighter one's weight falls, until it
+/// is dropped.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+pub(super) fn update_pair<const C: usize>(line: [&[f32]; C], row: &mut Row<'_, C>, rule: &Rule, left_over: &mut [u8]) {
+    let n = left_over.len();
+    let near = rule.match_distance.min(rule.background_distance);
+    let (rate, kept, prune) = (rule.rate, 1.0 - rule.rate, rule.prune);
+    let only = rate / (1.0 - prune);
+    let (least, most) = (rule.least_variance, rule.most_variance);
+    let (counts, variances) = (&mut row.counts[..n], &mut row.variances[..n]);
+    let (weights, seconds) = (&mut row.weights[..n], &mut row.seconds[..n]);
+    let line = line.map(|l| &l[..n]);
+    let means = row.means.each_mut().map(|m| &mut m[..n]);
+    for i in 0..n {
+        let off: [f32; C] = std::array::from_fn(|c| means[c][i] - line[c][i]);
+        let distance = off.iter().fold(0.0, |sum, d| sum + d * d);
+        let (count, variance) = (counts[i], variances[i]);
+        let two = count == 2;
+        let fits = ((count == 1) | two) & (distance < near * variance);
+        let first = kept * weights[i] - prune + rate;
+        let k = if two { rate / first } else { only };
+        let k = if fits { k } else { 0.0 };
+        for c in 0..C {
+            means[c][i] -= k * off[c];
+        }
+        let learnt = (variance + k * (distance - variance)).max(least).min(most);
+        variances[i] = if fits { learnt } else { variance };
+        let second = kept * seconds[i] - prune;
+        let dropped = second < prune;
+        let second = if dropped { 0.0 } else { second };
+        let total = first + second;
+        let scale = if total.abs() > f32::EPSILON { 1.0 / total } else { 0.0 };
+        let pair = fits & two;
+        weights[i] = if pair { first * scale } else { weights[i] };
+        seconds[i] = if pair { second * scale } else { seconds[i] };
+        counts[i] = if pair & dropped { 1 } else { count };
+        left_over[i] = u8::from(!fits);
+    }
+}
+
+/// Channels of interleaved pixels, one after the other. The three are read in one loop, or each would be gathered.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 pub(super) fn split_channels<const C: usize>(row: &[u8], line: &mut [f32]) {
-    let width = row.len() / C;
-    for (c, out) in line.chunks_exact_mut(width).enumerate().take(C) {
-        for (out, v) in out.iter_mut().zip(row.chunks_exact(C)) {
-            *out = f32::from(v[c]);
+    let pixels = row.as_chunks::<C>().0;
+    let n = pixels.len();
+    let mut planes = line.chunks_exact_mut(n.max(1));
+    let planes: [&mut [f32]; C] = std::array::from_fn(|_| planes.next().unwrap_or_default());
+    if planes.iter().any(|plane| plane.len() != n) {
+        return;
+    }
+    let planes = planes.map(|plane| &mut plane[..n]);
+    for (i, pixel) in pixels.iter().enumerate() {
+        for c in 0..C {
+            planes[c][i] = f32::from(pixel[c]);
         }
     }
 }

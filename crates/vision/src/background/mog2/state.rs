@@ -1,18 +1,20 @@
 //! What is known of every pixel, and what a row of a frame does to it.
 
-use super::kernels::{split_channels, update_color, update_gray};
+use super::kernels::{split_channels, update_pair, update_single};
 use crate::background::mixture::{Mixture, Mode, Rule};
 use crate::background::{BACKGROUND, FOREGROUND, SHADOW};
 use pursuit_geometry::Size;
 use std::ops::Range;
 
-/// Planes of values a pixel: the first Gaussians, and apart from them the others.
+/// Planes of values a pixel: the first Gaussians, the weights of the second ones, and apart from them the rest.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub size: Size,
     channels: usize,
     counts: Vec<u8>,
     weights: Vec<f32>,
+    /// Weights of the second Gaussians, which `rest` leaves out.
+    seconds: Vec<f32>,
     variances: Vec<f32>,
     pub means: Vec<Vec<f32>>,
     /// `others` Gaussians a pixel.
@@ -24,6 +26,20 @@ pub(super) struct State {
     left_over: Vec<u8>,
 }
 
+/// The planes of a stretch of a row.
+pub(super) struct Row<'a, const C: usize> {
+    pub counts: &'a mut [u8],
+    pub weights: &'a mut [f32],
+    pub seconds: &'a mut [f32],
+    pub variances: &'a mut [f32],
+    pub means: [&'a mut [f32]; C],
+}
+
+/// Pixels that are done alike: where each has one Gaussian there is less to read and write.
+const STRETCH: usize = 128;
+/// Pixels that are passed over together where the vectors did them all.
+const GLANCE: usize = 16;
+
 impl State {
     pub fn new(size: Size, channels: usize, most_modes: usize) -> Self {
         let (n, others) = (size.area(), most_modes - 1);
@@ -32,6 +48,7 @@ impl State {
             channels,
             counts: vec![0; n],
             weights: vec![0.0; n],
+            seconds: vec![0.0; n],
             variances: vec![0.0; n],
             means: vec![vec![0.0; n]; channels],
             rest: vec![Mode::default(); n * others],
@@ -57,37 +74,48 @@ impl State {
         let span = span.unwrap_or(width..width);
         self.left_over[span.clone()].fill(1);
         for part in [0..span.start, span.end..width] {
-            self.update_only(at, part, rule);
+            self.update_alike::<C>(at, part, rule);
         }
         mask.fill(BACKGROUND);
-        for x in 0..width {
-            if self.left_over[x] == 0 {
+        for from in (0..width).step_by(GLANCE) {
+            let part = from..width.min(from + GLANCE);
+            if self.left_over[part.clone()].iter().all(|v| *v == 0) {
                 continue;
             }
-            let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
-            let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
-            mask[x] = self.judge::<C>(at + x, &value, rule, learn);
+            for x in part {
+                if self.left_over[x] == 0 {
+                    continue;
+                }
+                let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
+                let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
+                mask[x] = self.judge::<C>(at + x, &value, rule, learn);
+            }
         }
     }
 
-    /// Updates those pixels of a part of the row from pixel `row` on whose only Gaussian the value fits, and marks all
-    /// others of them in `left_over`.
-    ///
-    /// The weight of an only Gaussian is 1: before it is divided by itself it is (1 − α) − αc_T + α.
-    fn update_only(&mut self, row: usize, part: Range<usize>, rule: &Rule) {
-        let near = rule.match_distance.min(rule.background_distance);
-        let limits = (near, rule.rate / (1.0 - rule.prune), rule.least_variance, rule.most_variance);
-        let (from, to) = (row + part.start, row + part.end);
-        let (counts, variances) = (&self.counts[from..to], &mut self.variances[from..to]);
-        let left_over = &mut self.left_over[part.clone()];
-        let channel = |c: usize| &self.line[c * self.size.width..][part.clone()];
-        match self.means.as_mut_slice() {
-            [gray] => update_gray(channel(0), counts, variances, &mut gray[from..to], limits, left_over),
-            [r, g, b] => {
-                let means = [&mut r[from..to], &mut g[from..to], &mut b[from..to]];
-                update_color([0, 1, 2].map(channel), counts, variances, means, limits, left_over);
+    /// Updates those pixels of a part of the row from pixel `row` on whose heaviest Gaussian of at most two the value fits, and
+    /// marks all others of them in `left_over`.
+    fn update_alike<const C: usize>(&mut self, row: usize, part: Range<usize>, rule: &Rule) {
+        let Ok(means) = <&mut [Vec<f32>; C]>::try_from(self.means.as_mut_slice()) else { return };
+        let mut means = means.each_mut();
+        for from in part.clone().step_by(STRETCH) {
+            let part = from..part.end.min(from + STRETCH);
+            let pixels = row + part.start..row + part.end;
+            let mut stretch = Row {
+                counts: &mut self.counts[pixels.clone()],
+                weights: &mut self.weights[pixels.clone()],
+                seconds: &mut self.seconds[pixels.clone()],
+                variances: &mut self.variances[pixels.clone()],
+                means: means.each_mut().map(|m| &mut m[pixels.clone()]),
+            };
+            let line = std::array::from_fn(|c| &self.line[c * self.size.width..][part.clone()]);
+            let left_over = &mut self.left_over[part];
+            // What learns nothing has to stay as it is to the bit: the weights of two are divided by their sum.
+            if rule.rate > 0.0 && stretch.counts.iter().any(|c| *c != 1) {
+                update_pair::<C>(line, &mut stretch, rule, left_over);
+            } else {
+                update_single::<C>(line, &mut stretch, rule, left_over);
             }
-            _ => left_over.fill(1),
         }
     }
 
@@ -107,19 +135,22 @@ impl State {
         let learnt = variance + k * (distance - variance);
         self.variances[pixel] = learnt.max(rule.least_variance).min(rule.most_variance);
         let others = &mut self.rest[pixel * self.others..][..count - 1];
+        let second = &mut self.seconds[pixel];
         let mut total = first;
         let mut k = 1;
         while k < count {
-            let weight = (1.0 - rule.rate) * others[k - 1].weight - rule.prune;
+            let lighter = if k == 1 { &mut *second } else { &mut others[k - 1].weight };
+            let weight = (1.0 - rule.rate) * *lighter - rule.prune;
             let pruned = weight < rule.prune;
-            others[k - 1].weight = if pruned { 0.0 } else { weight };
-            total += others[k - 1].weight;
+            *lighter = if pruned { 0.0 } else { weight };
+            total += *lighter;
             count -= usize::from(pruned);
             k += 1;
         }
         let scale = if total.abs() > f32::EPSILON { 1.0 / total } else { 0.0 };
         self.weights[pixel] = first * scale;
-        others[..count - 1].iter_mut().for_each(|mode| mode.weight *= scale);
+        *second *= scale;
+        others[..count - 1].iter_mut().skip(1).for_each(|mode| mode.weight *= scale);
         self.counts[pixel] = count as u8;
         true
     }
@@ -153,6 +184,7 @@ impl State {
         if mixture.count > 1 {
             let others = &self.rest[pixel * self.others..][..mixture.count - 1];
             mixture.modes[1..mixture.count].copy_from_slice(others);
+            mixture.modes[1].weight = self.seconds[pixel];
         }
         mixture
     }
@@ -165,6 +197,7 @@ impl State {
         if mixture.count > 1 {
             let others = &mut self.rest[pixel * self.others..][..mixture.count - 1];
             others.copy_from_slice(&mixture.modes[1..mixture.count]);
+            self.seconds[pixel] = mixture.modes[1].weight;
         }
     }
 
