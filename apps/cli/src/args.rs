@@ -307,6 +307,9 @@ pub struct PtzSimulate {
     /// How many runs to average over [default: 20; of a scene or a clip 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub seeds: Option<u64>,
+    /// The first of the seeds
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
+    pub first_seed: u64,
     /// Print the figures as JSON
     #[arg(long)]
     pub json: bool,

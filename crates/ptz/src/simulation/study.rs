@@ -2,6 +2,7 @@ use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
 use crate::{Direction, Result};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// A controller to compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,11 +90,11 @@ impl Default for Study {
 }
 
 impl Study {
-    /// The figures of a contender that follows this walk, one for each seed from 0.
+    /// The figures of a contender that follows this walk, one for each seed.
     ///
     /// # Errors
     /// Where a parameter is out of its range.
-    pub fn run(&self, walk: Walk, contender: Contender, seeds: u64) -> Result<Vec<Figures>> {
+    pub fn run(&self, walk: Walk, contender: Contender, seeds: Range<u64>) -> Result<Vec<Figures>> {
         let duration = self.duration_s;
         crate::error::require(
             "duration_s",
@@ -101,7 +102,7 @@ impl Study {
             duration > 0.0 && duration <= 3600.0,
             "above 0 and at most 3600 s",
         )?;
-        (0..seeds).map(|seed| self.one(walk, contender, seed)).collect()
+        seeds.map(|seed| self.one(walk, contender, seed)).collect()
     }
 
     fn one(&self, walk: Walk, contender: Contender, seed: u64) -> Result<Figures> {
@@ -145,7 +146,7 @@ mod tests {
     #[test]
     fn a_study_is_read_run_and_repeatable() {
         let study: Study = toml::from_str("duration_s = 8\nhead = { delay_s = 0.2 }\ncamera = { fps = 20 }").unwrap();
-        let run = |contender| study.run(Walk::Passing, contender, 2).unwrap();
+        let run = |contender| study.run(Walk::Passing, contender, 0..2).unwrap();
         for contender in Contender::ALL {
             let figures = run(contender);
             assert_eq!(figures.len(), 2, "{}", contender.name());
@@ -154,7 +155,7 @@ mod tests {
         let rms = |contender| Figures::mean(&run(contender)).rms_deg;
         assert!(rms(Contender::Velocity) < rms(Contender::Unpredicted));
         assert!(rms(Contender::Velocity) < rms(Contender::StopAndGo));
-        assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 1).is_err());
+        assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 0..1).is_err());
         assert!(toml::from_str::<Study>("speed = 3").is_err());
     }
 }

@@ -5,6 +5,7 @@ use pursuit::trackers::registry;
 use pursuit_ptz::simulation::{Contender, Figures, Study, TrackingEye, Walk};
 use std::cell::Cell;
 use std::fmt::Write;
+use std::ops::Range;
 use std::process::ExitCode;
 
 /// The figures of one controller on one walk.
@@ -12,6 +13,13 @@ struct Row {
     walk: String,
     contender: Contender,
     figures: Figures,
+}
+
+impl Row {
+    /// The most overshoot and wandering, which mean something before a target that stands.
+    fn standing(&self) -> Option<(f64, f64)> {
+        (self.walk == Walk::Standing.name()).then_some((self.figures.overshoot, self.figures.wandering_deg))
+    }
 }
 
 /// `pursuit ptz simulate`.
@@ -27,24 +35,25 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     };
     // Pictures take their time.
     let seeds = args.seeds.unwrap_or(if outlook.is_some() { 1 } else { 20 });
+    let seeds = args.first_seed..args.first_seed + seeds;
     let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
     let contenders = || Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name()));
     let mut rows = Vec::new();
     if let Some(outlook) = &outlook {
         for contender in contenders() {
-            let runs = (0..seeds).map(|seed| look(&study, outlook, contender, seed, &args.tracker));
+            let runs = seeds.clone().map(|seed| look(&study, outlook, contender, seed, &args.tracker));
             let figures = Figures::mean(&runs.collect::<anyhow::Result<Vec<_>>>()?);
             rows.push(Row { walk: outlook.name().to_owned(), contender, figures });
         }
     } else {
         for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
             for contender in contenders() {
-                let figures = Figures::mean(&study.run(walk, contender, seeds)?);
+                let figures = Figures::mean(&study.run(walk, contender, seeds.clone())?);
                 rows.push(Row { walk: walk.name().to_owned(), contender, figures });
             }
         }
     }
-    let text = if args.json { json(&rows, seeds)? } else { table(&rows, seeds)? };
+    let text = if args.json { json(&rows, &seeds)? } else { table(&rows, &seeds)? };
     print(text.as_bytes())
 }
 
@@ -64,26 +73,39 @@ fn look(study: &Study, outlook: &Outlook, contender: Contender, seed: u64, track
     Ok(Figures::of(&samples, study.judged_from_s))
 }
 
-fn table(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+fn table(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
     let wide = rows.iter().map(|row| row.walk.len()).max().unwrap_or(0).max(10);
     let mut text = format!(
-        "Means over {seeds} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
-         {:<wide$} {:<13} {:>9} {:>8} {:>9} {:>16}\n",
-        "walk", "controller", "central", "rms", "shown", "longest absence"
+        "Means over {} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
+         {:<wide$} {:<13} {:>9} {:>8} {:>9} {:>16} {:>10} {:>9}\n",
+        seeds.end - seeds.start,
+        "walk",
+        "controller",
+        "central",
+        "rms",
+        "shown",
+        "longest absence",
+        "overshoot",
+        "wanders"
     );
-    for Row { walk, contender, figures } in rows {
+    for row in rows {
+        let Row { walk, contender, figures } = row;
         let (central, shown) = (100.0 * figures.central, 100.0 * figures.shown);
         let (name, absence) = (contender.name(), figures.longest_absence_s);
-        writeln!(
+        write!(
             text,
             "{walk:<wide$} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s",
             figures.rms_deg
         )?;
+        match row.standing() {
+            Some((overshoot, wanders)) => writeln!(text, " {:>8.1} % {wanders:>8.2}°", 100.0 * overshoot)?,
+            None => writeln!(text, " {:>10} {:>9}", "–", "–")?,
+        }
     }
     Ok(text)
 }
 
-fn json(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+fn json(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
     let rows: Vec<serde_json::Value> = rows
         .iter()
         .map(|row| {
@@ -94,8 +116,12 @@ fn json(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
                 "rms_deg": row.figures.rms_deg,
                 "shown": row.figures.shown,
                 "longest_absence_s": row.figures.longest_absence_s,
+                "overshoot": row.standing().map(|s| s.0),
+                "wandering_deg": row.standing().map(|s| s.1),
             })
         })
         .collect();
-    Ok(serde_json::to_string_pretty(&serde_json::json!({ "seeds": seeds, "runs": rows }))? + "\n")
+    Ok(serde_json::to_string_pretty(
+        &serde_json::json!({ "seeds": seeds.end - seeds.start, "first_seed": seeds.start, "runs": rows }),
+    )? + "\n")
 }
