@@ -4,6 +4,8 @@
 mod again;
 mod clip;
 mod clips;
+#[cfg(test)]
+mod dataset_tests;
 mod params;
 mod pictures;
 mod toy;
