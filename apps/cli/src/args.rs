@@ -288,13 +288,28 @@ pub struct PtzSimulate {
     /// How the target moves [default: all]
     #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = ["pacing", "passing", "standing", "dog_leg"])]
     pub walk: Vec<String>,
+    /// A scene the camera looks at, and a tracker at its pictures: wide-world?seed=3
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["walk", "clip"])]
+    pub scene: Option<String>,
+    /// A clip of a wide camera that stands still, with its true boxes: the camera crops its pictures from it
+    #[arg(long, value_name = "INPUT", conflicts_with = "walk")]
+    pub clip: Option<String>,
+    /// How wide the clip is, from its left to its right edge
+    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, requires = "clip")]
+    pub clip_view: f64,
+    /// The tracker that looks at the pictures of a scene or a clip
+    #[arg(long, value_name = "NAME", default_value = pursuit::trackers::registry::DEFAULT_TRACKER)]
+    pub tracker: String,
     /// Controllers to compare [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',',
           value_parser = ["velocity", "steps", "unpredicted", "proportional", "stop_and_go"])]
     pub controller: Vec<String>,
-    /// How many runs to average over
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    pub seeds: u64,
+    /// How many runs to average over [default: 20; of a scene or a clip 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub seeds: Option<u64>,
+    /// The first of the seeds
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
+    pub first_seed: u64,
     /// Print the figures as JSON
     #[arg(long)]
     pub json: bool,

@@ -229,3 +229,88 @@ fn configurations_with_nonsense() {
         fails(&pursuit(&["track", "scene:table-tennis", "--detect", "ball", flag, value]), 2, &["frames"]);
     }
 }
+
+/// A picture folder of textured frames, and a depth folder with `depth` images (`Sixteen` bits of `mm`, or eight).
+fn rgbd(folder: &Path, names: [fn(u32) -> String; 2], depths: u32, bits: png::BitDepth, mm: u16) -> [String; 2] {
+    let write = |sub: &str, name: String, color, bits, data: &[u8]| {
+        std::fs::create_dir_all(folder.join(sub)).unwrap();
+        let file = std::fs::File::create(folder.join(sub).join(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, 64, 48);
+        encoder.set_color(color);
+        encoder.set_depth(bits);
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+    };
+    for k in 0..8 {
+        let at = 12 + 2 * k;
+        let pixel = |i: u32| {
+            let (x, y) = (i % 64, i / 64);
+            let on = (at..at + 20).contains(&x) && (12..36).contains(&y);
+            [if on { (x - at) * 11 % 200 + y * 5 % 50 } else { 30 + x % 5 * 4 } as u8, 90, 40]
+        };
+        let data: Vec<u8> = (0..64 * 48).flat_map(pixel).collect();
+        write("rgb", names[0](k), png::ColorType::Rgb, png::BitDepth::Eight, &data);
+    }
+    for k in 0..depths {
+        let data: Vec<u8> = match bits {
+            png::BitDepth::Sixteen => (0..64 * 48).flat_map(|_| mm.to_be_bytes()).collect(),
+            _ => vec![100; 64 * 48],
+        };
+        write("depth", names[1](k), png::ColorType::Grayscale, bits, &data);
+    }
+    ["rgb", "depth"].map(|sub| folder.join(sub).to_str().unwrap().to_owned())
+}
+
+#[test]
+fn depth_that_is_short_or_empty_is_borne_and_said() {
+    let number: fn(u32) -> String = |k| format!("{k:04}.png");
+    let later: fn(u32) -> String = |k| format!("{:04}.png", k + 5);
+    // Shorter than the pictures; only in part for the same frames; zeros alone.
+    for (names, depths, mm, paired) in
+        [([number, number], 3, 1500, 3), ([number, later], 8, 1500, 3), ([number, number], 8, 0, 8)]
+    {
+        let (folder, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let [rgb, depth] = rgbd(folder.path(), names, depths, png::BitDepth::Sixteen, mm);
+        let out = out.path().join("out");
+        let output = pursuit(&[
+            "track",
+            &rgb,
+            "--depth",
+            &depth,
+            "--tracker",
+            "depth-occlusion",
+            "--box",
+            "12,12,20,24",
+            "--no-video",
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        assert!(output.status.success(), "{depths} {mm}: {}", stderr(&output));
+        assert_eq!(rows(&out.join("trajectory.csv")).len(), 8, "nothing is lost");
+        let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+        let said = run["input"]["depth"].to_string();
+        assert!(said.contains(&format!("\"paired\":{paired}")), "{said}");
+        assert!(said.contains(&format!("\"unpaired\":{}", 8 - paired)), "{said}");
+    }
+}
+
+#[test]
+fn depth_that_makes_no_sense_is_told() {
+    let number: fn(u32) -> String = |k| format!("{k:04}.png");
+    let stranger: fn(u32) -> String = |k| format!("{}.png", 90_000 + 7 * k);
+    let folder = tempfile::tempdir().unwrap();
+    let [rgb, depth] = rgbd(folder.path(), [number, number], 8, png::BitDepth::Eight, 0);
+    let follow = |rgb: &str, more: &[&str]| {
+        let method = ["--tracker", "depth-occlusion", "--box", "12,12,20,24"];
+        track(Path::new(rgb), &[&method[..], more].concat())
+    };
+    fails(&follow(&rgb, &["--depth", &depth]), 3, &["16-bit grey PNG", "0000.png"]);
+    let folder = tempfile::tempdir().unwrap();
+    let [rgb, depth] = rgbd(folder.path(), [number, number], 8, png::BitDepth::Sixteen, 1500);
+    fails(&follow(&rgb, &["--depth", &depth, "--intrinsics", "nan,500,32,24"]), 1, &["focal length"]);
+    fails(&follow(&rgb, &["--depth", "/no/such/depth"]), 3, &["/no/such/depth"]);
+    let folder = tempfile::tempdir().unwrap();
+    let [rgb, depth] = rgbd(folder.path(), [number, stranger], 8, png::BitDepth::Sixteen, 1500);
+    let output = follow(&rgb, &["--depth", &depth]);
+    // Numbers that nobody shares: by order, said, or refused; never silently wrong.
+    assert!(output.status.success() || stderr(&output).contains("belongs"), "{}", stderr(&output));
+}

@@ -81,6 +81,57 @@ fn an_input_that_breaks_off_stops_the_head() {
     assert_eq!(said(&log).last().unwrap()["command"], "stop");
 }
 
+/// What a simulation says in JSON of its only run.
+fn simulated(args: &[&str]) -> serde_json::Value {
+    let folder = tempfile::tempdir().unwrap();
+    let head = folder.path().join("head.toml");
+    std::fs::write(&head, "duration_s = 5\njudged_from_s = 2\ncamera = { width = 192, height = 108 }").unwrap();
+    let base = ["ptz", "simulate", "--controller", "velocity", "--json", "--head", head.to_str().unwrap()];
+    let output = pursuit(&[&base[..], args].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!((&said["seeds"], said["runs"].as_array().unwrap().len()), (&1.into(), 1));
+    said["runs"][0].clone()
+}
+
+#[test]
+fn a_simulated_camera_crops_its_pictures_from_a_scene() {
+    let run = simulated(&["--scene", "wide-world?seed=3&reach=30&duration=6", "--tracker", "kcf"]);
+    assert_eq!(run["walk"], "wide-world?seed=3&reach=30&duration=6");
+    assert!(run["shown"].as_f64().unwrap() > 0.99 && run["central"].as_f64().unwrap() > 0.8, "{run}");
+    fails(&pursuit(&["ptz", "simulate", "--scene", "no-such"]), 1, &["no-such"]);
+}
+
+#[test]
+fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut list = "index,image,x,y,w,h\n".to_owned();
+    let side = |k: u32| 60 + 2 * k;
+    for k in 0..60_u32 {
+        let name = format!("{k:04}.png");
+        let file = std::fs::File::create(folder.path().join(&name)).unwrap();
+        let mut encoder = png::Encoder::new(file, 320, 200);
+        encoder.set_color(png::ColorType::Grayscale);
+        let pixel = |i: u32| {
+            let (x, y) = (i % 320, i / 320);
+            let on = (side(k)..side(k) + 40).contains(&x) && (80..120).contains(&y);
+            let (u, v) = (x.wrapping_sub(side(k)) / 8, y / 8);
+            if on { (150 + 40 * ((u * 5 + v * 3) % 3)) as u8 } else { (40 + 10 * ((x / 16 + y / 16 * 3) % 5)) as u8 }
+        };
+        let data: Vec<u8> = (0..320 * 200).map(pixel).collect();
+        encoder.write_header().unwrap().write_image_data(&data).unwrap();
+        // Nobody is there at first.
+        list +=
+            &if k < 3 { format!("{k},{name},nan,nan,nan,nan\n") } else { format!("{k},{name},{},80,40,40\n", side(k)) };
+    }
+    std::fs::write(folder.path().join("frames.csv"), list).unwrap();
+    let clip = folder.path().to_str().unwrap();
+    let run = simulated(&["--clip", clip, "--clip-view", "100", "--tracker", "kcf"]);
+    assert!(run["shown"].as_f64().unwrap() > 0.99 && run["rms_deg"].as_f64().unwrap() < 8.0, "{run}");
+    std::fs::remove_file(folder.path().join("frames.csv")).unwrap();
+    fails(&pursuit(&["ptz", "simulate", "--clip", clip]), 1, &["no true boxes"]);
+}
+
 #[test]
 fn passwords_appear_nowhere() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for walk in Walk::ALL {
         for contender in Contender::ALL {
-            let f = Figures::mean(&study.run(walk, contender, seeds)?);
+            let f = Figures::mean(&study.run(walk, contender, 0..seeds)?);
             let (walk, name) = (walk.name(), contender.name());
             println!(
                 "{walk:<9} {name:<13} central {:5.1} % rms {:5.2}° shown {:5.1} % absent {:5.2} s",

@@ -90,6 +90,9 @@ pub enum PtzError {
     /// A picture cannot be used.
     #[error(transparent)]
     Imaging(#[from] pursuit_imaging::ImagingError),
+    /// A tracker cannot look at what a simulated camera sees.
+    #[error(transparent)]
+    Tracking(#[from] pursuit_tracking::TrackingError),
     /// A calibration cannot be finished.
     #[error("the calibration failed: {reason}")]
     Calibration {

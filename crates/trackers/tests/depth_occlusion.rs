@@ -67,15 +67,18 @@ fn the_size_follows_the_distance() {
 
 #[test]
 fn the_light_does_not_matter() {
-    let run = |light: &str| {
-        let scene = scene(&format!("seed=8&width=240&height=160&duration=2&hidden=12&light={light}"));
-        follow(&*recipe("depth-occlusion", ""), &*scene, |f| f)
-    };
-    let steady = run("steady");
-    for light in ["dark", "flicker", "black"] {
-        for ((a, _), (b, _)) in steady.iter().zip(run(light)) {
-            assert!(a.bbox.center().distance(b.bbox.center()) < 1.0, "{light}: {a:?} {b:?}");
-            assert_eq!(a.state, b.state, "{light}");
+    for seed in [8, 31, 10_077, 20_001] {
+        let run = |light: &str| {
+            let scene = scene(&format!("seed={seed}&width=240&height=160&duration=2&hidden=12&light={light}"));
+            follow(&*recipe("depth-occlusion", ""), &*scene, |f| f)
+        };
+        let steady = run("steady");
+        for light in ["dark", "flicker", "black"] {
+            for ((a, _), (b, _)) in steady.iter().zip(run(light)) {
+                assert!(a.bbox.center().distance(b.bbox.center()) < 1.0, "{seed} {light}: {a:?} {b:?}");
+                assert!((a.bbox.width() - b.bbox.width()).abs() < 1.0, "{seed} {light}: {a:?} {b:?}");
+                assert_eq!(a.state, b.state, "{seed} {light}");
+            }
         }
     }
 }

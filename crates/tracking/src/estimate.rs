@@ -1,5 +1,5 @@
 use nalgebra::Matrix4;
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 
 /// Whether the target is being measured, coasted or given up for the time being.
@@ -56,6 +56,15 @@ pub struct Forecast {
     pub velocity: Option<Velocity>,
 }
 
+/// What a motion model that samples (qu2010) says of its next sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NextSample {
+    /// Seconds until it is due, ≥ 0.
+    pub in_s: f64,
+    /// The centre predicted for it, in pixels; `None` while too few samples were taken.
+    pub center: Option<Point>,
+}
+
 /// What a tracker says about one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
@@ -75,6 +84,8 @@ pub struct Estimate {
     pub covariance: Option<BoxCovariance>,
     /// Velocity of the centre, where the motion model has one; of a lost target it means nothing and is `None`.
     pub velocity: Option<Velocity>,
+    /// Where the target will be at the next sample, of motion models that sample.
+    pub next: Option<NextSample>,
     /// Raw figures of the method: peaks, ratios, areas.
     pub diagnostics: Diagnostics,
 }
@@ -91,6 +102,7 @@ impl Estimate {
             measurement: Some(bbox),
             covariance: None,
             velocity: None,
+            next: None,
             diagnostics: Diagnostics::default(),
         }
     }

@@ -94,8 +94,6 @@ impl<L: Localizer> SingleTarget<L> {
         let outcome = Outcome { state: self.state, bbox: self.motion.bbox(), found: found.as_ref(), followed, dt_s };
         self.localizer.observe(frame, &outcome)?;
         let measurement = found.as_ref().map(|m| m.bbox);
-        let mut diagnostics = found.map(|m| m.diagnostics).unwrap_or_default();
-        self.motion.say(&mut diagnostics);
         Ok(Estimate {
             time_s: frame.time_s(),
             bbox,
@@ -105,7 +103,8 @@ impl<L: Localizer> SingleTarget<L> {
             measurement,
             covariance: self.motion.covariance(),
             velocity: self.motion.velocity().filter(|_| !lost),
-            diagnostics,
+            next: self.motion.next_sample(),
+            diagnostics: found.map(|m| m.diagnostics).unwrap_or_default(),
         })
     }
 

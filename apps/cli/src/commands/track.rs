@@ -12,6 +12,20 @@ use std::process::ExitCode;
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
     let live = (args.live || args.no_live).then_some(args.live);
     let run = Run::prepare(config(args)?, &OpenOptions { live, ..OpenOptions::from_env() })?;
+    carry_out(run, global, |finished| match (&finished.out, args.json) {
+        // Standard output belongs to the results.
+        (None, _) => Ok(String::new()),
+        (Some(_), true) => json(finished),
+        (Some(_), false) => summary(finished, !args.no_video),
+    })
+}
+
+/// Runs to the end, with a bar and an ear for Ctrl-C, prints what `say` makes of it, and fails as the run did.
+pub fn carry_out(
+    run: Run,
+    global: &Global,
+    say: impl FnOnce(&Finished) -> anyhow::Result<String>,
+) -> anyhow::Result<ExitCode> {
     let bar = console::progress_bar(run.frame_count(), global);
     let remote = run.remote();
     console::on_interrupt(move || remote.stop());
@@ -22,13 +36,7 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
         }
     })?;
     bar.finish_and_clear();
-    let text = match (&finished.out, args.json) {
-        // Standard output belongs to the results.
-        (None, _) => String::new(),
-        (Some(_), true) => json(&finished)?,
-        (Some(_), false) => summary(&finished, !args.no_video)?,
-    };
-    let code = print(text.as_bytes())?;
+    let code = print(say(&finished)?.as_bytes())?;
     match finished.outcome.failure {
         Some(error) => Err(error.into()),
         None => Ok(code),

@@ -1,8 +1,11 @@
 //! `zhai2024`: the maximum-likelihood recursion of the motion noise, equations (24) and (25), what it does for a particle
 //! filter with few particles, and the whole tracker beside plain KCF and ACPF on clips with depth.
 
+mod again;
 mod clip;
 mod clips;
+#[cfg(test)]
+mod dataset_tests;
 mod params;
 mod pictures;
 mod toy;

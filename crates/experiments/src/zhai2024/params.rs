@@ -30,6 +30,13 @@ impl Toy {
     }
 }
 
+/// Frames in sight that a filter has to have learned from before its re-detection is judged.
+pub(super) const LEARNED_FRAMES: usize = 10;
+/// How far from the target the windows on it are at most, in target sizes along each axis.
+pub(super) const AGAIN_OFF: f64 = 0.3;
+/// Windows on the background in each frame.
+pub(super) const AGAIN_PLACES: usize = 4;
+
 /// Deviation of the detector's error on each axis, px: about what a correlation filter leaves.
 pub(super) const DETECTOR_PX: f64 = 1.0;
 

@@ -13,6 +13,12 @@ pub struct Figures {
     pub shown: f64,
     /// The longest time for which it was out of the picture, seconds.
     pub longest_absence_s: f64,
+    /// How far the head went past where the target was at first, of the way there: what is past a target that stands. 0 where the
+    /// head looks at the target at first.
+    pub overshoot: f64,
+    /// How far the head still wanders in the last half of the run, degrees: 0 before a target that stands, its amplitude in a
+    /// limit cycle.
+    pub wandering_deg: f64,
 }
 
 impl Figures {
@@ -36,17 +42,22 @@ impl Figures {
             rms_deg: (judged.iter().map(square).sum::<f64>() / count).sqrt(),
             shown: judged.iter().filter(|s| s.shown).count() as f64 / count,
             longest_absence_s: longest,
+            overshoot: overshoot(samples),
+            wandering_deg: wandering_deg(samples, 0.5 * samples.last().map_or(0.0, |s| s.time_s)),
         }
     }
 
-    /// The mean of each figure over several runs, but the longest of all absences.
+    /// The mean of each figure over several runs, but the longest of all absences, and the most of overshoot and wandering.
     pub fn mean(runs: &[Self]) -> Self {
         let mean = |figure: fn(&Self) -> f64| runs.iter().map(figure).sum::<f64>() / runs.len().max(1) as f64;
+        let most = |figure: fn(&Self) -> f64| runs.iter().map(figure).fold(0.0, f64::max);
         Self {
             central: mean(|f| f.central),
             rms_deg: mean(|f| f.rms_deg.powi(2)).sqrt(),
             shown: mean(|f| f.shown),
-            longest_absence_s: runs.iter().map(|f| f.longest_absence_s).fold(0.0, f64::max),
+            longest_absence_s: most(|f| f.longest_absence_s),
+            overshoot: most(|f| f.overshoot),
+            wandering_deg: most(|f| f.wandering_deg),
         }
     }
 }
@@ -56,7 +67,7 @@ pub fn overshoot(samples: &[Sample]) -> f64 {
     let Some(first) = samples.first() else { return 0.0 };
     let way = first.target.from(first.position.direction).pan_deg;
     let past = |s: &Sample| -s.target.from(s.position.direction).pan_deg * way.signum();
-    samples.iter().map(past).fold(0.0, f64::max) / way.abs()
+    if way.abs() < 1e-6 { 0.0 } else { samples.iter().map(past).fold(0.0, f64::max) / way.abs() }
 }
 
 /// How far the head still wanders from `from_s` on: from its leftmost to its rightmost and its lowest to its highest,
@@ -111,10 +122,25 @@ mod tests {
 
     #[test]
     fn means_are_means_and_the_longest_absence_the_longest() {
-        let a = Figures { central: 1.0, rms_deg: 3.0, shown: 1.0, longest_absence_s: 0.5 };
-        let b = Figures { central: 0.5, rms_deg: 1.0, shown: 0.9, longest_absence_s: 0.2 };
+        let a = Figures {
+            central: 1.0,
+            rms_deg: 3.0,
+            shown: 1.0,
+            longest_absence_s: 0.5,
+            overshoot: 0.0,
+            wandering_deg: 0.7,
+        };
+        let b = Figures {
+            central: 0.5,
+            rms_deg: 1.0,
+            shown: 0.9,
+            longest_absence_s: 0.2,
+            overshoot: 0.1,
+            wandering_deg: 0.3,
+        };
         let mean = Figures::mean(&[a, b]);
         assert_eq!((mean.central, mean.longest_absence_s), (0.75, 0.5));
+        assert_eq!((mean.overshoot, mean.wandering_deg), (0.1, 0.7));
         assert!((mean.rms_deg - 5f64.sqrt()).abs() < 1e-12 && (mean.shown - 0.95).abs() < 1e-12);
     }
 

@@ -1,7 +1,8 @@
-use super::{CameraParams, Figures, HeadParams, NoisyEye, Simulation, Walk, Walker, run};
-use crate::Result;
+use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
+use crate::{Direction, Result};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// A controller to compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,11 +90,11 @@ impl Default for Study {
 }
 
 impl Study {
-    /// The figures of a contender that follows this walk, one for each seed from 0.
+    /// The figures of a contender that follows this walk, one for each seed.
     ///
     /// # Errors
     /// Where a parameter is out of its range.
-    pub fn run(&self, walk: Walk, contender: Contender, seeds: u64) -> Result<Vec<Figures>> {
+    pub fn run(&self, walk: Walk, contender: Contender, seeds: Range<u64>) -> Result<Vec<Figures>> {
         let duration = self.duration_s;
         crate::error::require(
             "duration_s",
@@ -101,10 +102,29 @@ impl Study {
             duration > 0.0 && duration <= 3600.0,
             "above 0 and at most 3600 s",
         )?;
-        (0..seeds).map(|seed| self.one(walk, contender, seed)).collect()
+        seeds.map(|seed| self.one(walk, contender, seed)).collect()
     }
 
     fn one(&self, walk: Walk, contender: Contender, seed: u64) -> Result<Figures> {
+        let walker = Walker::new(walk, seed, self.duration_s);
+        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
+        let samples = self.follow(contender, seed, walker.first_view(walk), &|t| walker.at(t), &mut eye)?;
+        Ok(Figures::of(&samples, self.judged_from_s))
+    }
+
+    /// One run of a contender from a head that looks at `first_view`, frame by frame: `target` gives the target's direction
+    /// and the tangents of its width and height at a time, `eye` looks at the pictures.
+    ///
+    /// # Errors
+    /// Where a parameter is out of its range, or the eye fails.
+    pub fn follow(
+        &self,
+        contender: Contender,
+        seed: u64,
+        first_view: Direction,
+        target: &dyn Fn(f64) -> (Direction, f64, f64),
+        eye: &mut dyn Eye,
+    ) -> Result<Vec<Sample>> {
         let camera = self.camera.clone().map_or_else(CameraParams::usual, Ok)?;
         let params = self.follower.clone().unwrap_or_else(|| FollowerParams {
             limits: self.head.limits,
@@ -112,13 +132,10 @@ impl Study {
             frame_age_s: camera.age_s,
             ..FollowerParams::default()
         });
-        let walker = Walker::new(walk, seed, self.duration_s);
         let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
-        simulation.head.home.direction = walker.first_view(walk);
+        simulation.head.home.direction = first_view;
         let mut controller = contender.controller(&simulation, &params)?;
-        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
-        let samples = run(&simulation, seed, &|t| walker.at(t), &mut eye, &mut *controller)?;
-        Ok(Figures::of(&samples, self.judged_from_s))
+        run(&simulation, seed, target, eye, &mut *controller)
     }
 }
 
@@ -129,7 +146,7 @@ mod tests {
     #[test]
     fn a_study_is_read_run_and_repeatable() {
         let study: Study = toml::from_str("duration_s = 8\nhead = { delay_s = 0.2 }\ncamera = { fps = 20 }").unwrap();
-        let run = |contender| study.run(Walk::Passing, contender, 2).unwrap();
+        let run = |contender| study.run(Walk::Passing, contender, 0..2).unwrap();
         for contender in Contender::ALL {
             let figures = run(contender);
             assert_eq!(figures.len(), 2, "{}", contender.name());
@@ -138,7 +155,7 @@ mod tests {
         let rms = |contender| Figures::mean(&run(contender)).rms_deg;
         assert!(rms(Contender::Velocity) < rms(Contender::Unpredicted));
         assert!(rms(Contender::Velocity) < rms(Contender::StopAndGo));
-        assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 1).is_err());
+        assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 0..1).is_err());
         assert!(toml::from_str::<Study>("speed = 3").is_err());
     }
 }

@@ -62,6 +62,10 @@ pub(crate) fn object(record: &Record) -> Value {
         "prediction": estimate.and_then(|e| e.prediction).map(ltwh),
         "measurement": estimate.and_then(|e| e.measurement).map(ltwh),
         "covariance": estimate.and_then(|e| e.covariance).map(|c| c.row_iter().map(|r| r.iter().copied().collect()).collect::<Vec<Vec<f64>>>()),
+        "next": estimate.and_then(|e| e.next).map(|next| json!({
+            "in_s": next.in_s,
+            "center": next.center.map(|at| [at.x, at.y]),
+        })),
         "diagnostics": diagnostics,
         "update_ms": record.update_ms,
     })

@@ -36,14 +36,13 @@ impl PredictionsSink {
 
     /// The prediction that this frame's position is to be compared with; notes the next one.
     fn predicted(&mut self, record: &Record, estimate: &Estimate) -> Option<Point> {
-        let figure = |name| estimate.diagnostics.get(name);
-        let Some(in_s) = figure("next_in_s") else { return estimate.prediction.map(|b| b.center()) };
+        let Some(next) = estimate.next else { return estimate.prediction.map(|b| b.center()) };
         // Too few samples yet.
-        let (x, y) = figure("next_x").zip(figure("next_y"))?;
+        let center = next.center?;
         let due = self.due.get(&record.target).copied();
         let is_due = due.is_none_or(|(time_s, _)| record.time_s >= time_s - EARLY_S);
         if is_due {
-            self.due.insert(record.target, (record.time_s + in_s, Point::new(x, y)));
+            self.due.insert(record.target, (record.time_s + next.in_s, center));
         }
         due.filter(|_| is_due).map(|(_, at)| at)
     }
@@ -102,13 +101,7 @@ mod tests {
             if k > 0 {
                 estimate.prediction = Some(motion.predict(0.04).unwrap().bbox);
                 motion.correct(&Sight { bbox: seen, sigma_px: None }).unwrap();
-                if let Some(next) = motion.next_sample() {
-                    estimate.diagnostics.push("next_x", next.center.x);
-                    estimate.diagnostics.push("next_y", next.center.y);
-                }
-                if model != MotionModel::None {
-                    estimate.diagnostics.push("next_in_s", motion.next_sample().map_or(0.2, |n| n.in_s));
-                }
+                estimate.next = motion.next_sample();
             }
             let track =
                 Track { id: TargetId(1), estimate: Some(estimate), started: k == 0, elapsed: Elapsed::default() };

@@ -2,24 +2,20 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{ImageView, Rgb8};
 use serde::{Deserialize, Serialize};
 
-/// Bins of each channel.
-const BINS: usize = 16;
 /// Cells of a box, each with histograms of its own: what is above is told from what is below.
 const CELLS: usize = 4;
 /// Histograms: three channels of each cell.
 const HISTOGRAMS: usize = 3 * CELLS;
-/// Points along a side of the grid that they are made of; even, so that every point is in one cell.
-const SIDE: usize = 12;
 
-/// How the colours in a box are distributed: 16 bins of red, green and blue in each quarter, each histogram summing to one;
-/// empty where the quarter lies outside of the frame.
+/// How the colours in a box are distributed: histograms of red, green and blue in each quarter, each summing to one; empty
+/// where the quarter lies outside of the frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<f32>", into = "Vec<f32>")]
-pub struct QuarterColors(Box<[[f32; BINS]; HISTOGRAMS]>);
+pub struct QuarterColors(Vec<f32>);
 
 impl From<QuarterColors> for Vec<f32> {
     fn from(colors: QuarterColors) -> Self {
-        colors.0.as_flattened().to_vec()
+        colors.0
     }
 }
 
@@ -27,47 +23,48 @@ impl TryFrom<Vec<f32>> for QuarterColors {
     type Error = &'static str;
 
     fn try_from(values: Vec<f32>) -> Result<Self, Self::Error> {
-        let rows = values.as_chunks::<BINS>().0;
-        let sound = values.len() == BINS * HISTOGRAMS
+        let bins = values.len() / HISTOGRAMS;
+        let sound = bins > 0
+            && values.len() == bins * HISTOGRAMS
             && values.iter().all(|v| (0.0..=1.0).contains(v))
-            && rows.iter().all(|row| row.iter().sum::<f32>() <= 1.0 + 1e-4);
-        let mut colors = Self::empty();
-        if !sound {
-            return Err("its colour histograms do not sum to one");
-        }
-        colors.0.iter_mut().zip(rows).for_each(|(to, from)| *to = *from);
-        Ok(colors)
+            && values.chunks_exact(bins).all(|row| row.iter().sum::<f32>() <= 1.0 + 1e-4);
+        if sound { Ok(Self(values)) } else { Err("its colour histograms do not sum to one") }
     }
 }
 
 impl QuarterColors {
-    /// Nothing at all.
-    pub fn empty() -> Self {
-        Self(Box::new([[0.0; BINS]; HISTOGRAMS]))
+    /// Nothing at all, in histograms of `bins` bins, at least 1.
+    pub fn empty(bins: usize) -> Self {
+        Self(vec![0.0; bins.max(1) * HISTOGRAMS])
     }
 
-    /// Becomes the colours in `bbox`.
-    pub fn measure(&mut self, color: ImageView<'_, Rgb8>, bbox: &BBox) {
-        self.0.iter_mut().for_each(|h| h.fill(0.0));
-        let size = color.size();
+    /// Bins of each histogram.
+    pub const fn bins(&self) -> usize {
+        self.0.len() / HISTOGRAMS
+    }
+
+    /// Becomes the colours in `bbox`, of a grid of `side` × `side` points, an even number.
+    pub fn measure(&mut self, color: ImageView<'_, Rgb8>, bbox: &BBox, side: usize) {
+        self.0.fill(0.0);
+        let (size, bins) = (color.size(), self.bins());
         let mut counts = [0.0_f32; CELLS];
         let at = |low: f64, length: f64, k: usize, n: usize| {
-            let v = low + (k as f64 + 0.5) * length / SIDE as f64;
+            let v = low + (k as f64 + 0.5) * length / side as f64;
             (v >= 0.0 && v < n as f64).then_some(v as usize)
         };
-        for i in 0..SIDE {
+        for i in 0..side {
             let Some(y) = at(bbox.top(), bbox.height(), i, size.height) else { continue };
             let row = color.row(y);
-            for j in 0..SIDE {
+            for j in 0..side {
                 let Some(x) = at(bbox.left(), bbox.width(), j, size.width) else { continue };
-                let cell = 2 * (2 * i / SIDE) + 2 * j / SIDE;
+                let cell = 2 * (2 * i / side) + 2 * j / side;
                 counts[cell] += 1.0;
                 for (channel, value) in row[x].iter().enumerate() {
-                    self.0[3 * cell + channel][usize::from(*value) * BINS / 256] += 1.0;
+                    self.0[(3 * cell + channel) * bins + usize::from(*value) * bins / 256] += 1.0;
                 }
             }
         }
-        for (k, histogram) in self.0.iter_mut().enumerate() {
+        for (k, histogram) in self.0.chunks_exact_mut(bins).enumerate() {
             let count = counts[k / 3];
             if count > 0.0 {
                 histogram.iter_mut().for_each(|b| *b /= count);
@@ -77,16 +74,15 @@ impl QuarterColors {
 
     /// The mean Bhattacharyya coefficient of the histograms of another box with these, `[0, 1]`.
     pub fn similarity(&self, other: &Self) -> f64 {
-        let one = |(a, b): (&[f32; BINS], &[f32; BINS])| a.iter().zip(b).map(|(a, b)| (a * b).sqrt()).sum::<f32>();
-        let sum: f32 = self.0.iter().zip(other.0.iter()).map(one).sum();
+        let one = |(a, b): (&[f32], &[f32])| a.iter().zip(b).map(|(a, b)| (a * b).sqrt()).sum::<f32>();
+        let sum: f32 = self.0.chunks_exact(self.bins()).zip(other.0.chunks_exact(other.bins())).map(one).sum();
         f64::from(sum / HISTOGRAMS as f32).min(1.0)
     }
 
     /// Takes in `rate` (`[0, 1]`) of another box's.
     pub fn blend(&mut self, other: &Self, rate: f64) {
         let rate = rate as f32;
-        let pairs = self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened());
-        pairs.for_each(|(a, b)| *a += rate * (b - *a));
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += rate * (b - *a));
     }
 }
 
@@ -97,8 +93,8 @@ mod tests {
 
     fn of(upper: Rgb8, lower: Rgb8) -> QuarterColors {
         let image = Image::from_fn(24, 24, |_, y| if y < 12 { upper } else { lower }).unwrap();
-        let mut colors = QuarterColors::empty();
-        colors.measure(image.view(), &BBox::from_ltwh(0.0, 0.0, 24.0, 24.0));
+        let mut colors = QuarterColors::empty(16);
+        colors.measure(image.view(), &BBox::from_ltwh(0.0, 0.0, 24.0, 24.0), 12);
         colors
     }
 
@@ -110,27 +106,29 @@ mod tests {
         // Upside down only green is alike.
         assert!((colors.similarity(&of(b, a)) - 1.0 / 3.0).abs() < 1e-6);
         assert!((colors.similarity(&of(a, a)) - 2.0 / 3.0).abs() < 1e-6);
-        assert_eq!(colors.0[0][12], 1.0);
-        assert_eq!(colors.0[11][12], 1.0);
+        assert_eq!(colors.0[12], 1.0);
+        assert_eq!(colors.0[11 * 16 + 12], 1.0);
     }
 
     #[test]
     fn what_lies_outside_is_like_nothing() {
         let image = Image::filled(24, 24, [100, 100, 100]).unwrap();
-        let mut half = QuarterColors::empty();
-        half.measure(image.view(), &BBox::from_ltwh(12.0, 0.0, 24.0, 24.0));
+        let mut half = QuarterColors::empty(16);
+        half.measure(image.view(), &BBox::from_ltwh(12.0, 0.0, 24.0, 24.0), 12);
         let whole = of([100; 3], [100; 3]);
         assert!((half.similarity(&whole) - 0.5).abs() < 1e-6);
         let mut blended = whole.clone();
         blended.blend(&half, 0.5);
-        assert!((blended.0[0][6] - 1.0).abs() < 1e-6 && (blended.0[3][6] - 0.5).abs() < 1e-6);
+        assert!((blended.0[6] - 1.0).abs() < 1e-6 && (blended.0[3 * 16 + 6] - 0.5).abs() < 1e-6);
     }
 
     #[test]
     fn histograms_that_cannot_be_are_refused() {
         let whole = of([100; 3], [100; 3]);
         assert_eq!(QuarterColors::try_from(Vec::from(whole.clone())).unwrap(), whole);
-        assert!(QuarterColors::try_from(vec![0.5; BINS * HISTOGRAMS]).is_err());
-        assert!(QuarterColors::try_from(vec![0.0; 3]).is_err());
+        assert!(QuarterColors::try_from(vec![0.5; 16 * HISTOGRAMS]).is_err());
+        assert!(QuarterColors::try_from(vec![0.0; 3]).is_err() && QuarterColors::try_from(vec![0.0; 25]).is_err());
+        assert!(QuarterColors::try_from(Vec::new()).is_err());
+        assert_eq!(QuarterColors::try_from(vec![0.5; 24]).unwrap().bins(), 2);
     }
 }

@@ -14,8 +14,6 @@ use serde::{Deserialize, Serialize};
 
 /// Seed of the particles.
 const SEED: u64 = 2016;
-/// Sizes relative to that at the start that are believed.
-const SIZES: (f64, f64) = (0.2, 5.0);
 
 /// Centre x, centre y, size relative to that at the start, and whether the target is hidden (1) or not (0).
 type State = SVector<f64, 4>;
@@ -55,6 +53,9 @@ impl TryFrom<Raw> for AcpfLocalizer {
         if !sound || params.check_all().is_err() {
             return Err("its target has no size, or its parameters are out of range");
         }
+        if colors.bins() != params.bins {
+            return Err("its colour histograms have another number of bins than its parameters say");
+        }
         Ok(Self { params, first_px, particles, colors, depths, hidden, ahead: Ahead::default() })
     }
 }
@@ -87,18 +88,19 @@ fn failed(frame: &Frame) -> impl FnOnce(EstimationError) -> TrackingError {
 impl AcpfLocalizer {
     /// Starts on the target at `bbox`.
     pub(super) fn new(params: &AcpfParams, frame: &Frame, bbox: BBox) -> Result<Self> {
-        let mut colors = QuarterColors::empty();
-        colors.measure(frame.color(), &bbox);
+        let mut colors = QuarterColors::empty(params.bins);
+        colors.measure(frame.color(), &bbox, params.side);
         let center = bbox.center();
         let states = vec![State::from([center.x, center.y, 1.0, 0.0]); params.particles.max(1)];
-        let particles = ParticleFilter::from_states(states, ParticleOptions::default(), SEED).map_err(failed(frame))?;
-        let depths = frame.depth_mm().map(|depth| DepthHistogram::of(depth, &bbox));
+        let options = ParticleOptions { threshold: params.resample_below, ..ParticleOptions::default() };
+        let particles = ParticleFilter::from_states(states, options, SEED).map_err(failed(frame))?;
+        let depths = frame.depth_mm().map(|depth| DepthHistogram::of(&params.histogram, depth, &bbox));
         let first_px = (bbox.width(), bbox.height());
         Ok(Self { params: params.clone(), first_px, particles, colors, depths, hidden: false, ahead: Ahead::default() })
     }
 
     fn bbox(&self, state: &State) -> BBox {
-        let size = state[2].clamp(SIZES.0, SIZES.1);
+        let size = state[2].clamp(self.params.least_size, self.params.most_size);
         BBox::from_center_size(Point::new(state[0], state[1]), self.first_px.0 * size, self.first_px.1 * size)
     }
 
@@ -107,12 +109,12 @@ impl AcpfLocalizer {
     fn likelihood(&self, frame: &Frame, bbox: &BBox, scratch: &mut QuarterColors) -> (f64, f64, f64) {
         let p = &self.params;
         let log = |similarity: f64, sigma: f64| -(1.0 - similarity) / (2.0 * sigma * sigma);
-        scratch.measure(frame.color(), bbox);
+        scratch.measure(frame.color(), bbox, p.side);
         let color = self.colors.similarity(scratch);
         let (mut seen, mut hidden) = (log(color, p.color_sigma), log(p.hidden_similarity, p.color_sigma));
         let mut similarity = color;
         if let (Some(target), Some(depth)) = (&self.depths, frame.depth_mm()) {
-            let depth = target.similarity(&DepthHistogram::of(depth, bbox));
+            let depth = target.similarity(&DepthHistogram::of(&p.histogram, depth, bbox));
             seen += log(depth, p.depth_sigma);
             hidden += log(p.hidden_similarity, p.depth_sigma);
             similarity = 0.5 * (color + depth);
@@ -130,7 +132,7 @@ impl AcpfLocalizer {
             State::from([
                 state[0] + shift.0 + step * normal(generator),
                 state[1] + shift.1 + step * normal(generator),
-                (state[2] * (p.size_step * normal(generator)).exp()).clamp(SIZES.0, SIZES.1),
+                (state[2] * (p.size_step * normal(generator)).exp()).clamp(p.least_size, p.most_size),
                 if flip { 1.0 - state[3] } else { state[3] },
             ])
         })
@@ -148,7 +150,7 @@ impl AcpfLocalizer {
             None => self.particles.clone(),
         };
         self.step(&mut particles, shift)?;
-        let scratch = ahead.scratch.get_or_insert_with(QuarterColors::empty);
+        let scratch = ahead.scratch.get_or_insert_with(|| QuarterColors::empty(self.params.bins));
         ahead.likelihoods.clear();
         for state in particles.states() {
             let (seen, hidden, _) = self.likelihood(frame, &self.bbox(state), scratch);
@@ -174,22 +176,22 @@ impl Localizer for AcpfLocalizer {
         let found = self.ahead.particles.as_ref().filter(|_| self.ahead.fresh).and_then(Self::seen);
         let Some((state, weight)) = found else { return Ok(None) };
         let bbox = self.bbox(&state);
-        let mut scratch = self.ahead.scratch.take().unwrap_or_else(QuarterColors::empty);
+        let mut scratch = self.ahead.scratch.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
         let (_, _, similarity) = self.likelihood(frame, &bbox, &mut scratch);
         self.ahead.scratch = Some(scratch);
         // Both have to agree: most particles see it, and what they see is alike.
-        let alike = 1.0 / (1.0 + (-(similarity - self.params.hidden_similarity) / 0.03).exp());
+        let alike = 1.0 / (1.0 + (-(similarity - self.params.hidden_similarity) / self.params.softness).exp());
         let diagnostics = Diagnostics::default().with("similarity", similarity).with("seen", weight);
         Ok(Some(Measurement { diagnostics, ..Measurement::new(bbox, weight.min(1.0).sqrt() * alike) }))
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
-        let mut now = self.ahead.scratch.take().unwrap_or_else(QuarterColors::empty);
-        now.measure(frame.color(), &bbox);
+        let mut now = self.ahead.scratch.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
+        now.measure(frame.color(), &bbox, self.params.side);
         self.colors.blend(&now, self.params.learning_rate);
         self.ahead.scratch = Some(now);
         if let Some(depth) = frame.depth_mm() {
-            let now = DepthHistogram::of(depth, &bbox);
+            let now = DepthHistogram::of(&self.params.histogram, depth, &bbox);
             self.depths.get_or_insert(now).blend(&now, self.params.learning_rate);
         }
         Ok(())

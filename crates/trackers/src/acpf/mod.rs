@@ -8,10 +8,10 @@ mod localizer;
 pub use colors::QuarterColors;
 pub use localizer::AcpfLocalizer;
 
+use crate::depth::{HistogramParams, by_own_rule};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::{PolicyModel, PolicyParams};
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -38,6 +38,20 @@ pursuit_tracking::parameters! {
         pub shows: f64 = 0.2, in 0.0..=1.0, source "ours";
         /// Share of the new colours and depths per frame.
         pub learning_rate: f64 = 0.02, in 0.0..=1.0, source "ours";
+        /// Change of the similarity that changes the odds of the score by e.
+        pub softness: f64 = 0.03, in above(0.0), source "ours";
+        /// Particles are drawn anew where N_eff falls below this share of them.
+        pub resample_below: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// Least size that is believed, relative to that at the start.
+        pub least_size: f64 = 0.2, in above(0.0).at_most(1.0), source "ours";
+        /// Greatest size that is believed.
+        pub most_size: f64 = 5.0, in 1.0..=100.0, source "ours";
+        /// Bins of the histogram of each channel of each quarter of a box.
+        pub bins: usize = 16, in 2..=256, source "ours";
+        /// Points along a side of the grid that the colours are taken from; even, so that every point is in one quarter.
+        pub side: usize = 12, in Bounds::from(2..=256).in_steps_of(2.0), unit "points", source "ours";
+        /// Histograms of depth.
+        pub histogram: HistogramParams = HistogramParams::default();
     }
 }
 
@@ -54,16 +68,7 @@ pub fn acpf(name: &'static str) -> TrackerRecipe<AcpfParams> {
     let groups = GroupParams {
         // A mean of particles strays by a few hundredths of the target's size.
         motion: MotionParams { acceleration: 100.0, position_noise: 0.02, size_noise: 0.05, ..MotionParams::default() },
-        policy: PolicyParams {
-            model: PolicyModel::Gated,
-            occluded_below: 0.5,
-            seen_from: 0.5,
-            found_from: 0.5,
-            far_from: 0.5,
-            learn_from: 0.5,
-            lost_after_s: 2.0,
-            ..PolicyParams::default()
-        },
+        policy: by_own_rule(),
         search: SearchParams { model: SearchModel::Near, ..SearchParams::default() },
     };
     TrackerRecipe { name, localizer: AcpfParams::default(), groups }

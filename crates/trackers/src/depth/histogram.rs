@@ -1,16 +1,12 @@
-use super::samples;
+use super::{HistogramParams, samples};
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
 use serde::{Deserialize, Serialize};
 
 /// Bins of a histogram of depths (zhai2024, eq. 26).
 pub const BINS: usize = 32;
-/// The last bin ends here; what is farther is in it as well.
-const RANGE_M: f64 = 8.0;
-/// Points along a side of the grid that a histogram is made of.
-const SIDE: usize = 12;
 
-/// How the depths in a box are distributed: 32 bins over 0 to 8 m that sum to one; without any data all are zero.
+/// How the depths in a box are distributed: 32 bins that sum to one; without any data all are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "[f64; BINS]", into = "[f64; BINS]")]
 pub struct DepthHistogram([f64; BINS]);
@@ -34,11 +30,11 @@ impl TryFrom<[f64; BINS]> for DepthHistogram {
 impl DepthHistogram {
     /// Of the depths in `bbox`. A depth counts for the two bins about it in proportion, so that a surface that moves across
     /// the border of two bins changes its histogram smoothly.
-    pub fn of(depth: ImageView<'_, u16>, bbox: &BBox) -> Self {
+    pub fn of(params: &HistogramParams, depth: ImageView<'_, u16>, bbox: &BBox) -> Self {
         let mut bins = [0.0; BINS];
         let mut total = 0.0;
-        for mm in samples(depth, bbox, SIDE).filter(|mm| *mm > 0) {
-            let at = f64::from(mm) / 1000.0 * (BINS as f64 / RANGE_M) - 0.5;
+        for mm in samples(depth, bbox, params.side).filter(|mm| *mm > 0) {
+            let at = f64::from(mm) / 1000.0 * (BINS as f64 / params.range_m) - 0.5;
             let at = at.clamp(0.0, (BINS - 1) as f64);
             let low = at as usize;
             let share = at - low as f64;
@@ -73,7 +69,7 @@ mod tests {
 
     fn of(near: u16, far: u16) -> DepthHistogram {
         let image = Image::from_fn(24, 24, |x, _| if x < 12 { near } else { far }).unwrap();
-        DepthHistogram::of(image.view(), &BBox::from_ltwh(0.0, 0.0, 24.0, 24.0))
+        DepthHistogram::of(&HistogramParams::default(), image.view(), &BBox::from_ltwh(0.0, 0.0, 24.0, 24.0))
     }
 
     #[test]

@@ -2,9 +2,28 @@
 //! data.
 
 mod histogram;
+mod params;
 mod region;
 mod sampler;
 
 pub use histogram::{BINS, DepthHistogram};
+pub use params::{HistogramParams, RegionParams};
 pub use region::{BoxDepth, MeanDepth, Surface, samples};
 pub use sampler::DepthSampler;
+
+use pursuit_tracking::policy::{PolicyModel, PolicyParams};
+
+/// The policy of methods that know by a rule of their own whether they see their target: one half of their probability is
+/// that rule's threshold.
+pub(crate) fn by_own_rule() -> PolicyParams {
+    PolicyParams {
+        model: PolicyModel::Gated,
+        occluded_below: 0.5,
+        seen_from: 0.5,
+        found_from: 0.5,
+        far_from: 0.5,
+        learn_from: 0.5,
+        lost_after_s: 2.0,
+        ..PolicyParams::default()
+    }
+}

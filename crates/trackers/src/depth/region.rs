@@ -1,3 +1,4 @@
+use super::RegionParams;
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
 use serde::{Deserialize, Serialize};
@@ -42,15 +43,10 @@ impl MeanDepth {
     }
 }
 
-/// Points along a side of the grid that a box's depth is taken from.
-const SIDE: usize = 24;
-/// The part of a box, about its middle, that its depth is taken from: corners are background.
-const INNER: f64 = 0.8;
-
 /// What the depth image says of a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoxDepth {
-    /// Mean of the pixels with data, in metres (zhai2024, eq. 20); `None` where fewer than one in twenty has any.
+    /// Mean of the pixels with data, in metres (zhai2024, eq. 20); `None` where too few have any.
     pub mean_m: Option<f64>,
     /// The share of pixels with data, `[0, 1]`.
     pub valid: f64,
@@ -61,14 +57,11 @@ pub struct BoxDepth {
 }
 
 impl BoxDepth {
-    /// Fewer pixels with data than this share tell nothing.
-    const LEAST_VALID: f64 = 0.05;
-
     /// Looks at the inner part of `bbox`; nearer is what is nearer than `limit_m`.
-    pub fn of(depth: ImageView<'_, u16>, bbox: &BBox, limit_m: f64) -> Self {
+    pub fn of(params: &RegionParams, depth: ImageView<'_, u16>, bbox: &BBox, limit_m: f64) -> Self {
         let mut points = 0_u32;
         let (mut all, mut nearer) = (MeanDepth::default(), MeanDepth::default());
-        for mm in samples(depth, &bbox.scaled(INNER), SIDE) {
+        for mm in samples(depth, &bbox.scaled(params.inner), params.side) {
             let m = f64::from(mm) / 1000.0;
             points += 1;
             all.add(m);
@@ -79,7 +72,7 @@ impl BoxDepth {
         let share = |part: u32, whole: u32| if whole > 0 { f64::from(part) / f64::from(whole) } else { 0.0 };
         let valid = share(all.count(), points);
         Self {
-            mean_m: all.mean_m().filter(|_| valid >= Self::LEAST_VALID),
+            mean_m: all.mean_m().filter(|_| valid >= params.least_valid),
             valid,
             nearer: share(nearer.count(), all.count()),
             nearer_m: nearer.mean_m(),
@@ -97,15 +90,14 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Bins of the histogram that the first distance is found in, and their width.
+    /// Bins of the histogram that the first distance is found in.
     const FIRST_BINS: usize = 160;
-    const FIRST_BIN_M: f64 = 0.05;
 
     /// The commonest distance in the middle of `bbox`, to begin with.
-    pub fn first(depth: ImageView<'_, u16>, bbox: &BBox, half_m: f64) -> Option<Self> {
+    pub fn first(params: &RegionParams, depth: ImageView<'_, u16>, bbox: &BBox, half_m: f64) -> Option<Self> {
         let mut counts = [0_u32; Self::FIRST_BINS];
-        for mm in samples(depth, &bbox.scaled(0.5), SIDE).filter(|mm| *mm > 0) {
-            let bin = (f64::from(mm) / 1000.0 / Self::FIRST_BIN_M) as usize;
+        for mm in samples(depth, &bbox.scaled(params.first_part), params.side).filter(|mm| *mm > 0) {
+            let bin = (f64::from(mm) / 1000.0 / params.first_bin_m) as usize;
             if let Some(count) = counts.get_mut(bin) {
                 *count += 1;
             }
@@ -113,15 +105,21 @@ impl Surface {
         // Of the two bins that hold most together, so that a border between them does no harm.
         let at = (1..counts.len()).max_by_key(|k| (counts[k - 1] + counts[*k], std::cmp::Reverse(*k)))?;
         (counts[at - 1] + counts[at] > 0).then_some(())?;
-        let near = Self::near(depth, bbox, at as f64 * Self::FIRST_BIN_M, half_m)?;
+        let near = Self::near(params, depth, bbox, at as f64 * params.first_bin_m, half_m)?;
         // Again about what was found, which lies anywhere in those bins.
-        Self::near(depth, bbox, near.mean_m, half_m)
+        Self::near(params, depth, bbox, near.mean_m, half_m)
     }
 
-    /// The mean of the pixels of `bbox` within `half_m` of `about_m`; `None` where fewer than one in ten is.
-    pub fn near(depth: ImageView<'_, u16>, bbox: &BBox, about_m: f64, half_m: f64) -> Option<Self> {
+    /// The mean of the pixels of `bbox` within `half_m` of `about_m`; `None` where too few are.
+    pub fn near(
+        params: &RegionParams,
+        depth: ImageView<'_, u16>,
+        bbox: &BBox,
+        about_m: f64,
+        half_m: f64,
+    ) -> Option<Self> {
         let (mut all, mut count, mut sum) = (0_u32, 0_u32, 0.0);
-        for mm in samples(depth, &bbox.scaled(INNER), SIDE) {
+        for mm in samples(depth, &bbox.scaled(params.inner), params.side) {
             let m = f64::from(mm) / 1000.0;
             all += 1;
             if mm > 0 && (m - about_m).abs() <= half_m {
@@ -129,7 +127,7 @@ impl Surface {
             }
         }
         let share = f64::from(count) / f64::from(all.max(1));
-        (share >= 0.1).then(|| Self { mean_m: sum / f64::from(count), share })
+        (share >= params.least_surface).then(|| Self { mean_m: sum / f64::from(count), share })
     }
 }
 
@@ -152,29 +150,39 @@ mod tests {
     #[test]
     fn means_leave_out_what_has_no_data() {
         let (image, bbox) = scene();
-        let got = BoxDepth::of(image.view(), &bbox, 1.5);
+        let got = BoxDepth::of(&RegionParams::default(), image.view(), &bbox, 1.5);
         // The inner box is 44 to 76: of 32 columns six are covered.
         assert!((got.nearer - 6.0 / 32.0).abs() < 0.03 && (got.valid - 0.8).abs() < 0.05, "{got:?}");
         assert!((got.mean_m.unwrap() - (6.0 + 26.0 * 2.0) / 32.0).abs() < 0.03, "{got:?}");
         assert!((got.nearer_m.unwrap() - 1.0).abs() < 1e-9);
-        let none = BoxDepth::of(Image::filled(50, 50, 0).unwrap().view(), &bbox.translated(-35.0, -25.0), 1.5);
+        let none = BoxDepth::of(
+            &RegionParams::default(),
+            Image::filled(50, 50, 0).unwrap().view(),
+            &bbox.translated(-35.0, -25.0),
+            1.5,
+        );
         assert_eq!(none, BoxDepth { mean_m: None, valid: 0.0, nearer: 0.0, nearer_m: None });
-        let outside = BoxDepth::of(image.view(), &BBox::from_ltwh(500.0, 0.0, 9.0, 9.0), 1.5);
+        let outside = BoxDepth::of(&RegionParams::default(), image.view(), &BBox::from_ltwh(500.0, 0.0, 9.0, 9.0), 1.5);
         assert_eq!((outside.mean_m, outside.valid), (None, 0.0));
     }
 
     #[test]
     fn a_surface_is_the_target_alone() {
         let (image, bbox) = scene();
-        let first = Surface::first(image.view(), &bbox, 0.3).unwrap();
+        let first = Surface::first(&RegionParams::default(), image.view(), &bbox, 0.3).unwrap();
         assert!((first.mean_m - 2.0).abs() < 1e-9 && (first.share - 0.8 * 26.0 / 32.0).abs() < 0.05, "{first:?}");
-        let wider = Surface::near(image.view(), &bbox, 1.5, 0.6).unwrap();
+        let wider = Surface::near(&RegionParams::default(), image.view(), &bbox, 1.5, 0.6).unwrap();
         assert!((wider.mean_m - (6.0 + 26.0 * 2.0) / 32.0).abs() < 0.03);
-        assert_eq!(Surface::near(image.view(), &bbox, 5.0, 0.3), None);
-        assert_eq!(Surface::first(Image::filled(120, 100, 0).unwrap().view(), &bbox, 0.3), None);
+        assert_eq!(Surface::near(&RegionParams::default(), image.view(), &bbox, 5.0, 0.3), None);
+        assert_eq!(
+            Surface::first(&RegionParams::default(), Image::filled(120, 100, 0).unwrap().view(), &bbox, 0.3),
+            None
+        );
         // Two bins share it: 2.02 m is 20 mm above the border of two bins.
         let flat = Image::from_fn(120, 100, |x, _| 1990 + 20 * (x / 8 % 2) as u16).unwrap();
-        assert!((Surface::first(flat.view(), &bbox, 0.3).unwrap().mean_m - 2.0).abs() < 0.002);
+        assert!(
+            (Surface::first(&RegionParams::default(), flat.view(), &bbox, 0.3).unwrap().mean_m - 2.0).abs() < 0.002
+        );
     }
 
     #[test]

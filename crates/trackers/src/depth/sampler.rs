@@ -1,12 +1,10 @@
 use pursuit_imaging::ImageView;
 use pursuit_vision::sampling::{Planes, Window};
 
-/// The distance whose inverse is the value 255: nearer than this sensors of this kind do not see.
-const NEAREST_MM: f32 = 400.0;
 /// Value of a pixel without data until its row has been filled.
 const HOLE: f32 = -1.0;
 
-/// Takes windows out of depth images as inverse depth, 0 (far) to 255 (400 mm and nearer).
+/// Takes windows out of depth images as inverse depth, 0 (far) to 255 (the nearest distance asked about, and nearer).
 ///
 /// Inverse depth, because a sensor that triangulates errs by the same amount of it at any distance (its error grows with the
 /// square of the distance: Khoshelham & Elberink 2012, eq. 8): gradients of noise are then as small far away as near.
@@ -19,8 +17,9 @@ pub struct DepthSampler {
 }
 
 impl DepthSampler {
-    /// Samples: `out` becomes one plane of the window's patch size. Turned windows are taken as upright.
-    pub fn inverse(&mut self, depth: ImageView<'_, u16>, window: &Window, out: &mut Planes) {
+    /// Samples: `out` becomes one plane of the window's patch size, in which 255 is `nearest_mm`. Turned windows are taken as
+    /// upright.
+    pub fn inverse(&mut self, nearest_mm: u16, depth: ImageView<'_, u16>, window: &Window, out: &mut Planes) {
         let (frame, patch) = (depth.size(), window.patch);
         out.reshape(patch, 1);
         if frame.area() == 0 {
@@ -30,6 +29,7 @@ impl DepthSampler {
         self.columns.clear();
         self.columns
             .extend((0..patch.width).map(|j| taps(window.center.x, window.step_x, j, patch.width, frame.width)));
+        let unit = 255.0 * f32::from(nearest_mm);
         let mut filled_above = false;
         for i in 0..patch.height {
             let (above, below, v) = taps(window.center.y, window.step_y, i, patch.height, frame.height);
@@ -38,7 +38,7 @@ impl DepthSampler {
             let row = &mut rest[..patch.width];
             for (out, &(left, right, u)) in row.iter_mut().zip(&self.columns) {
                 let (left, right) = (left as usize, right as usize);
-                *out = blend([above[left], above[right], below[left], below[right]], u, v);
+                *out = blend([above[left], above[right], below[left], below[right]], (u, v), unit);
             }
             if !fill(row) {
                 // Nothing in the whole row: as the row above, or far away.
@@ -64,7 +64,7 @@ fn taps(center: f64, step: f64, k: usize, n: usize, length: usize) -> (u32, u32,
 
 /// Inverse depth between four pixels, of those with data.
 #[inline(always)]
-fn blend([a, b, c, d]: [u16; 4], u: f32, v: f32) -> f32 {
+fn blend([a, b, c, d]: [u16; 4], (u, v): (f32, f32), unit: f32) -> f32 {
     let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
     let (mut total, mut sum) = (0.0_f32, 0.0_f32);
     for (mm, weight) in [a, b, c, d].into_iter().zip(weights) {
@@ -72,7 +72,7 @@ fn blend([a, b, c, d]: [u16; 4], u: f32, v: f32) -> f32 {
         total += weight;
         sum += weight * f32::from(mm);
     }
-    if sum > 0.0 { (255.0 * NEAREST_MM * total / sum).min(255.0) } else { HOLE }
+    if sum > 0.0 { (unit * total / sum).min(255.0) } else { HOLE }
 }
 
 /// Fills runs of holes with the farther of their two ends; `false` where there is no data at all.
@@ -103,7 +103,7 @@ mod tests {
 
     fn sample(image: &Image<u16>, window: &Window) -> Vec<f32> {
         let mut out = Planes::default();
-        DepthSampler::default().inverse(image.view(), window, &mut out);
+        DepthSampler::default().inverse(400, image.view(), window, &mut out);
         assert_eq!((out.size(), out.channels()), (window.patch, 1));
         out.as_slice().to_vec()
     }

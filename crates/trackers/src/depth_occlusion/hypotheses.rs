@@ -1,3 +1,4 @@
+use super::DepthOcclusionParams;
 use super::path::{Pinhole, SpacePath};
 use crate::depth::DepthHistogram;
 use nalgebra::SVector;
@@ -10,23 +11,6 @@ use serde::{Deserialize, Serialize};
 
 /// Seed of the particles: trackers that are shown the same frames say the same.
 const SEED: u64 = 2024;
-/// Share of a new histogram in the target's.
-const HISTOGRAM_RATE: f64 = 0.1;
-/// Places nearer to each other than this share of the target's size are one.
-const APART: f64 = 0.4;
-
-/// How the particles work.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HypothesisRules {
-    /// How many particles.
-    pub particles: usize,
-    /// Width of the likelihood (zhai2024, eq. 27).
-    pub likelihood_sigma: f64,
-    /// A region whose similarity is below this says nothing.
-    pub least_similarity: f64,
-    /// Effective sample size, as a share of the particles, below which they are drawn anew.
-    pub resample_below: f64,
-}
 
 /// Where the target may be: particles with maximum-likelihood noise, weighed by histograms of depth (zhai2024, eqs. 21–29),
 /// and its path in space, where the camera's lens is known.
@@ -63,13 +47,13 @@ impl Hypotheses {
     ///
     /// # Errors
     /// Where the box is not finite.
-    pub fn new(rules: &HypothesisRules, depth: Option<ImageView<'_, u16>>, bbox: &BBox) -> Result<Self> {
+    pub fn new(params: &DepthOcclusionParams, depth: Option<ImageView<'_, u16>>, bbox: &BBox) -> Result<Self> {
         let variance = VarianceParams::for_target(bbox.area().sqrt());
-        let options = ParticleOptions { threshold: rules.resample_below, ..ParticleOptions::default() };
+        let options = ParticleOptions { threshold: params.resample_below, ..ParticleOptions::default() };
         let at = vector(bbox.center());
         Ok(Self {
-            particles: LikelihoodNoiseFilter::new(rules.particles.max(1), at, variance, options, SEED)?,
-            target: depth.map(|depth| DepthHistogram::of(depth, bbox)),
+            particles: LikelihoodNoiseFilter::new(params.particles.max(1), at, variance, options, SEED)?,
+            target: depth.map(|depth| DepthHistogram::of(&params.histogram, depth, bbox)),
             path: None,
             ahead: Ahead::default(),
         })
@@ -81,7 +65,7 @@ impl Hypotheses {
     /// Where the step cannot be computed.
     pub fn look_ahead(
         &mut self,
-        rules: &HypothesisRules,
+        params: &DepthOcclusionParams,
         frame: &Frame,
         depth: Option<ImageView<'_, u16>>,
         size: &BBox,
@@ -97,7 +81,7 @@ impl Hypotheses {
             None => particles.insert(self.particles.clone()),
         };
         let in_space = match (&self.path, pinhole(frame)) {
-            (Some(path), Some(pinhole)) => path.shift_px(pinhole, dt_s)?,
+            (Some(path), Some(pinhole)) => path.shift_px(&params.space, pinhole, dt_s)?,
             _ => None,
         };
         match in_space {
@@ -106,8 +90,9 @@ impl Hypotheses {
         }
         if let (Some(target), Some(depth)) = (&self.target, depth) {
             let log_likelihood = |state: &SVector<f64, 2>| {
-                let here = DepthHistogram::of(depth, &size.centered_at(Point::new(state[0], state[1])));
-                similarity_log_likelihood(here.similarity(target).max(rules.least_similarity), rules.likelihood_sigma)
+                let here = size.centered_at(Point::new(state[0], state[1]));
+                let similarity = DepthHistogram::of(&params.histogram, depth, &here).similarity(target);
+                similarity_log_likelihood(similarity.max(params.least_similarity), params.likelihood_sigma)
             };
             likelihoods.clear();
             likelihoods.extend(ahead.particles().states().iter().map(log_likelihood));
@@ -118,17 +103,17 @@ impl Hypotheses {
     }
 
     /// Places worth a look, into `places`: the particles' mean (eq. 29), and the heaviest particles that are apart from it
-    /// and from each other, `clusters` places in all.
-    pub fn clusters(&self, size: &BBox, clusters: usize, places: &mut Vec<BBox>) {
+    /// and from each other, as many as the parameters say in all.
+    pub fn clusters(&self, params: &DepthOcclusionParams, size: &BBox, places: &mut Vec<BBox>) {
         let Some(ahead) = self.ahead.particles.as_ref().filter(|_| self.ahead.fresh) else { return };
         let first = places.len();
         let mean = ahead.particles().mean();
-        add_apart(places, size.centered_at(Point::new(mean[0], mean[1])));
+        add_apart(places, size.centered_at(Point::new(mean[0], mean[1])), params.apart);
         let (states, weights) = (ahead.particles().states(), ahead.particles().weights());
-        while places.len() < first + clusters {
+        while places.len() < first + params.clusters {
             let candidates = states.iter().zip(weights).filter(|(state, _)| {
                 let place = size.centered_at(Point::new(state[0], state[1]));
-                !is_near_any(places, &place)
+                !is_near_any(places, &place, params.apart)
             });
             let Some((state, _)) = candidates.max_by(|a, b| a.1.total_cmp(b.1)) else { return };
             places.push(size.centered_at(Point::new(state[0], state[1])));
@@ -140,13 +125,20 @@ impl Hypotheses {
     ///
     /// # Errors
     /// Where a number is not finite.
-    pub fn settle(&mut self, frame: &Frame, seen: Option<(Point, Option<f64>)>, dt_s: f64) -> Result<()> {
+    pub fn settle(
+        &mut self,
+        params: &DepthOcclusionParams,
+        frame: &Frame,
+        seen: Option<(Point, Option<f64>)>,
+        dt_s: f64,
+    ) -> Result<()> {
+        let space = &params.space;
         if let Some(ahead) = self.ahead.particles.as_mut().filter(|_| self.ahead.fresh) {
             std::mem::swap(&mut self.particles, ahead);
             self.ahead.fresh = false;
         }
         if let Some(path) = &mut self.path {
-            path.predict(dt_s)?;
+            path.predict(space, dt_s)?;
         }
         let Some((center, distance_m)) = seen else {
             return self.particles.particles_mut().resample_if_needed().map(drop);
@@ -154,32 +146,32 @@ impl Hypotheses {
         self.particles.center_on(&vector(center))?;
         self.particles.correct(&vector(center))?;
         match (&mut self.path, pinhole(frame), distance_m) {
-            (Some(path), Some(pinhole), Some(z)) => path.correct(pinhole, center, z)?,
-            (path @ None, Some(pinhole), Some(z)) => *path = Some(SpacePath::new(pinhole, center, z)?),
+            (Some(path), Some(pinhole), Some(z)) => path.correct(space, pinhole, center, z)?,
+            (path @ None, Some(pinhole), Some(z)) => *path = Some(SpacePath::new(space, pinhole, center, z)?),
             _ => {}
         }
         Ok(())
     }
 
     /// The target, wholly in sight, is at `bbox`.
-    pub fn learn(&mut self, depth: ImageView<'_, u16>, bbox: &BBox) {
-        let now = DepthHistogram::of(depth, bbox);
+    pub fn learn(&mut self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) {
+        let now = DepthHistogram::of(&params.histogram, depth, bbox);
         match &mut self.target {
-            Some(target) => target.blend(&now, HISTOGRAM_RATE),
+            Some(target) => target.blend(&now, params.histogram_rate),
             None => self.target = Some(now),
         }
     }
 }
 
-/// Whether `place` is within a share of its size of one of `places`.
-pub fn is_near_any(places: &[BBox], place: &BBox) -> bool {
-    let (c, w, h) = (place.center(), APART * place.width(), APART * place.height());
+/// Whether `place` is within a share `apart` of its size of one of `places`.
+pub fn is_near_any(places: &[BBox], place: &BBox, apart: f64) -> bool {
+    let (c, w, h) = (place.center(), apart * place.width(), apart * place.height());
     places.iter().any(|p| (p.center().x - c.x).abs() < w && (p.center().y - c.y).abs() < h)
 }
 
-/// Adds a place, unless one is there.
-pub fn add_apart(places: &mut Vec<BBox>, place: BBox) {
-    if !is_near_any(places, &place) {
+/// Adds a place, unless one is within a share `apart` of its size.
+pub fn add_apart(places: &mut Vec<BBox>, place: BBox, apart: f64) {
+    if !is_near_any(places, &place, apart) {
         places.push(place);
     }
 }
@@ -189,8 +181,9 @@ mod tests {
     use super::*;
     use pursuit_imaging::Image;
 
-    const RULES: HypothesisRules =
-        HypothesisRules { particles: 40, likelihood_sigma: 0.1, least_similarity: 0.3, resample_below: 0.5 };
+    fn params() -> DepthOcclusionParams {
+        DepthOcclusionParams { particles: 40, least_similarity: 0.3, ..DepthOcclusionParams::default() }
+    }
 
     /// A box of 20 px at 1.5 m before a wall at 3 m.
     fn frame(k: u64, center: Point) -> Frame {
@@ -206,11 +199,11 @@ mod tests {
         let at = |k: f64| Point::new(50.0 + 2.0 * k, 60.0 + k);
         let size = BBox::from_center_size(at(0.0), 20.0, 20.0);
         let first = frame(0, at(0.0));
-        let mut hypotheses = Hypotheses::new(&RULES, first.depth_mm(), &size).unwrap();
+        let mut hypotheses = Hypotheses::new(&params(), first.depth_mm(), &size).unwrap();
         for k in 1..=10 {
             let frame = frame(k, at(k as f64));
-            hypotheses.look_ahead(&RULES, &frame, frame.depth_mm(), &size, 1.0 / 30.0).unwrap();
-            hypotheses.settle(&frame, Some((at(k as f64), None)), 1.0 / 30.0).unwrap();
+            hypotheses.look_ahead(&params(), &frame, frame.depth_mm(), &size, 1.0 / 30.0).unwrap();
+            hypotheses.settle(&params(), &frame, Some((at(k as f64), None)), 1.0 / 30.0).unwrap();
         }
         (hypotheses, size, at(10.0))
     }
@@ -220,13 +213,13 @@ mod tests {
         let (mut hypotheses, size, last) = followed();
         let empty = frame(11, Point::new(-99.0, -99.0));
         for k in 1..=10 {
-            hypotheses.look_ahead(&RULES, &empty, empty.depth_mm(), &size, 1.0 / 30.0).unwrap();
+            hypotheses.look_ahead(&params(), &empty, empty.depth_mm(), &size, 1.0 / 30.0).unwrap();
             let mut places = Vec::new();
-            hypotheses.clusters(&size, 3, &mut places);
+            hypotheses.clusters(&params(), &size, &mut places);
             let expected = Point::new(last.x + 2.0 * f64::from(k), last.y + f64::from(k));
             let away = places[0].center().distance(expected);
             assert!(away < 4.0, "{k}: {places:?} {expected:?}");
-            hypotheses.settle(&empty, None, 1.0 / 30.0).unwrap();
+            hypotheses.settle(&params(), &empty, None, 1.0 / 30.0).unwrap();
         }
     }
 
@@ -239,13 +232,13 @@ mod tests {
         // Spread them first: hidden for a while.
         let gone = frame(11, Point::new(-99.0, -99.0));
         let still = Point::new(last.x, last.y);
-        hypotheses.look_ahead(&RULES, &gone, None, &size, 1.0 / 30.0).unwrap();
-        hypotheses.settle(&gone, Some((still, None)), 1.0 / 30.0).unwrap();
+        hypotheses.look_ahead(&params(), &gone, None, &size, 1.0 / 30.0).unwrap();
+        hypotheses.settle(&params(), &gone, Some((still, None)), 1.0 / 30.0).unwrap();
         let unweighed = {
-            hypotheses.look_ahead(&RULES, &shown, None, &size, 1.0 / 30.0).unwrap();
+            hypotheses.look_ahead(&params(), &shown, None, &size, 1.0 / 30.0).unwrap();
             hypotheses.ahead.particles.as_ref().unwrap().particles().mean()
         };
-        hypotheses.look_ahead(&RULES, &shown, shown.depth_mm(), &size, 1.0 / 30.0).unwrap();
+        hypotheses.look_ahead(&params(), &shown, shown.depth_mm(), &size, 1.0 / 30.0).unwrap();
         let weighed = hypotheses.ahead.particles.as_ref().unwrap().particles().mean();
         let away = |v: SVector<f64, 2>| (v - vector(there)).norm();
         assert!(away(weighed) < away(unweighed), "{weighed} {unweighed} {there:?}");
@@ -256,9 +249,9 @@ mod tests {
         let (mut hypotheses, size, last) = followed();
         let before = postcard::to_stdvec(&hypotheses).unwrap();
         let shown = frame(11, last);
-        hypotheses.look_ahead(&RULES, &shown, shown.depth_mm(), &size, 1.0 / 30.0).unwrap();
+        hypotheses.look_ahead(&params(), &shown, shown.depth_mm(), &size, 1.0 / 30.0).unwrap();
         assert_eq!(postcard::to_stdvec(&hypotheses).unwrap(), before);
-        hypotheses.settle(&shown, None, 1.0 / 30.0).unwrap();
+        hypotheses.settle(&params(), &shown, None, 1.0 / 30.0).unwrap();
         assert_ne!(postcard::to_stdvec(&hypotheses).unwrap(), before);
     }
 
@@ -266,9 +259,9 @@ mod tests {
     fn places_are_apart() {
         let bbox = |x: f64| BBox::from_center_size(Point::new(x, 0.0), 10.0, 10.0);
         let mut places = vec![bbox(0.0)];
-        add_apart(&mut places, bbox(3.9));
+        add_apart(&mut places, bbox(3.9), 0.4);
         assert_eq!(places.len(), 1);
-        add_apart(&mut places, bbox(4.1));
+        add_apart(&mut places, bbox(4.1), 0.4);
         assert_eq!(places, [bbox(0.0), bbox(4.1)]);
     }
 }

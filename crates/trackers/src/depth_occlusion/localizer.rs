@@ -12,11 +12,6 @@ use pursuit_tracking::{
 };
 use serde::{Deserialize, Serialize};
 
-/// A depth image with data in fewer points than this share is none.
-const LEAST_DEPTH: f64 = 0.02;
-/// Points along a side of the grid by which that is told.
-const PROBES: usize = 24;
-
 /// Finds the target by the correlation of depth, and knows when something nearer hides it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
@@ -75,17 +70,17 @@ struct DepthFilter {
 impl DepthFilter {
     /// `None` where the box has no depth.
     fn new(params: &DepthOcclusionParams, frame: &Frame, bbox: &BBox) -> Option<Self> {
-        let target = TargetDepth::new(params, usable_depth(frame)?, bbox)?;
+        let target = TargetDepth::new(params, usable_depth(params, frame)?, bbox)?;
         Some(Self { filter: CorrelationLocalizer::new(params.filter.spec(), frame, bbox), target })
     }
 }
 
 /// The frame's depth, unless it has hardly any data.
-fn usable_depth(frame: &Frame) -> Option<ImageView<'_, u16>> {
+fn usable_depth<'a>(params: &DepthOcclusionParams, frame: &'a Frame) -> Option<ImageView<'a, u16>> {
     let depth = frame.depth_mm()?;
-    let (all, valid) = samples(depth, &frame.size().bounds(), PROBES)
+    let (all, valid) = samples(depth, &frame.size().bounds(), params.probes)
         .fold((0_u32, 0_u32), |(all, valid), mm| (all + 1, valid + u32::from(mm > 0)));
-    (f64::from(valid) >= LEAST_DEPTH * f64::from(all.max(1))).then_some(depth)
+    (f64::from(valid) >= params.least_depth * f64::from(all.max(1))).then_some(depth)
 }
 
 fn failed(frame: &Frame) -> impl FnOnce(EstimationError) -> TrackingError {
@@ -99,7 +94,7 @@ impl DepthLocalizer {
         Ok(Self {
             depth: DepthFilter::new(params, frame, &bbox),
             picture: CorrelationLocalizer::new(params.picture.spec(), frame, &bbox),
-            hypotheses: Hypotheses::new(&params.rules(), usable_depth(frame), &bbox).map_err(failed(frame))?,
+            hypotheses: Hypotheses::new(params, usable_depth(params, frame), &bbox).map_err(failed(frame))?,
             hidden: false,
             occluder: None,
             last: bbox,
@@ -115,7 +110,9 @@ impl DepthLocalizer {
             let found = target.scale_in(&self.params, depth, &search.expected, true);
             let last = target.scale_at(target.surface_m());
             if let Some(scale) = found {
-                search.expected = search.expected.scaled((scale / last).clamp(0.5, 2.0));
+                search.expected = search
+                    .expected
+                    .scaled((scale / last).clamp(1.0 / self.params.most_resize, self.params.most_resize));
             }
         }
         search
@@ -123,7 +120,9 @@ impl DepthLocalizer {
 
     /// The response of the filter on depth, held against the distances.
     fn locate_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let (Some(mut part), Some(depth)) = (self.depth.take(), usable_depth(frame)) else { return Ok(None) };
+        let (Some(mut part), Some(depth)) = (self.depth.take(), usable_depth(&self.params, frame)) else {
+            return Ok(None);
+        };
         let search = self.expected_size(depth, &part.target, search);
         let located = part.filter.locate(frame, &search);
         let target = part.target;
@@ -149,12 +148,12 @@ impl DepthLocalizer {
 
     /// Whether this frame is looked at by its depth.
     fn sees_depth(&self, frame: &Frame) -> bool {
-        self.depth.is_some() && usable_depth(frame).is_some()
+        self.depth.is_some() && usable_depth(&self.params, frame).is_some()
     }
 
     /// How much of the target at `bbox` something nearer covers.
     fn covered(&self, frame: &Frame, bbox: &BBox) -> f64 {
-        match (&self.depth, usable_depth(frame)) {
+        match (&self.depth, usable_depth(&self.params, frame)) {
             (Some(part), Some(depth)) => part.target.judge(&self.params, depth, bbox, 0.0, false).covered,
             _ => 0.0,
         }
@@ -166,21 +165,23 @@ impl DepthLocalizer {
         self.occluder = None;
         self.last = outcome.bbox;
         let clear = self.covered(frame, &outcome.bbox) <= self.params.learn_covered;
-        let (Some(part), Some(depth), Some(found)) = (&mut self.depth, usable_depth(frame), outcome.found) else {
+        let (Some(part), Some(depth), Some(found)) =
+            (&mut self.depth, usable_depth(&self.params, frame), outcome.found)
+        else {
             return;
         };
         if was_hidden {
             part.target.found_again(&self.params, depth, &outcome.bbox);
         } else if clear {
             part.target.learn(&self.params, depth, &outcome.bbox, found.peak.unwrap_or(0.0));
-            self.hypotheses.learn(depth, &outcome.bbox);
+            self.hypotheses.learn(&self.params, depth, &outcome.bbox);
         }
     }
 
     /// The target is out of sight: what is nearer at its place hides it.
     fn missed(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
         self.hidden = true;
-        let (Some(part), Some(depth)) = (&self.depth, usable_depth(frame)) else { return };
+        let (Some(part), Some(depth)) = (&self.depth, usable_depth(&self.params, frame)) else { return };
         let seen = part.target.judge(&self.params, depth, &outcome.bbox, 0.0, true);
         if outcome.state == TrackState::Lost {
             self.occluder = None;
@@ -197,7 +198,7 @@ impl Localizer for DepthLocalizer {
 
     /// Measures the size by the distance.
     fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        let (Some(part), Some(depth)) = (&self.depth, usable_depth(frame)) else { return Ok(found) };
+        let (Some(part), Some(depth)) = (&self.depth, usable_depth(&self.params, frame)) else { return Ok(found) };
         let (Some(place), true) = (found.place, self.params.scale_from_depth) else { return Ok(found) };
         let anywhere = look != Look::Near;
         let Some(scale) = part.target.scale_in(&self.params, depth, &found.bbox, anywhere) else { return Ok(found) };
@@ -213,7 +214,7 @@ impl Localizer for DepthLocalizer {
         }
         self.learned = self.learned.wrapping_add(1);
         match &mut self.depth {
-            Some(part) if usable_depth(frame).is_some() => part.filter.adapt(frame, bbox, measurement)?,
+            Some(part) if usable_depth(&self.params, frame).is_some() => part.filter.adapt(frame, bbox, measurement)?,
             Some(_) => return self.picture.adapt(frame, bbox, measurement),
             none => *none = DepthFilter::new(&self.params, frame, &bbox),
         }
@@ -224,19 +225,18 @@ impl Localizer for DepthLocalizer {
     }
 
     fn suggest(&mut self, frame: &Frame, prior: &Prior, state: TrackState, places: &mut Vec<BBox>) -> Result<()> {
-        let depth = usable_depth(frame);
-        let rules = self.params.rules();
-        self.hypotheses.look_ahead(&rules, frame, depth, &prior.bbox, prior.dt_s).map_err(failed(frame))?;
+        let depth = usable_depth(&self.params, frame);
+        self.hypotheses.look_ahead(&self.params, frame, depth, &prior.bbox, prior.dt_s).map_err(failed(frame))?;
         if state == TrackState::Tracking {
             return Ok(());
         }
-        self.hypotheses.clusters(&prior.bbox, self.params.clusters, places);
+        self.hypotheses.clusters(&self.params, &prior.bbox, places);
         if let (Some(occluder), Some(depth), true) = (&self.occluder, depth, self.params.occluder_edges) {
-            occluder.edges(depth, &prior.bbox, places);
+            occluder.edges(&self.params, depth, &prior.bbox, places);
         }
         // What nothing hides may have stopped.
         if self.occluder.is_none() {
-            add_apart(places, self.last);
+            add_apart(places, self.last, self.params.apart);
         }
         Ok(())
     }
@@ -250,7 +250,7 @@ impl Localizer for DepthLocalizer {
         }
         let distance_m = self.depth.as_ref().filter(|_| self.sees_depth(frame)).map(|part| part.target.surface_m());
         let seen = seen.then(|| (outcome.bbox.center(), distance_m));
-        self.hypotheses.settle(frame, seen, outcome.dt_s).map_err(failed(frame))
+        self.hypotheses.settle(&self.params, frame, seen, outcome.dt_s).map_err(failed(frame))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

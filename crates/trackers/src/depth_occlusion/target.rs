@@ -5,13 +5,6 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
 use serde::{Deserialize, Serialize};
 
-/// How fast the usual response follows what is seen.
-const USUAL_RATE: f64 = 0.1;
-/// The share of a box that has to be as far away as the target was for the target to be there.
-const HERE: f64 = 0.6;
-/// A distance elsewhere counts for at most this much, in metres: where the target was lost, camera and target may have moved.
-const FARTHEST_M: f64 = 1.0;
-
 /// What is known of the target's distance and of how it answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
@@ -65,8 +58,8 @@ pub struct Candidate {
 impl TargetDepth {
     /// The target at `bbox`, to begin with; `None` where there is no depth.
     pub fn new(params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) -> Option<Self> {
-        let surface = Surface::first(depth, bbox, params.half_depth)?;
-        let seen = BoxDepth::of(depth, bbox, surface.mean_m - params.nearer_by);
+        let surface = Surface::first(&params.region, depth, bbox, params.half_depth)?;
+        let seen = BoxDepth::of(&params.region, depth, bbox, surface.mean_m - params.nearer_by);
         Self::try_from(Raw {
             first_px: (bbox.width(), bbox.height()),
             first_m: surface.mean_m,
@@ -93,10 +86,11 @@ impl TargetDepth {
         response: f64,
         hidden: bool,
     ) -> Candidate {
-        let seen = BoxDepth::of(depth, bbox, self.0.surface_m - params.nearer_by);
+        let seen = BoxDepth::of(&params.region, depth, bbox, self.0.surface_m - params.nearer_by);
         let covered = (seen.nearer - self.0.own_nearer).max(0.0);
         let epsilon = if hidden { params.epsilon_again } else { params.epsilon };
-        let here = self.0.mean_m.zip(seen.mean_m).map(|(l, p)| l + (p - l).clamp(-FARTHEST_M, FARTHEST_M));
+        let here =
+            self.0.mean_m.zip(seen.mean_m).map(|(l, p)| l + (p - l).clamp(-params.farthest_m, params.farthest_m));
         let response = penalised(response, epsilon, self.0.mean_m, here) - params.cover_weight * covered;
         let here = self.is_here(params, depth, bbox);
         let threshold = match self.0.usual {
@@ -110,26 +104,26 @@ impl TargetDepth {
 
     /// Whether most of what is in `bbox` is as far away as the target was: then it may be the target that looks different.
     fn is_here(&self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) -> bool {
-        let near = Surface::near(depth, bbox, self.0.surface_m, params.nearer_by);
-        near.is_some_and(|surface| surface.share >= HERE)
+        let near = Surface::near(&params.region, depth, bbox, self.0.surface_m, params.nearer_by);
+        near.is_some_and(|surface| surface.share >= params.here)
     }
 
     /// The target was seen at `bbox`, answering with `response`, and little of it was covered.
     pub fn learn(&mut self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox, response: f64) {
-        if let Some(surface) = Surface::near(depth, bbox, self.0.surface_m, params.half_depth) {
+        if let Some(surface) = Surface::near(&params.region, depth, bbox, self.0.surface_m, params.half_depth) {
             self.0.surface_m = surface.mean_m;
         }
-        let seen = BoxDepth::of(depth, bbox, self.0.surface_m - params.nearer_by);
+        let seen = BoxDepth::of(&params.region, depth, bbox, self.0.surface_m - params.nearer_by);
         self.0.mean_m = seen.mean_m.or(self.0.mean_m);
         let usual = self.0.usual.get_or_insert(response);
-        *usual += USUAL_RATE * (response - *usual);
+        *usual += params.usual_rate * (response - *usual);
     }
 
     /// It was found again, at a distance that has to be found out anew.
     pub fn found_again(&mut self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) {
-        if let Some(surface) = Surface::first(depth, bbox, params.half_depth) {
+        if let Some(surface) = Surface::first(&params.region, depth, bbox, params.half_depth) {
             self.0.surface_m = surface.mean_m;
-            self.0.mean_m = BoxDepth::of(depth, bbox, 0.0).mean_m.or(self.0.mean_m);
+            self.0.mean_m = BoxDepth::of(&params.region, depth, bbox, 0.0).mean_m.or(self.0.mean_m);
         }
     }
 
@@ -148,9 +142,9 @@ impl TargetDepth {
         anywhere: bool,
     ) -> Option<f64> {
         let surface = if anywhere {
-            Surface::first(depth, bbox, params.half_depth)
+            Surface::first(&params.region, depth, bbox, params.half_depth)
         } else {
-            Surface::near(depth, bbox, self.0.surface_m, params.half_depth)
+            Surface::near(&params.region, depth, bbox, self.0.surface_m, params.half_depth)
         };
         surface.map(|s| self.scale_at(s.mean_m))
     }

@@ -13,18 +13,20 @@ pub struct DepthHogFeatures {
     hog: Hog,
     patch: Planes,
     gradients: Planes,
+    nearest_mm: u16,
     fused: bool,
 }
 
 impl DepthHogFeatures {
-    /// Cells of `cell_px` pixels; with `fused`, 31 channels of the picture follow the 31 of depth.
-    pub fn new(cell_px: usize, fused: bool) -> Self {
+    /// Cells of `cell_px` pixels, depths relative to `nearest_mm`; with `fused`, 31 channels of the picture follow the 31 of depth.
+    pub fn new(cell_px: usize, nearest_mm: u16, fused: bool) -> Self {
         Self {
             depth: DepthSampler::default(),
             picture: Sampler::new(),
             hog: Hog::new(HogLayout::Felzenszwalb31, cell_px),
             patch: Planes::default(),
             gradients: Planes::default(),
+            nearest_mm,
             fused,
         }
     }
@@ -53,7 +55,7 @@ impl Features for DepthHogFeatures {
         let first = if self.fused { &mut gradients } else { &mut *out };
         match frame.depth_mm() {
             Some(depth) => {
-                self.depth.inverse(depth, window, &mut self.patch);
+                self.depth.inverse(self.nearest_mm, depth, window, &mut self.patch);
                 self.hog.extract(&self.patch, first);
             }
             None => self.picture_gradients(frame, window, first),
@@ -85,7 +87,7 @@ mod tests {
     fn extract(frame: &Frame, fused: bool) -> Planes {
         let mut out = Planes::default();
         let window = Window::new(Point::new(30.0, 20.0), 1.3, Size::new(24, 16));
-        DepthHogFeatures::new(4, fused).extract(frame, &window, &mut out);
+        DepthHogFeatures::new(4, 400, fused).extract(frame, &window, &mut out);
         assert_eq!((out.size(), out.channels()), (Size::new(6, 4), if fused { 62 } else { 31 }));
         out
     }

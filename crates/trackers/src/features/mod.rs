@@ -59,6 +59,8 @@ pub enum FeatureKind {
     DepthHog {
         /// Whether those of the picture stand beside them.
         fused: bool,
+        /// The distance whose inverse is the greatest value.
+        nearest_mm: u16,
     },
     /// Histograms of oriented gradients of grey, and grey.
     HogGray,
@@ -86,7 +88,9 @@ impl FeatureKind {
             Self::LogGray => FeatureSet::LogGray(LogGrayFeatures::default()),
             Self::Hog => hog(false),
             Self::ColorHog => hog(true),
-            Self::DepthHog { fused } => FeatureSet::Depth(Box::new(DepthHogFeatures::new(cell_px, fused))),
+            Self::DepthHog { fused, nearest_mm } => {
+                FeatureSet::Depth(Box::new(DepthHogFeatures::new(cell_px, nearest_mm, fused)))
+            }
             Self::HogGray => FeatureSet::Appearance(Box::new(AppearanceFeatures::new(cell_px, false))),
             Self::Appearance { names } => FeatureSet::Appearance(Box::new(AppearanceFeatures::new(cell_px, names))),
         }

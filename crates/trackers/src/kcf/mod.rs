@@ -46,6 +46,8 @@ pursuit_tracking::parameters! {
     pub struct KcfParams {
         /// What the filter looks at.
         pub features: KcfFeatures = KcfFeatures::Hog;
+        /// On depth: the distance whose inverse is the greatest value. Nearer than this sensors of this kind do not see.
+        pub nearest_mm: usize = 400, in 1..=65_535, unit "mm", source "ours";
         /// Which kernel compares patches.
         pub kernel: KernelKind = KernelKind::Gaussian;
         /// Bandwidth σ of the Gaussian kernel.
@@ -75,8 +77,8 @@ impl KcfParams {
         let features = match self.features {
             KcfFeatures::Hog => FeatureKind::Hog,
             KcfFeatures::Gray => FeatureKind::Gray,
-            KcfFeatures::DepthHog => FeatureKind::DepthHog { fused: false },
-            KcfFeatures::FusedHog => FeatureKind::DepthHog { fused: true },
+            KcfFeatures::DepthHog => self.depth_features(false),
+            KcfFeatures::FusedHog => self.depth_features(true),
         };
         let kernel = match self.kernel {
             KernelKind::Linear => Kernel::Linear,
@@ -91,6 +93,12 @@ impl KcfParams {
             score: self.score.clone(),
             ..CorrelationSpec::new(features, FilterKind::Kernel { kernel, lambda: self.lambda })
         }
+    }
+}
+
+impl KcfParams {
+    fn depth_features(&self, fused: bool) -> FeatureKind {
+        FeatureKind::DepthHog { fused, nearest_mm: u16::try_from(self.nearest_mm).unwrap_or(u16::MAX) }
     }
 }
 

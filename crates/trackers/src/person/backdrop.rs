@@ -27,6 +27,19 @@ pursuit_tracking::parameters! {
         pub even: f64 = 0.25, in above(0.0).below(1.0), source "ours";
         /// How far the box goes from the appearance's to the outline's.
         pub outline: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// Regions smaller than this share of the expected box are noise.
+        pub speck: f64 = 0.02, in 0.0..=1.0, source "ours";
+        /// So are those of fewer pixels than this.
+        pub speck_px: f64 = 4.0, in 0.0..=1e6, unit "px", source "ours";
+        /// A region belongs to the person when this share of it lies in the expected box.
+        pub inside: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// Every how many pixels, both ways, brightness is compared.
+        pub light_step: usize = 4, in 1..=256, unit "px", source "ours";
+        /// A pixel whose brightness, of all channels together, has changed by more than this factor and `light_offset` shows something
+        /// else, not another light.
+        pub light_factor: f64 = 2.0, in 1.0..=100.0, source "ours";
+        /// See `light_factor`.
+        pub light_offset: f64 = 30.0, in 0.0..=765.0, unit "codes", source "ours";
         /// Least overlap (IoU) of the outline's box with the appearance's for it to be the same person.
         pub agree: f64 = 0.3, in 0.0..=1.0, source "ours";
     }
@@ -113,12 +126,12 @@ impl Backdrop {
 
     /// How much brighter the frame is than the background, outside of `keep`: a ratio of sums over a grid of pixels that did not
     /// change much. 1 where nothing is known.
-    pub fn gain(&self, frame: &Frame, keep: &BBox) -> f64 {
+    pub fn gain(&self, params: &BackdropParams, frame: &Frame, keep: &BBox) -> f64 {
         let window = PixelWindow::of(keep, frame.size());
         let (mut now, mut was) = (1.0, 1.0);
-        for y in (0..self.height).step_by(GRID) {
+        for y in (0..self.height).step_by(params.light_step) {
             let pixels = row(frame, y, self.channels);
-            for x in (0..self.width).step_by(GRID) {
+            for x in (0..self.width).step_by(params.light_step) {
                 let kept =
                     window.is_some_and(|w| (w.x..w.x + w.width).contains(&x) && (w.y..w.y + w.height).contains(&y));
                 if kept || !self.known[y * self.width + x] {
@@ -128,7 +141,8 @@ impl Backdrop {
                 let value: f64 = pixels[own.clone()].iter().map(|v| f64::from(*v)).sum();
                 let mean = &self.mean[y * self.width * self.channels..][own];
                 let mean = mean.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(UNIT);
-                if value < 2.0 * mean + 30.0 && mean < 2.0 * value + 30.0 {
+                let most = |v: f64| params.light_factor * v + params.light_offset;
+                if value < most(mean) && mean < most(value) {
                     now += value;
                     was += mean;
                 }
@@ -157,9 +171,6 @@ impl Backdrop {
         row(frame, y, self.channels)
     }
 }
-
-/// Every how many pixels, both ways, brightness is compared.
-const GRID: usize = 4;
 
 fn learn_part(pixels: &[u8], mean: &mut [u16], known: &mut [bool], channels: usize, rate: i32) {
     for ((pixel, mean), known) in pixels.chunks_exact(channels).zip(mean.chunks_exact_mut(channels)).zip(known) {
@@ -214,10 +225,10 @@ mod tests {
     fn the_light_is_measured_beside_the_target() {
         let here = BBox::from_ltwh(9.0, 7.0, 8.0, 18.0);
         let mut backdrop = Backdrop::new(&frame(1.0, None));
-        assert_eq!(backdrop.gain(&frame(1.0, None), &here), 1.0);
+        assert_eq!(backdrop.gain(&BackdropParams::default(), &frame(1.0, None), &here), 1.0);
         backdrop.learn(&frame(1.0, Some(10)), &here, 0.1);
         let dark = frame(0.6, Some(10));
-        let gain = backdrop.gain(&dark, &here);
+        let gain = backdrop.gain(&BackdropParams::default(), &dark, &here);
         assert!((gain - 0.6).abs() < 0.02, "{gain}");
         assert_eq!(told(&backdrop, &dark, 30, 12, gain), Some(false));
         assert_eq!(told(&backdrop, &dark, 39, 29, 1.0), Some(true));

@@ -41,8 +41,6 @@ struct Outline {
 /// Mask codes: nothing is known there, it stands out.
 const UNKNOWN: u8 = 128;
 const OUT: u8 = 255;
-/// Regions smaller than this share of the expected box are noise.
-const SPECK: f64 = 0.02;
 
 impl PersonLocalizer {
     /// Starts on the person at `bbox`.
@@ -67,7 +65,7 @@ impl PersonLocalizer {
         let around = about(expected, params.reach);
         let window = PixelWindow::of(&around, frame.size())?;
         let inner = PixelWindow::of(expected, frame.size())?;
-        let gain = (self.backdrop.gain(frame, &around) * 256.0).round().clamp(1.0, 4096.0) as i32;
+        let gain = (self.backdrop.gain(params, frame, &around) * 256.0).round().clamp(1.0, 4096.0) as i32;
         let threshold = params.threshold as i32;
         let mask = match &mut self.scratch.mask {
             Some(mask) => mask,
@@ -100,12 +98,13 @@ impl PersonLocalizer {
     /// The rectangle about the regions of the mask that belong to `expected`: those that lie in it by half.
     fn rectangle(&mut self, expected: &BBox, window: &PixelWindow) -> Option<BBox> {
         let Scratch { mask, finder, .. } = &mut self.scratch;
-        let least = (SPECK * expected.area()).max(4.0) as usize;
+        let params = &self.params;
+        let least = (params.speck * expected.area()).max(params.speck_px) as usize;
         let boxes = finder.find(mask.as_ref()?.view(), least).iter().map(|r| {
             let b = r.bounds.to_bbox();
             b.translated(window.x as f64, window.y as f64)
         });
-        boxes.filter(|b| b.fraction_inside(expected) >= 0.5).reduce(|a, b| a.union(&b))
+        boxes.filter(|b| b.fraction_inside(expected) >= params.inside).reduce(|a, b| a.union(&b))
     }
 
     /// The box of the appearance's centre and area, and of the expected shape: correlation knows the first shape only.

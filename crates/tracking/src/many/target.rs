@@ -154,8 +154,6 @@ impl Target {
         }
         belief.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
-        let mut diagnostics = Diagnostics::default();
-        belief.motion.say(&mut diagnostics);
         Ok(Estimate {
             time_s: frame.time_s(),
             bbox: if lost { belief.last_believed } else { belief.motion.bbox() },
@@ -165,7 +163,8 @@ impl Target {
             measurement: found.map(|m| m.bbox),
             covariance: belief.motion.covariance(),
             velocity: belief.motion.velocity().filter(|_| !lost),
-            diagnostics,
+            next: belief.motion.next_sample(),
+            diagnostics: Diagnostics::default(),
         })
     }
 

@@ -17,10 +17,10 @@ pub use center::CenterFilter;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 pub use params::{BounceParams, HalfIntervalReading, MotionModel, MotionParams, SamplingParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
-pub use sampled::{NextSample, SampledBox};
+pub use sampled::SampledBox;
 
 use crate::roles::{Measurement, Prior};
-use crate::{BoxCovariance, Diagnostics, Forecast, Velocity};
+use crate::{BoxCovariance, Forecast, NextSample, Velocity};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::motion::StepBox;
 use pursuit_estimation::{EstimationError, Result};
@@ -164,19 +164,9 @@ impl Motion {
     /// Where the target will be at the next sample, of models that sample.
     pub fn next_sample(&self) -> Option<NextSample> {
         let Model::Sampled(filter) = &self.model else { return None };
-        let next = filter.next_sample()?;
+        let next = filter.next_sample();
         let (dx, dy) = self.offset;
-        Some(NextSample { center: Point::new(next.center.x + dx, next.center.y + dy), ..next })
-    }
-
-    /// Adds the prediction of the next sample to the figures of a frame, of models that sample.
-    pub(crate) fn say(&self, diagnostics: &mut Diagnostics) {
-        let Model::Sampled(filter) = &self.model else { return };
-        if let Some(next) = self.next_sample() {
-            diagnostics.push("next_x", next.center.x);
-            diagnostics.push("next_y", next.center.y);
-        }
-        diagnostics.push("next_in_s", filter.next_in_s());
+        Some(NextSample { center: next.center.map(|at| Point::new(at.x + dx, at.y + dy)), ..next })
     }
 
     fn filter(&self) -> &dyn MotionFilter {

@@ -3,21 +3,12 @@
 use super::params::SamplingParams;
 use super::{MotionFilter, SMALLEST_SIDE_PX, Sight};
 use crate::roles::Prior;
-use crate::{BoxCovariance, Velocity};
+use crate::{BoxCovariance, NextSample, Velocity};
 use nalgebra::SVector;
 use pursuit_estimation::qu2010::{Extrapolator, Points, Qu2010Params};
 use pursuit_estimation::{EstimationError, Gaussian, MotionModel as _, Result};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
-
-/// Where the target will be when the next sample is due.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NextSample {
-    /// Seconds from now.
-    pub in_s: f64,
-    /// The centre predicted.
-    pub center: Point,
-}
 
 /// A frame this much early, as a share of the sampling interval, is still a sample: clocks round.
 const EARLY: f64 = 1e-3;
@@ -101,22 +92,17 @@ impl SampledBox {
         })
     }
 
-    /// Where the target will be when the next sample is due; `None` while too few were taken.
-    pub fn next_sample(&self) -> Option<NextSample> {
+    /// Where the target will be when the next sample is due, and when that is.
+    pub fn next_sample(&self) -> NextSample {
         let center = if self.simplified {
             let sampled_s = self.time_s - self.since_sample_s;
-            self.points.predict(sampled_s + self.unit_s)?
+            self.points.predict(sampled_s + self.unit_s)
         } else {
-            let step = self.constants().motion().over(1.0).ok()?;
-            let ahead = step.matrix() * self.belief.mean();
-            SVector::from([ahead[0], ahead[1]])
+            let step = self.constants().motion().over(1.0).ok();
+            step.map(|step| (step.matrix() * self.belief.mean()).fixed_rows::<2>(0).into_owned())
         };
-        Some(NextSample { in_s: self.next_in_s(), center: Point::new(center[0], center[1]) })
-    }
-
-    /// Seconds until the next sample is due.
-    pub fn next_in_s(&self) -> f64 {
-        (self.unit_s - self.since_sample_s).max(0.0)
+        let center = center.map(|at| Point::new(at[0], at[1]));
+        NextSample { in_s: (self.unit_s - self.since_sample_s).max(0.0), center }
     }
 
     const fn constants(&self) -> Qu2010Params {
@@ -254,15 +240,18 @@ mod tests {
             ([[261.0, 142.0], [277.0, 141.0], [292.0, 140.0], [307.0, 140.0]], [[293.0, 140.0], [307.0, 139.0]]),
         ] {
             let mut filter = SampledBox::new(SamplingParams::default(), true, at(path[0][0], path[0][1])).unwrap();
-            assert_eq!(filter.next_sample(), None);
+            assert_eq!(filter.next_sample(), NextSample { in_s: 0.2, center: None });
             let mut said = Vec::new();
             for [x, y] in &path[1..] {
                 go(&mut filter, 0.2, *x, *y);
-                said.push(filter.next_sample().unwrap());
+                said.push(filter.next_sample());
             }
             for (said, printed) in said.iter().zip(printed) {
                 assert!((said.in_s - 0.2).abs() < 1e-12);
-                assert!(said.center.distance(Point::new(printed[0], printed[1])) < 1e-9, "{said:?} {printed:?}");
+                assert!(
+                    said.center.unwrap().distance(Point::new(printed[0], printed[1])) < 1e-9,
+                    "{said:?} {printed:?}"
+                );
             }
         }
     }
@@ -284,9 +273,9 @@ mod tests {
                 belief.predict(&step).unwrap();
                 belief.update(&constants.measurement().unwrap(), &SVector::from([x, y])).unwrap();
             }
-            let next = filter.next_sample().unwrap();
+            let next = filter.next_sample();
             let ahead = step.matrix() * belief.mean();
-            assert!(next.center.distance(Point::new(ahead[0], ahead[1])) < 1e-9, "{k}");
+            assert!(next.center.unwrap().distance(Point::new(ahead[0], ahead[1])) < 1e-9, "{k}");
             assert!((next.in_s - 0.04 * f64::from(5 - k % 5)).abs() < 1e-9, "{k} {next:?}");
         }
         // The velocity, per second; nothing accelerates.
@@ -306,8 +295,8 @@ mod tests {
             for k in 1..=25 {
                 go(&mut filter, 0.04, 3.0 * f64::from(k), 0.0);
             }
-            let next = filter.next_sample().unwrap();
-            assert!((next.in_s - 0.04).abs() < 1e-12 && (next.center.x - 78.0).abs() < 0.3, "{next:?}");
+            let next = filter.next_sample();
+            assert!((next.in_s - 0.04).abs() < 1e-12 && (next.center.unwrap().x - 78.0).abs() < 0.3, "{next:?}");
             assert!((filter.velocity().unwrap().x - 75.0).abs() < 4.0);
         }
     }

@@ -1,6 +1,5 @@
 use crate::args::{Global, PtzFollow};
-use crate::commands::{print, track};
-use crate::console;
+use crate::commands::track;
 use pursuit::media::OpenOptions;
 use pursuit::sinks::Sink;
 use pursuit::{Frame, Record, Run, RunError};
@@ -28,22 +27,13 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let head = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;
     let run =
         run.with_sink(Box::new(HeadSink { pilot: Pilot::new(follower, head), live, clock: None, complaint: None }));
-    let bar = console::progress_bar(run.frame_count(), global);
-    let remote = run.remote();
-    console::on_interrupt(move || remote.stop());
-    let finished = run.run(|progress| {
-        bar.set_position(progress.frames);
-        if let Some(estimate) = progress.records.first().and_then(|r| r.estimate.as_ref()) {
-            bar.set_message(estimate.state.as_str());
-        }
-    })?;
-    bar.finish_and_clear();
-    let text = if args.track.json { track::json(&finished)? } else { track::summary(&finished, false)? };
-    let code = print(text.as_bytes())?;
-    match finished.outcome.failure {
-        Some(error) => Err(error.into()),
-        None => Ok(code),
-    }
+    track::carry_out(
+        run,
+        global,
+        |finished| {
+            if args.track.json { track::json(finished) } else { track::summary(finished, false) }
+        },
+    )
 }
 
 /// Where the results of a run become commands to a head.

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod follow;
+mod outlook;
 mod probe;
 mod simulate;
 

@@ -1,14 +1,25 @@
+use super::outlook::Outlook;
 use crate::args::PtzSimulate;
 use crate::commands::print;
-use pursuit_ptz::simulation::{Contender, Figures, Study, Walk};
+use pursuit::trackers::registry;
+use pursuit_ptz::simulation::{Contender, Figures, Study, TrackingEye, Walk};
+use std::cell::Cell;
 use std::fmt::Write;
+use std::ops::Range;
 use std::process::ExitCode;
 
 /// The figures of one controller on one walk.
 struct Row {
-    walk: Walk,
+    walk: String,
     contender: Contender,
     figures: Figures,
+}
+
+impl Row {
+    /// The most overshoot and wandering, which mean something before a target that stands.
+    fn standing(&self) -> Option<(f64, f64)> {
+        (self.walk == Walk::Standing.name()).then_some((self.figures.overshoot, self.figures.wandering_deg))
+    }
 }
 
 /// `pursuit ptz simulate`.
@@ -17,49 +28,100 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
         None => Study::default(),
         Some(path) => super::read(path, "is no simulation of a head")?,
     };
+    let outlook = match (&args.scene, &args.clip) {
+        (Some(query), _) => Some(Outlook::scene(query)?),
+        (_, Some(input)) => Some(Outlook::clip(input, args.clip_view)?),
+        _ => None,
+    };
+    // Pictures take their time.
+    let seeds = args.seeds.unwrap_or(if outlook.is_some() { 1 } else { 20 });
+    let seeds = args.first_seed..args.first_seed + seeds;
     let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
+    let contenders = || Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name()));
     let mut rows = Vec::new();
-    for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
-        for contender in Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name())) {
-            let figures = Figures::mean(&study.run(walk, contender, args.seeds)?);
-            rows.push(Row { walk, contender, figures });
+    if let Some(outlook) = &outlook {
+        for contender in contenders() {
+            let runs = seeds.clone().map(|seed| look(&study, outlook, contender, seed, &args.tracker));
+            let figures = Figures::mean(&runs.collect::<anyhow::Result<Vec<_>>>()?);
+            rows.push(Row { walk: outlook.name().to_owned(), contender, figures });
+        }
+    } else {
+        for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
+            for contender in contenders() {
+                let figures = Figures::mean(&study.run(walk, contender, seeds.clone())?);
+                rows.push(Row { walk: walk.name().to_owned(), contender, figures });
+            }
         }
     }
-    let text = if args.json { json(&rows, args.seeds)? } else { table(&rows, args.seeds)? };
+    let text = if args.json { json(&rows, &seeds)? } else { table(&rows, &seeds)? };
     print(text.as_bytes())
 }
 
-fn table(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+/// A tracker looks at what the camera crops from a scene or a clip, beginning on the target.
+fn look(study: &Study, outlook: &Outlook, contender: Contender, seed: u64, tracker: &str) -> anyhow::Result<Figures> {
+    let study = Study { duration_s: study.duration_s.min(outlook.duration_s()), ..study.clone() };
+    let recipe = registry::tracker(tracker)?.default_recipe();
+    let mut eye = TrackingEye::new(outlook.world()?, &*recipe);
+    let Some(first) = outlook.target(0.0) else { anyhow::bail!("the target is not there at the beginning") };
+    // Who has left is where he was seen last.
+    let last = Cell::new(first);
+    let target = |time_s: f64| {
+        last.set(outlook.target(time_s).unwrap_or(last.get()));
+        last.get()
+    };
+    let samples = study.follow(contender, seed, first.0, &target, &mut eye)?;
+    Ok(Figures::of(&samples, study.judged_from_s))
+}
+
+fn table(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
+    let wide = rows.iter().map(|row| row.walk.len()).max().unwrap_or(0).max(10);
     let mut text = format!(
-        "Means over {seeds} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
-         {:<10} {:<13} {:>9} {:>8} {:>9} {:>16}\n",
-        "walk", "controller", "central", "rms", "shown", "longest absence"
+        "Means over {} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
+         {:<wide$} {:<13} {:>9} {:>8} {:>9} {:>16} {:>10} {:>9}\n",
+        seeds.end - seeds.start,
+        "walk",
+        "controller",
+        "central",
+        "rms",
+        "shown",
+        "longest absence",
+        "overshoot",
+        "wanders"
     );
-    for Row { walk, contender, figures } in rows {
+    for row in rows {
+        let Row { walk, contender, figures } = row;
         let (central, shown) = (100.0 * figures.central, 100.0 * figures.shown);
-        let (walk, name, absence) = (walk.name(), contender.name(), figures.longest_absence_s);
-        writeln!(
+        let (name, absence) = (contender.name(), figures.longest_absence_s);
+        write!(
             text,
-            "{walk:<10} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s",
+            "{walk:<wide$} {name:<13} {central:>7.1} % {:>7.2}° {shown:>7.1} % {absence:>14.2} s",
             figures.rms_deg
         )?;
+        match row.standing() {
+            Some((overshoot, wanders)) => writeln!(text, " {:>8.1} % {wanders:>8.2}°", 100.0 * overshoot)?,
+            None => writeln!(text, " {:>10} {:>9}", "–", "–")?,
+        }
     }
     Ok(text)
 }
 
-fn json(rows: &[Row], seeds: u64) -> anyhow::Result<String> {
+fn json(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
     let rows: Vec<serde_json::Value> = rows
         .iter()
         .map(|row| {
             serde_json::json!({
-                "walk": row.walk.name(),
+                "walk": row.walk,
                 "controller": row.contender.name(),
                 "central": row.figures.central,
                 "rms_deg": row.figures.rms_deg,
                 "shown": row.figures.shown,
                 "longest_absence_s": row.figures.longest_absence_s,
+                "overshoot": row.standing().map(|s| s.0),
+                "wandering_deg": row.standing().map(|s| s.1),
             })
         })
         .collect();
-    Ok(serde_json::to_string_pretty(&serde_json::json!({ "seeds": seeds, "runs": rows }))? + "\n")
+    Ok(serde_json::to_string_pretty(
+        &serde_json::json!({ "seeds": seeds.end - seeds.start, "first_seed": seeds.start, "runs": rows }),
+    )? + "\n")
 }

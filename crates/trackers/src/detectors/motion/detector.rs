@@ -86,15 +86,8 @@ impl Detector for MotionDetector {
 fn detection(found: &Found, least_area_px: f64, followed: &[Followed], params: &MotionDetectorParams) -> Detection {
     let bbox = found.features.bounds;
     let size = 1.0 - 0.5 * (least_area_px / found.features.area_px).min(1.0);
-    let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= KNOWN);
-    let part = followed.iter().any(|f| bbox.fraction_inside(&f.bbox) > PART);
+    let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= params.start.known);
+    let part = followed.iter().any(|f| bbox.fraction_inside(&f.bbox) > params.start.part);
     let moves = known || (found.stirred >= params.stirred && !part);
-    Detection { bbox, confidence: if moves { size } else { STILL * size } }
+    Detection { bbox, confidence: if moves { size } else { params.start.still * size } }
 }
-
-/// Overlap (IoU) with a target from which on a region is that target.
-const KNOWN: f64 = 0.3;
-/// A region of which more than this share lies within a target's box is a part of it, or its shadow.
-const PART: f64 = 0.6;
-/// What the confidence in something new that does not move is worth.
-const STILL: f64 = 0.49;

@@ -1,15 +1,9 @@
 //! Several people in one region: each pixel belongs to the target whose expected place is nearest.
 
+use super::params::GroupingParams;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
 use pursuit_vision::PixelWindow;
-
-/// A target of whose expected box this share lies in a region has a part in it.
-const SHARE: f64 = 0.5;
-/// Pixels farther from the expected centre than this, in widths and heights, are nobody's.
-const REACH: f64 = 0.7;
-/// A part of less than this share of the expected box's area is no sight of the target.
-const LEAST: f64 = 0.25;
 
 /// Who has a part in a region.
 #[derive(Debug, Clone, Copy)]
@@ -22,30 +16,36 @@ pub(super) struct Part {
 
 impl Part {
     /// The rectangle about its pixels, where they are enough.
-    pub fn bbox(&self) -> Option<BBox> {
+    pub fn bbox(&self, params: &GroupingParams) -> Option<BBox> {
         let [left, top, right, bottom] = self.extent.map(|v| v as f64);
-        let enough = self.count as f64 >= LEAST * self.expected.area();
+        let enough = self.count as f64 >= params.least_part * self.expected.area();
         enough.then(|| BBox::from_ltrb(left, top, right, bottom))
     }
 
     /// Squared distance of a point from the expected centre, in half reaches; `None` out of reach.
-    fn distance2(&self, at: Point) -> Option<f64> {
+    fn distance2(&self, at: Point, reach: f64) -> Option<f64> {
         let center = self.expected.center();
         let (x, y) = ((at.x - center.x) / self.expected.width(), (at.y - center.y) / self.expected.height());
-        (x.abs() <= REACH && y.abs() <= REACH).then_some(x * x + y * y)
+        (x.abs() <= reach && y.abs() <= reach).then_some(x * x + y * y)
     }
 }
 
 /// Divides the pixels of `mask` inside `bounds` among the targets expected there; `parts` is empty when fewer than two are.
-pub(super) fn divide(bounds: &BBox, mask: &Image<u8>, expected: &[BBox], parts: &mut Vec<Part>) {
+pub(super) fn divide(
+    params: &GroupingParams,
+    bounds: &BBox,
+    mask: &Image<u8>,
+    expected: &[BBox],
+    parts: &mut Vec<Part>,
+) {
     parts.clear();
-    let involved = expected.iter().filter(|b| b.fraction_inside(bounds) >= SHARE);
+    let involved = expected.iter().filter(|b| b.fraction_inside(bounds) >= params.share);
     parts.extend(involved.map(|b| Part { expected: *b, extent: [usize::MAX, usize::MAX, 0, 0], count: 0 }));
     let Some(window) = PixelWindow::of(bounds, mask.size()).filter(|_| parts.len() > 1) else { return parts.clear() };
     for y in window.y..window.y + window.height {
         for x in (window.x..window.x + window.width).filter(|x| mask.row(y)[*x] != 0) {
             let at = Point::new(x as f64 + 0.5, y as f64 + 0.5);
-            let near = parts.iter_mut().filter_map(|p| p.distance2(at).map(|d| (d, p)));
+            let near = parts.iter_mut().filter_map(|p| p.distance2(at, params.reach).map(|d| (d, p)));
             if let Some((_, part)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
                 let [left, top, right, bottom] = part.extent;
                 part.extent = [left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)];
@@ -61,6 +61,7 @@ mod tests {
 
     #[test]
     fn two_who_touch_are_told_apart_by_where_they_were_expected() {
+        let params = GroupingParams::default();
         let mask = Image::from_fn(80, 60, |x, y| {
             u8::from((10..25).contains(&x) && (5..50).contains(&y) || (25..42).contains(&x) && (9..53).contains(&y))
                 * 255
@@ -70,21 +71,21 @@ mod tests {
         let (left, right) = (BBox::from_ltrb(9.0, 5.0, 24.0, 50.0), BBox::from_ltrb(26.0, 9.0, 41.0, 54.0));
         let far = BBox::from_ltrb(60.0, 5.0, 75.0, 50.0);
         let mut parts = Vec::new();
-        divide(&bounds, &mask, &[left, far, right], &mut parts);
-        let boxes: Vec<_> = parts.iter().map(|p| p.bbox().unwrap()).collect();
+        divide(&params, &bounds, &mask, &[left, far, right], &mut parts);
+        let boxes: Vec<_> = parts.iter().map(|p| p.bbox(&params).unwrap()).collect();
         // One stands lower than the other: the border between them leans by a pixel.
         assert_eq!(boxes, [BBox::from_ltrb(10.0, 5.0, 26.0, 50.0), BBox::from_ltrb(24.0, 9.0, 42.0, 53.0)]);
         // One alone has the region for itself, and who is hardly in it has no part.
-        divide(&bounds, &mask, &[left, far], &mut parts);
+        divide(&params, &bounds, &mask, &[left, far], &mut parts);
         assert!(parts.is_empty());
-        divide(&bounds, &mask, &[left, BBox::from_ltrb(36.0, 9.0, 51.0, 50.0)], &mut parts);
+        divide(&params, &bounds, &mask, &[left, BBox::from_ltrb(36.0, 9.0, 51.0, 50.0)], &mut parts);
         assert!(parts.is_empty());
         // Someone hidden behind the other is not seen.
         let hidden = BBox::from_ltrb(14.0, 20.0, 24.0, 60.0);
-        divide(&bounds, &mask, &[left, right, hidden.translated(0.0, -20.0)], &mut parts);
+        divide(&params, &bounds, &mask, &[left, right, hidden.translated(0.0, -20.0)], &mut parts);
         assert_eq!(parts.len(), 3);
         let nobody = Image::filled(80, 60, 0u8).unwrap();
-        divide(&bounds, &nobody, &[left, right], &mut parts);
-        assert!(parts.iter().all(|p| p.bbox().is_none()));
+        divide(&params, &bounds, &nobody, &[left, right], &mut parts);
+        assert!(parts.iter().all(|p| p.bbox(&params).is_none()));
     }
 }

@@ -11,7 +11,9 @@ mod groups;
 mod params;
 mod scene;
 
-pub use params::{BackgroundKind, LightParams, MatchingParams, MotionDetectorParams};
+pub use params::{
+    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, StartParams,
+};
 
 use pursuit_tracking::motion::MotionParams;
 

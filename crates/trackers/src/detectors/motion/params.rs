@@ -39,17 +39,63 @@ pursuit_tracking::parameters! {
         pub closing: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
         /// Regions above one another that are no farther apart are one thing.
         pub join: f64 = 0.06, in 0.0..=1.0, unit "of the height of both together", source "ours";
-        /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
-        pub ghost: f64 = 1.6, in above(1.0), source "ours";
+        /// Regions are above one another when they share this much of the narrower one's width.
+        pub above: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// A thing's parts may be this many times smaller than the least area.
+        pub parts: f64 = 4.0, in 1.0..=1000.0, source "ours";
+        /// Of `median`: samples of the past, spread over `history_s`.
+        pub samples: usize = 25, in 1..=255, source "ours";
         /// What nobody follows starts a target only when this share of its pixels has changed, by `threshold`, since the frame
         /// before: it moves.
         pub stirred: f64 = 0.05, in 0.0..=1.0, source "ours";
         /// The background is trusted, and what moves is told, after so many frames.
         pub settled_frames: usize = 5, in 1..=10_000, unit "frames", source "ours";
+        /// Ghosts: background that a thing uncovers.
+        pub ghost: GhostParams = GhostParams::default();
+        /// Several targets in one region.
+        pub grouping: GroupingParams = GroupingParams::default();
+        /// What starts a target.
+        pub start: StartParams = StartParams::default();
         /// Steps of the light.
         pub light: LightParams = LightParams::default();
         /// The matching rule.
         pub rule: MatchingParams = MatchingParams::default();
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// How the background that a thing uncovers is told from a thing.
+    pub struct GhostParams {
+        /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
+        pub ratio: f64 = 1.6, in above(1.0), source "ours";
+        /// Edges weaker than this, summed over the channels, are noise in both.
+        pub noise: f64 = 6.0, in above(0.0), unit "codes", source "ours";
+        /// Edges are looked for between pixels so far to either side: a mask is seldom exact to the pixel.
+        pub reach_px: usize = 2, in 1..=64, unit "px", source "ours";
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// How a region in which several targets are expected is divided among them.
+    pub struct GroupingParams {
+        /// A target of whose expected box this share lies in a region has a part in it.
+        pub share: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// Pixels farther from the expected centre than this are nobody's.
+        pub reach: f64 = 0.7, in above(0.0), unit "widths and heights", source "ours";
+        /// A part of less than this share of the expected box's area is no sight of the target.
+        pub least_part: f64 = 0.25, in 0.0..=1.0, source "ours";
+    }
+}
+
+pursuit_tracking::parameters! {
+    /// What may start a target.
+    pub struct StartParams {
+        /// Overlap (IoU) with a target from which on a region is that target.
+        pub known: f64 = 0.3, in 0.0..=1.0, source "ours";
+        /// A region of which more than this share lies within a target's box is a part of it, or its shadow.
+        pub part: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// What the confidence in something new that does not move is worth.
+        pub still: f64 = 0.49, in 0.0..=1.0, source "ours";
     }
 }
 
@@ -135,14 +181,12 @@ impl MotionDetectorParams {
 
     /// A sample at each call of the model that learns: how often that is, [`sample_s`](Self::sample_s) says.
     pub(super) fn median(&self) -> TemporalMedianParams {
-        TemporalMedianParams { samples: Self::SAMPLES, every: 1, threshold: self.codes() }
+        TemporalMedianParams { samples: self.samples, every: 1, threshold: self.codes() }
     }
-
-    const SAMPLES: usize = 25;
 
     /// Time between samples of the median.
     pub(super) fn sample_s(&self) -> f64 {
-        self.history_s / Self::SAMPLES as f64
+        self.history_s / self.samples as f64
     }
 
     pub(super) fn codes(&self) -> u8 {

@@ -2,7 +2,7 @@
 
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
-use super::params::{BackgroundKind, MotionDetectorParams};
+use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
 use pursuit_vision::background::{
@@ -158,21 +158,23 @@ impl<P: Channels> Scene<P> {
     /// Keeps what the matching rule admits, and learns ghosts.
     fn judge(&mut self, frame: ImageView<'_, P>, params: &MotionDetectorParams) -> Result<(), VisionError> {
         let ranges = params.rule.ranges(frame.size());
-        let least = *ranges.area_px.start() / PARTS;
+        let least = *ranges.area_px.start() / params.parts;
         let known = self.model.model().background(&mut self.background)?;
         let tells_ghosts = known && params.background != BackgroundKind::ThreeFrame;
         self.ghosts.clear();
         for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
-            if tells_ghosts && ghostliness(&self.outline, frame, self.background.view()) > params.ghost {
+            if tells_ghosts
+                && ghostliness(&params.ghost, &self.outline, frame, self.background.view()) > params.ghost.ratio
+            {
                 self.ghosts.push(features.bounds);
             } else {
                 let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
                 self.found.push(Found { features, stirred, part: false });
             }
         }
-        join(&mut self.found, params.join);
-        self.divide();
+        join(&mut self.found, params);
+        self.divide(&params.grouping);
         self.found.retain(|f| f.part || ranges.admit(&f.features));
         if !self.ghosts.is_empty() {
             // Everything but the ghosts is kept.
@@ -186,11 +188,11 @@ impl<P: Channels> Scene<P> {
 
 impl<P: Channels> Scene<P> {
     /// Puts parts in the place of regions in which several targets are expected.
-    fn divide(&mut self) {
+    fn divide(&mut self, params: &GroupingParams) {
         for i in 0..self.found.len() {
             let whole = self.found[i];
-            divide(&whole.features.bounds, &self.mask, &self.boxes, &mut self.parts);
-            let mut seen = self.parts.iter().filter_map(Part::bbox).map(|bbox| {
+            divide(params, &whole.features.bounds, &self.mask, &self.boxes, &mut self.parts);
+            let mut seen = self.parts.iter().filter_map(|part| part.bbox(params)).map(|bbox| {
                 let features = RegionFeatures { bounds: bbox, centroid: bbox.center(), ..whole.features };
                 Found { features, part: true, ..whole }
             });
@@ -202,17 +204,11 @@ impl<P: Channels> Scene<P> {
     }
 }
 
-/// A thing's parts may be this many times smaller than the thing.
-const PARTS: f64 = 4.0;
-/// Parts are above one another when they share this much of the narrower one's width.
-const ABOVE: f64 = 0.5;
-
-/// Joins regions above one another that are no farther apart than a share `gap` of the height of both together: a belt, or a wall of the colour of a coat, cuts a
-/// person in two.
-fn join(parts: &mut Vec<Found>, gap: f64) {
+/// Joins regions above one another that are near: a belt, or a wall of the colour of a coat, cuts a person in two.
+fn join(parts: &mut Vec<Found>, params: &MotionDetectorParams) {
     let mut i = 0;
     while i < parts.len() {
-        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, gap)) {
+        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, params)) {
             Some(j) => {
                 let other = parts.swap_remove(j);
                 parts[i] = parts[i].with(&other);
@@ -224,10 +220,10 @@ fn join(parts: &mut Vec<Found>, gap: f64) {
     }
 }
 
-fn belong(a: &BBox, b: &BBox, gap: f64) -> bool {
+fn belong(a: &BBox, b: &BBox, params: &MotionDetectorParams) -> bool {
     let shared = a.right().min(b.right()) - a.left().max(b.left());
     let apart = a.top().max(b.top()) - a.bottom().min(b.bottom());
-    apart <= gap * a.union(b).height() && shared >= ABOVE * a.width().min(b.width())
+    apart <= params.join * a.union(b).height() && shared >= params.above * a.width().min(b.width())
 }
 
 impl Found {
@@ -300,7 +296,7 @@ mod tests {
             part(15.0, 20.0, 10.0, 10.0),
             part(12.0, 34.0, 20.0, 22.0),
         ];
-        join(&mut parts, 0.1);
+        join(&mut parts, &MotionDetectorParams { join: 0.1, ..MotionDetectorParams::default() });
         assert_eq!(parts.len(), 2);
         let whole = parts[0].features;
         assert!((parts[0].stirred - (0.1 * 800.0 + 0.15 * 100.0 + 0.12 * 440.0) / 1340.0).abs() < 1e-12);
@@ -318,7 +314,7 @@ mod tests {
             (part(20.5, 102.0, 20.0, 36.0), 2),
         ] {
             let mut parts = vec![part(10.0, 60.0, 20.0, 40.0), other];
-            join(&mut parts, 0.05);
+            join(&mut parts, &MotionDetectorParams { join: 0.05, ..MotionDetectorParams::default() });
             assert_eq!(parts.len(), together, "{other:?}");
         }
     }

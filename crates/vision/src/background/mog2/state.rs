@@ -1,28 +1,49 @@
 //! What is known of every pixel, and what a row of a frame does to it.
 
-use super::kernels::{split_channels, update_color, update_gray};
-use crate::background::mixture::{Mixture, Mode, Rule};
+use super::kernels::{STRETCH, split_channels, update_several, update_single};
+use crate::background::mixture::{MOST, Mixture, Mode, Rule};
 use crate::background::{BACKGROUND, FOREGROUND, SHADOW};
 use pursuit_geometry::Size;
-use std::ops::Range;
 
-/// Planes of values a pixel: the first Gaussians, and apart from them the others.
+/// Planes of values a pixel: the weights of all Gaussians, the heaviest ones, and apart from them the others.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub size: Size,
     channels: usize,
     counts: Vec<u8>,
-    weights: Vec<f32>,
+    /// A plane for the heaviest Gaussians, one for the next, and so on.
+    weights: Vec<Vec<f32>>,
     variances: Vec<f32>,
     pub means: Vec<Vec<f32>>,
-    /// `others` Gaussians a pixel.
-    rest: Vec<Mode>,
+    /// The other Gaussians, `others` a pixel.
+    rest: Vec<Shape>,
     others: usize,
     /// One row of the frame, channel by channel.
     line: Vec<f32>,
     /// Which pixels of a row the vectors could not do.
     left_over: Vec<u8>,
+    /// The pixel at work.
+    mixture: Mixture,
 }
+
+/// A Gaussian without its weight.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shape {
+    variance: f32,
+    mean: [f32; 3],
+}
+
+/// The planes of a stretch of a row, but for the weights.
+pub(super) struct Row<'a, const C: usize> {
+    pub counts: &'a mut [u8],
+    pub variances: &'a mut [f32],
+    pub means: [&'a mut [f32]; C],
+}
+
+/// Pixels that are passed over together where the vectors did them all.
+const GLANCE: usize = 16;
+/// Nothing is held.
+const FREE: [u8; STRETCH] = [0; STRETCH];
 
 impl State {
     pub fn new(size: Size, channels: usize, most_modes: usize) -> Self {
@@ -31,13 +52,14 @@ impl State {
             size,
             channels,
             counts: vec![0; n],
-            weights: vec![0.0; n],
+            weights: vec![vec![0.0; n]; most_modes],
             variances: vec![0.0; n],
             means: vec![vec![0.0; n]; channels],
-            rest: vec![Mode::default(); n * others],
+            rest: vec![Shape::default(); n * others],
             others,
             line: vec![0.0; channels * size.width],
             left_over: vec![0; size.width],
+            mixture: Mixture::default(),
         }
     }
 
@@ -50,121 +72,104 @@ impl State {
         mask: &mut [u8],
     ) {
         let width = self.size.width;
-        let at = y * width;
         split_channels::<C>(row, &mut self.line);
-        // What lies between protected pixels is done one by one, too.
-        let span = protect.and_then(|p| Some(p.iter().position(|&v| v != 0)?..p.iter().rposition(|&v| v != 0)? + 1));
-        let span = span.unwrap_or(width..width);
-        self.left_over[span.clone()].fill(1);
-        for part in [0..span.start, span.end..width] {
-            self.update_only(at, part, rule);
+        if rule.background_ratio > 0.0 {
+            self.update_alike::<C>(y * width, rule, protect);
+        } else {
+            // Nothing is background, whatever it fits.
+            self.left_over.fill(1);
         }
         mask.fill(BACKGROUND);
-        for x in 0..width {
-            if self.left_over[x] == 0 {
+        for from in (0..width).step_by(GLANCE) {
+            let part = from..width.min(from + GLANCE);
+            if self.left_over[part.clone()].iter().all(|v| *v == 0) {
                 continue;
             }
-            let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
-            let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
-            mask[x] = self.judge::<C>(at + x, &value, rule, learn);
-        }
-    }
-
-    /// Updates those pixels of a part of the row from pixel `row` on whose only Gaussian the value fits, and marks all
-    /// others of them in `left_over`.
-    ///
-    /// The weight of an only Gaussian is 1: before it is divided by itself it is (1 − α) − αc_T + α.
-    fn update_only(&mut self, row: usize, part: Range<usize>, rule: &Rule) {
-        let near = rule.match_distance.min(rule.background_distance);
-        let limits = (near, rule.rate / (1.0 - rule.prune), rule.least_variance, rule.most_variance);
-        let (from, to) = (row + part.start, row + part.end);
-        let (counts, variances) = (&self.counts[from..to], &mut self.variances[from..to]);
-        let left_over = &mut self.left_over[part.clone()];
-        let channel = |c: usize| &self.line[c * self.size.width..][part.clone()];
-        match self.means.as_mut_slice() {
-            [gray] => update_gray(channel(0), counts, variances, &mut gray[from..to], limits, left_over),
-            [r, g, b] => {
-                let means = [&mut r[from..to], &mut g[from..to], &mut b[from..to]];
-                update_color([0, 1, 2].map(channel), counts, variances, means, limits, left_over);
+            for x in part {
+                if self.left_over[x] == 0 {
+                    continue;
+                }
+                let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
+                let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
+                mask[x] = self.judge::<C>(y * width + x, &value, rule, learn);
             }
-            _ => left_over.fill(1),
         }
     }
 
-    /// As [`Mixture::update`] where the heaviest Gaussian fits both ways, in place; `false`, and nothing changed, elsewhere.
-    fn update_first(&mut self, pixel: usize, value: &[f32; 3], rule: &Rule) -> bool {
-        let mut count = usize::from(self.counts[pixel]);
-        let variance = self.variances[pixel];
-        let off = |(means, v): (&Vec<f32>, &f32)| (means[pixel] - v).powi(2);
-        let distance: f32 = self.means.iter().zip(value).map(off).sum();
-        let near = rule.match_distance.min(rule.background_distance);
-        if count < 2 || distance >= near * variance || rule.background_ratio <= 0.0 {
-            return false;
+    /// Updates those pixels of the row that begins at pixel `row` whose heaviest Gaussian the value fits, and marks all others in
+    /// `left_over`.
+    fn update_alike<const C: usize>(&mut self, row: usize, rule: &Rule, protect: Option<&[u8]>) {
+        let width = self.size.width;
+        let Ok(means) = <&mut [Vec<f32>; C]>::try_from(self.means.as_mut_slice()) else { return };
+        let mut means = means.each_mut();
+        for from in (0..width).step_by(STRETCH) {
+            let part = from..width.min(from + STRETCH);
+            let pixels = row + part.start..row + part.end;
+            let mut stretch = Row {
+                counts: &mut self.counts[pixels.clone()],
+                variances: &mut self.variances[pixels.clone()],
+                means: means.each_mut().map(|m| &mut m[pixels.clone()]),
+            };
+            let line = std::array::from_fn(|c| &self.line[c * width..][part.clone()]);
+            let left_over = &mut self.left_over[part.clone()];
+            let held = protect.map_or(&FREE[..part.len()], |p| &p[part]);
+            let most = stretch.counts.iter().copied().max().map_or(0, usize::from);
+            // What learns nothing has to stay as it is to the bit: the weights of several are divided by their sum.
+            if rule.rate > 0.0 && (most > 1 || held.iter().any(|h| *h != 0)) {
+                let mut planes: [&mut [f32]; MOST] = Default::default();
+                let weights = self.weights.iter_mut().take(most.max(1));
+                planes.iter_mut().zip(weights).for_each(|(plane, all)| *plane = &mut all[pixels.clone()]);
+                update_several::<C>(line, &mut stretch, &mut planes[..most.max(1)], rule, held, left_over);
+            } else {
+                update_single::<C>(line, &mut stretch, rule, left_over);
+            }
         }
-        let first = (1.0 - rule.rate) * self.weights[pixel] - rule.prune + rule.rate;
-        let k = rule.rate / first;
-        self.means.iter_mut().zip(value).for_each(|(means, v)| means[pixel] -= k * (means[pixel] - v));
-        let learnt = variance + k * (distance - variance);
-        self.variances[pixel] = learnt.max(rule.least_variance).min(rule.most_variance);
-        let others = &mut self.rest[pixel * self.others..][..count - 1];
-        let mut total = first;
-        let mut k = 1;
-        while k < count {
-            let weight = (1.0 - rule.rate) * others[k - 1].weight - rule.prune;
-            let pruned = weight < rule.prune;
-            others[k - 1].weight = if pruned { 0.0 } else { weight };
-            total += others[k - 1].weight;
-            count -= usize::from(pruned);
-            k += 1;
-        }
-        let scale = if total.abs() > f32::EPSILON { 1.0 / total } else { 0.0 };
-        self.weights[pixel] = first * scale;
-        others[..count - 1].iter_mut().for_each(|mode| mode.weight *= scale);
-        self.counts[pixel] = count as u8;
-        true
     }
 
     fn judge<const C: usize>(&mut self, pixel: usize, value: &[f32; 3], rule: &Rule, learn: bool) -> u8 {
-        if learn && self.update_first(pixel, value, rule) {
-            return BACKGROUND;
-        }
-        let mut mixture = self.mixture(pixel);
+        self.fetch(pixel);
         let background = if learn {
-            let background = mixture.update::<C>(value, rule);
-            self.store(pixel, &mixture);
+            let background = self.mixture.update::<C>(value, rule);
+            self.store(pixel);
             background
         } else {
-            mixture.is_background::<C>(value, rule)
+            self.mixture.is_background::<C>(value, rule)
         };
         if background {
             BACKGROUND
-        } else if rule.shadow_ratio <= 1.0 && mixture.is_shadow::<C>(value, rule) {
+        } else if rule.shadow_ratio <= 1.0 && self.mixture.is_shadow::<C>(value, rule) {
             SHADOW
         } else {
             FOREGROUND
         }
     }
 
-    fn mixture(&self, pixel: usize) -> Mixture {
-        let mut mixture = Mixture { count: usize::from(self.counts[pixel]), ..Mixture::default() };
+    fn fetch(&mut self, pixel: usize) {
+        let mixture = &mut self.mixture;
+        mixture.count = usize::from(self.counts[pixel]);
         let first = &mut mixture.modes[0];
-        (first.weight, first.variance) = (self.weights[pixel], self.variances[pixel]);
+        (first.weight, first.variance) = (self.weights[0][pixel], self.variances[pixel]);
         first.mean.iter_mut().zip(&self.means).for_each(|(v, means)| *v = means[pixel]);
         if mixture.count > 1 {
             let others = &self.rest[pixel * self.others..][..mixture.count - 1];
-            mixture.modes[1..mixture.count].copy_from_slice(others);
+            for ((mode, shape), weights) in mixture.modes[1..].iter_mut().zip(others).zip(&self.weights[1..]) {
+                *mode = Mode { weight: weights[pixel], variance: shape.variance, mean: shape.mean };
+            }
         }
-        mixture
     }
 
-    fn store(&mut self, pixel: usize, mixture: &Mixture) {
+    fn store(&mut self, pixel: usize) {
+        let mixture = &self.mixture;
         self.counts[pixel] = mixture.count as u8;
         let first = &mixture.modes[0];
-        (self.weights[pixel], self.variances[pixel]) = (first.weight, first.variance);
+        (self.weights[0][pixel], self.variances[pixel]) = (first.weight, first.variance);
         self.means.iter_mut().zip(first.mean).for_each(|(means, v)| means[pixel] = v);
         if mixture.count > 1 {
             let others = &mut self.rest[pixel * self.others..][..mixture.count - 1];
-            others.copy_from_slice(&mixture.modes[1..mixture.count]);
+            for ((mode, shape), weights) in mixture.modes[1..].iter().zip(others).zip(&mut self.weights[1..]) {
+                *shape = Shape { variance: mode.variance, mean: mode.mean };
+                weights[pixel] = mode.weight;
+            }
         }
     }
 
@@ -178,7 +183,7 @@ impl State {
                     mode.mean.iter_mut().for_each(|m| *m = (*m * gain).min(255.0));
                 }
             } else {
-                (self.counts[pixel], self.weights[pixel], self.variances[pixel]) = (1, 1.0, variance);
+                (self.counts[pixel], self.weights[0][pixel], self.variances[pixel]) = (1, 1.0, variance);
                 self.means.iter_mut().zip(value).for_each(|(m, &v)| m[pixel] = f32::from(v));
             }
         }

@@ -1,0 +1,123 @@
+use super::closed_loop::Eye;
+use super::{Exposure, World};
+use crate::{Aim, Forecast, Result, Still};
+use pursuit_imaging::Frame;
+use pursuit_tracking::{Estimate, Recipe, Tracker};
+
+/// A tracker that looks at what a simulated camera sees of a world: nothing of the loop is assumed but the head and the
+/// world. It is started on the target's true box in the first picture that shows the target.
+pub struct TrackingEye<'a> {
+    world: Box<dyn World + 'a>,
+    recipe: &'a dyn Recipe,
+    tracker: Option<Box<dyn Tracker>>,
+    looked: u64,
+}
+
+impl<'a> TrackingEye<'a> {
+    /// An eye for `world`, with a tracker by `recipe`.
+    pub const fn new(world: Box<dyn World + 'a>, recipe: &'a dyn Recipe) -> Self {
+        Self { world, recipe, tracker: None, looked: 0 }
+    }
+
+    fn estimate(&mut self, frame: &Frame, exposure: &Exposure) -> Result<Option<Estimate>> {
+        if let Some(tracker) = &mut self.tracker {
+            return Ok(Some(tracker.update(frame)?));
+        }
+        let Some(truth) = exposure.truth.filter(|_| exposure.shows_target()) else { return Ok(None) };
+        self.tracker = Some(self.recipe.init(frame, truth)?);
+        Ok(Some(Estimate::started(frame.time_s(), truth, 1.0)))
+    }
+}
+
+impl Eye for TrackingEye<'_> {
+    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>> {
+        let image = self.world.render(exposure.time_s, &exposure.lens, exposure.position.direction)?;
+        let frame = Frame::new(self.looked, exposure.time_s, image);
+        self.looked += 1;
+        let seen = self.estimate(&frame, exposure)?;
+        Ok(Box::new(Still(seen.map(|e| Aim { bbox: e.bbox, covariance: e.covariance, state: e.state }))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Direction;
+    use crate::simulation::{Contender, Figures, Rendered, Study};
+    use pursuit_geometry::{BBox, Point};
+    use pursuit_imaging::Image;
+    use pursuit_tracking::{GroupParams, Localizer, LocalizerRecipe, Measurement, Search, TrackerRecipe};
+    use serde::{Deserialize, Serialize};
+
+    pursuit_tracking::parameters! {
+        /// Follows what is white.
+        pub struct WhiteParams {
+            /// Least grey value.
+            pub least: usize = 128, in 1..=255;
+        }
+    }
+
+    #[derive(Clone, Serialize, Deserialize)]
+    pub struct White(WhiteParams, (f64, f64));
+
+    impl LocalizerRecipe for WhiteParams {
+        type Localizer = White;
+
+        fn localizer(&self, _: &Frame, bbox: BBox) -> pursuit_tracking::Result<White> {
+            Ok(White(self.clone(), (bbox.width(), bbox.height())))
+        }
+    }
+
+    impl Localizer for White {
+        fn locate(&mut self, frame: &Frame, _: &Search) -> pursuit_tracking::Result<Option<Measurement>> {
+            let (mut sum, mut count) = ((0.0, 0.0), 0.0);
+            for (y, row) in frame.gray().rows().enumerate() {
+                for x in (0..row.len()).filter(|x| usize::from(row[*x]) >= self.0.least) {
+                    sum = (sum.0 + x as f64 + 0.5, sum.1 + y as f64 + 0.5);
+                    count += 1.0;
+                }
+            }
+            let center = Point::new(sum.0 / count, sum.1 / count);
+            let bbox = BBox::from_center_size(center, self.1.0, self.1.1);
+            Ok((count > 0.0).then(|| Measurement::new(bbox, 0.9)))
+        }
+
+        fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> pursuit_tracking::Result<()> {
+            Ok(())
+        }
+
+        fn restart(&mut self, _: &Frame, bbox: BBox) -> pursuit_tracking::Result<()> {
+            self.1 = (bbox.width(), bbox.height());
+            Ok(())
+        }
+    }
+
+    /// A white disk that goes to and fro by 40°, as wide as 4°.
+    fn target(time_s: f64) -> (Direction, f64, f64) {
+        (Direction::new(40.0 * (0.4 * time_s).sin(), 2.0), 0.07, 0.07)
+    }
+
+    fn eye(recipe: &dyn Recipe) -> TrackingEye<'_> {
+        let world = Rendered(|time_s: f64, lens: &crate::geometry::Lens, pose| {
+            let at = crate::geometry::pixel_of(lens, pose, target(time_s).0).unwrap_or(Point::new(-99.0, -99.0));
+            let size = lens.size();
+            let white = |x: usize, y: usize| (x as f64 - at.x).hypot(y as f64 - at.y) < 5.0;
+            Ok(Image::from_fn(size.width, size.height, |x, y| if white(x, y) { [250; 3] } else { [20; 3] })?)
+        });
+        TrackingEye::new(Box::new(world), recipe)
+    }
+
+    #[test]
+    fn a_tracker_that_looks_closes_the_loop() {
+        let recipe = TrackerRecipe { name: "white", localizer: WhiteParams::default(), groups: GroupParams::default() };
+        let study: Study = toml::from_str("duration_s = 12\ncamera = { width = 160, height = 90 }").unwrap();
+        let follow = |contender, eye: &mut dyn Eye| {
+            let samples = study.follow(contender, 1, Direction::new(0.0, 2.0), &target, eye).unwrap();
+            Figures::of(&samples, 3.0)
+        };
+        let with = follow(Contender::Velocity, &mut eye(&recipe));
+        assert!(with.central > 0.9 && with.shown == 1.0, "{with:?}");
+        let without = follow(Contender::StopAndGo, &mut eye(&recipe));
+        assert!(without.central < with.central - 0.2, "{without:?}");
+    }
+}
