@@ -13,7 +13,7 @@ pub enum Paper {
     Qu2010,
     /// Depth, a correlation filter and a particle filter.
     Zhai2024,
-    /// TLD with a Kalman filter that corrects at manoeuvres: the part that filters.
+    /// TLD with a Kalman filter that corrects at manoeuvres.
     Zhu2014,
     /// A Kalman filter whose transition is learnt by support vector regression.
     Gao2007,
@@ -40,7 +40,7 @@ impl Paper {
             Self::Ball => "A ball followed by its colour and a linear Kalman filter",
             Self::Qu2010 => "A constant-acceleration filter that predicts a walking person",
             Self::Zhai2024 => "Depth, a correlation filter and a particle filter, through occlusion",
-            Self::Zhu2014 => "TLD with a Kalman filter that corrects at manoeuvres (the filter part)",
+            Self::Zhu2014 => "TLD with a Kalman filter that corrects at manoeuvres and says where to scan",
             Self::Gao2007 => "A Kalman filter whose transition is learnt by support vector regression",
         }
     }

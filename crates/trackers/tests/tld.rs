@@ -81,3 +81,47 @@ fn a_target_that_leaves_is_missed_and_found_again_elsewhere() {
         assert_eq!(honest_and_back(name, 1), Ok(()));
     }
 }
+
+#[test]
+fn half_a_target_at_the_border_is_no_target() {
+    // It walks out of the frame to the left, and stays away.
+    let path = |k: u64| Some(at(60.0 - 3.0 * k as f64, 90.0)).filter(|b| b.right() > 0.0);
+    for name in ["tld", "kalman-tld"] {
+        let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
+        let mut tracker = recipe.init(&frame(0, 4, path(0)), path(0).unwrap()).unwrap();
+        for k in 1..60 {
+            let estimate = tracker.update(&frame(k, 4, path(k))).unwrap();
+            let inside = path(k).map_or(0.0, |b| (b.right().min(SIDE.0)) / SIDE.0);
+            if inside >= 1.0 {
+                assert_eq!(estimate.state, TrackState::Tracking, "{name}, frame {k}");
+            }
+            if inside < 0.4 {
+                assert_ne!(estimate.state, TrackState::Tracking, "{name}, frame {k}: {inside} of it is left");
+            }
+        }
+    }
+}
+
+/// The state saved is all that is kept; the loop brings the target back to where it was.
+#[test]
+#[ignore = "release: 20 000 frames of each"]
+fn what_is_kept_stays_bounded_over_a_long_run() {
+    let path = |k: u64| Some(at(30.0 + 2.0 * (50.0 - (k % 100) as f64).abs(), 60.0)).filter(|_| k % 500 < 450);
+    let frames: Vec<Frame> = (0..500).map(|k| frame(k, 3, path(k))).collect();
+    for name in ["tld", "kalman-tld"] {
+        let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
+        let mut tracker = recipe.init(&frames[0], path(0).unwrap()).unwrap();
+        let (mut sizes, mut seen) = (Vec::new(), 0);
+        for k in 1..20_000u64 {
+            let shown = frames[(k % 500) as usize].undecorated().retimed(k, k as f64 / 25.0);
+            let estimate = tracker.update(&shown).unwrap();
+            seen += u64::from(estimate.state == TrackState::Tracking);
+            if k % 2_000 == 0 {
+                sizes.push(tracker.save().unwrap().len());
+            }
+        }
+        assert!(seen > 14_000, "{name}: seen in {seen} frames");
+        let (early, late) = (sizes[1], sizes[sizes.len() - 1]);
+        assert!(late < early + early / 4, "{name}: {sizes:?}");
+    }
+}

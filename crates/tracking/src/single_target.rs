@@ -82,6 +82,9 @@ impl<L: Localizer> SingleTarget<L> {
                 self.believe(frame, measurement, &situation, verdict.learn)?;
             } else if verdict.follow {
                 self.motion.correct(&measurement.into()).map_err(failed(&self.name, index))?;
+                if verdict.learn {
+                    self.localizer.adapt(frame, measurement.bbox, measurement)?;
+                }
             }
         }
         self.state = verdict.state;

@@ -72,6 +72,18 @@ fn unsure_measurements_move_the_box_but_teach_nothing() {
 }
 
 #[test]
+fn a_method_may_ask_to_learn_in_doubt() {
+    let mut tracker = start("policy.learn_unsure_from = 0.3\npolicy.occluded_below = 0.4");
+    for (k, confidence, teaches) in [(1, 0.29, false), (2, 0.3, true)] {
+        show(Some((at(103.0, 100.0), confidence)), None);
+        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Occluded);
+        let taught: Vec<_> = asked().into_iter().filter(|a| matches!(a, Asked::Adapt(_))).collect();
+        // At the box measured, not at the one coasted.
+        assert_eq!(taught, if teaches { vec![Asked::Adapt(at(103.0, 100.0))] } else { Vec::new() });
+    }
+}
+
+#[test]
 fn the_localizer_is_told_what_became_of_every_frame() {
     let mut tracker = start("growth = 1.5");
     concluded();

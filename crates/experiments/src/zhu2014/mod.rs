@@ -1,10 +1,13 @@
-//! `zhu2014`, equation (6): what going over an interval in halves does for a filter whose target turned inside it.
+//! `zhu2014`: the filter of equation (6), and the tracker.
+//!
+//! Equation (6): what going over an interval in halves does for a filter whose target turned inside it.
 //!
 //! Figures are root mean square errors of the one-step prediction, relative to those of the standard filter with the same
 //! `Q`: over the five frames after a turn's own ("after a turn") and over the frames that belong to no turn ("quiet").
 
 mod params;
 mod pictures;
+mod tracking;
 
 use super::Paper;
 use super::filters::{Models, Plain, PositionFilter, Trace, position, position_sensor, start, tuned};
@@ -240,7 +243,7 @@ pub(super) fn run(seeds: u32) -> Result<Reproduction, ExperimentError> {
     let (jump, literal_velocity) =
         (value(0, "jump anywhere, 5.99: after a turn"), value(0, "literal: observed velocity, 9.21: after a turn"));
     let own = value(0, "jump anywhere, 5.99: the turn's own frame");
-    let findings = vec![
+    let mut findings = vec![
         Finding::new(
             "[0061]: A(k, k−1/2) A(k−1/2, k−1) instead of A(k, k−1) corrects the prediction at a manoeuvre",
             (literal - 1.0).abs() > 0.05,
@@ -266,9 +269,12 @@ pub(super) fn run(seeds: u32) -> Result<Reproduction, ExperimentError> {
             format!("{} of the standard filter's error: nothing has been measured yet that could tell", number(own)),
         ),
     ];
+    let (of_trackers, found) = tracking::run(seeds)?;
+    table.extend(of_trackers);
+    findings.extend(found);
     Ok(Reproduction {
         paper: Paper::Zhu2014,
-        title: "half intervals at manoeuvres, on a target that turns sharply".into(),
+        title: "half intervals at manoeuvres, on a target that turns sharply; TLD with and without the filter".into(),
         seeds,
         rows: table,
         findings,

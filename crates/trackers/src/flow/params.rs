@@ -45,6 +45,11 @@ pursuit_tracking::parameters! {
 }
 
 impl FlowParams {
+    /// Points in windows of 8 px: rows of one vector each are followed in half the time of rows of 9 px.
+    pub fn eight_px() -> Self {
+        Self { window_px: 8, ..Self::default() }
+    }
+
     /// The estimator these make.
     pub(super) fn estimator(&self) -> Result<MedianFlow> {
         let window = Size::new(self.window_px, self.window_px);

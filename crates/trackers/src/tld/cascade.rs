@@ -18,6 +18,17 @@ pub(super) struct Candidate {
     pub similarity: Similarity,
 }
 
+/// What of a frame is scanned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    /// Windows are picked that lie in it.
+    pub region: BBox,
+    /// Where the target is expected in it.
+    pub expected: BBox,
+    /// Which band of the rest of the frame has its turn, if any.
+    pub turn: Option<usize>,
+}
+
 /// What a scan may go by: learned, and fixed at the start.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Knowledge<'a> {
@@ -68,16 +79,16 @@ impl Cascade {
         self.windows
     }
 
-    /// Looks at the windows that `region` picks; at most `most` pass.
-    pub fn scan(
-        &mut self,
-        gray: ImageView<'_, u8>,
-        known: &Knowledge<'_>,
-        region: &BBox,
-        expected: &BBox,
-        most: usize,
-    ) {
-        known.grid.pick(region, expected, &known.params.scan, &mut self.parts);
+    /// Looks at the windows that `at` picks; at most `most` pass.
+    pub fn scan(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, at: &Place, most: usize) {
+        let scan = &known.params.scan;
+        known.grid.pick(&at.region, &at.expected, scan, &mut self.parts);
+        if let Some(turn) = at.turn
+            && scan.turn_frames > 0
+            && !known.grid.is_whole(&at.region)
+        {
+            known.grid.pick_band(turn, scan.turn_frames, &mut self.parts);
+        }
         self.candidates.clear();
         self.windows = 0;
         let Some(area) = self.parts.iter().map(|(scale, part)| extent(scale, part)).reduce(|a, b| a.union(&b)) else {

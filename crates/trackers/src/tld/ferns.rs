@@ -12,11 +12,11 @@ pub(super) struct Ferns {
     count: usize,
     comparisons: usize,
     /// Cells compared, fern by fern.
-    pairs: Vec<(u16, u16)>,
+    pub(super) pairs: Vec<(u16, u16)>,
     /// Cells that any fern compares.
     used: Vec<u16>,
     /// How often each outcome was the object, and was not, fern by fern.
-    seen: Vec<(u16, u16)>,
+    pub(super) seen: Vec<(u16, u16)>,
     /// `seen` as shares of `UNIT`.
     posteriors: Vec<u16>,
 }

@@ -135,6 +135,17 @@ impl Grid {
         nearest.map_or(0..0, |at| at.saturating_sub(steps)..(at + steps + 1).min(self.scales.len()))
     }
 
+    /// The windows of one of `turns` bands of rows, counted anew from 0 after the last: all of the frame in that many.
+    /// Appended to `out`.
+    pub fn pick_band(&self, turn: usize, turns: usize, out: &mut Vec<(Scale, Part)>) {
+        let turn = turn % turns.max(1);
+        out.extend(self.scales.iter().filter_map(|scale| {
+            let row = |turn: usize| turn * scale.rows / turns.max(1);
+            let part = Part { left: 0, right: scale.columns, top: row(turn), bottom: row(turn + 1) };
+            (part.windows() > 0).then_some((*scale, part))
+        }));
+    }
+
     /// The windows that `region`, in which the target is expected at `expected`, picks: parts of scales.
     pub fn pick(&self, region: &BBox, expected: &BBox, params: &ScanParams, out: &mut Vec<(Scale, Part)>) {
         out.clear();
@@ -249,5 +260,62 @@ mod tests {
         assert_eq!(grid.scales().first().map(|s| (s.width, s.height)), Some((12, 11)));
         assert!(Grid::new(Size::new(100, 80), (3000.0, 3000.0), &params).scales().is_empty());
         assert_eq!(Grid::new(Size::new(100, 80), (3000.0, 3000.0), &params).windows(), 0);
+    }
+
+    #[test]
+    fn bands_take_their_turn_and_take_in_all_windows_once() {
+        let grid = Grid::new(Size::new(160, 120), (31.0, 24.0), &ScanParams::default());
+        let mut seen = std::collections::BTreeSet::new();
+        for turn in 40..47 {
+            let mut parts = Vec::new();
+            grid.pick_band(turn, 7, &mut parts);
+            for (scale, part) in &parts {
+                assert_eq!((part.left, part.right), (0, scale.columns));
+                for row in part.top..part.bottom {
+                    assert!(seen.insert((scale.width, row)), "a row twice");
+                }
+            }
+        }
+        assert_eq!(seen.len(), grid.scales().iter().map(|s| s.rows).sum::<usize>());
+        let mut whole = Vec::new();
+        grid.pick_band(3, 1, &mut whole);
+        assert_eq!(whole.iter().map(|(_, p)| p.windows()).sum::<usize>(), grid.windows());
+    }
+
+    /// Of a target that moves by up to its own size and grows by up to a step, a gate of twice its sides and a band of the
+    /// twenty leave a window of more than half overlap in nearly every case, where all windows do.
+    #[test]
+    fn the_gate_takes_in_the_target_with_few_windows() {
+        let params = ScanParams::default();
+        let frame = Size::new(320, 240);
+        let grid = Grid::new(frame, (28.0, 34.0), &params);
+        let (mut within, mut kept, mut scanned, mut random) = (0, 0, 0, 11);
+        let mut uniform = |from: f64, to: f64| {
+            let share = (crate::appearance::draw(&mut random) >> 11) as f64 / (1u64 << 53) as f64;
+            from + share * (to - from)
+        };
+        let found = |parts: &[(Scale, Part)], target: &BBox| {
+            parts.iter().any(|(scale, part)| {
+                let windows = (part.top..part.bottom).flat_map(|j| (part.left..part.right).map(move |i| (i, j)));
+                windows.into_iter().any(|(i, j)| scale.window(i, j).iou(target) > 0.5)
+            })
+        };
+        let mut all = Vec::new();
+        grid.pick(&frame.bounds(), &frame.bounds(), &params, &mut all);
+        for turn in 0..120 {
+            let expected = BBox::from_ltwh(uniform(0.0, 280.0), uniform(0.0, 200.0), 28.0, 34.0);
+            let target = expected.translated(uniform(-28.0, 28.0), uniform(-34.0, 34.0)).scaled(uniform(0.83, 1.2));
+            let mut parts = Vec::new();
+            grid.pick(&expected.scaled(2.0), &expected, &params, &mut parts);
+            let gate_found = found(&parts, &target);
+            grid.pick_band(turn, params.turn_frames, &mut parts);
+            scanned += parts.iter().map(|(_, p)| p.windows()).sum::<usize>();
+            if found(&all, &target) {
+                within += 1;
+                kept += usize::from(gate_found);
+            }
+        }
+        assert!(within > 80 && kept * 100 >= within * 99, "{kept} of {within}");
+        assert!(scanned * 100 <= 15 * 120 * grid.windows(), "{} of {}", scanned / 120, grid.windows());
     }
 }

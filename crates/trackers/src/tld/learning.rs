@@ -1,6 +1,6 @@
 //! What the detector learns (kalal2012, sections 4 and 5.4): the box and its warps are the object, what lies elsewhere is not.
 
-use super::cascade::{Cascade, Knowledge};
+use super::cascade::{Cascade, Knowledge, Place};
 use super::cells::{SIDE, view};
 use super::ferns::Ferns;
 use super::grid::Grid;
@@ -9,15 +9,6 @@ use crate::appearance::{ObjectModel, draw};
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
 use pursuit_vision::warp::Affine;
-
-/// Most windows that pass the ferns while the classifiers are first trained.
-const MOST_FIRST: usize = 5000;
-/// Rounds of training on what passes by mistake at the start.
-const FIRST_ROUNDS: usize = 2;
-/// Windows about the box that are tried for nearness, in shifts either way and in sizes.
-const REACH: isize = 3;
-/// Most patches that one frame adds to what is not the object.
-const MOST_NEGATIVES: usize = 10;
 
 /// What learns, and what it learns by.
 #[derive(Debug)]
@@ -62,9 +53,10 @@ impl Learner<'_> {
         self.learn_object(cascade, bbox, warping);
         cascade.sampler.normalized(gray, bbox, self.params.neighbor.side, &mut cascade.patch);
         self.model.add_positive(&cascade.patch);
-        for _ in 0..FIRST_ROUNDS {
+        for _ in 0..l.first_rounds {
             let known = known(self.params, self.grid, self.ferns, self.model, self.least_variance);
-            cascade.scan(gray, &known, &gray.size().bounds(), bbox, MOST_FIRST);
+            let whole = Place { region: gray.size().bounds(), expected: *bbox, turn: None };
+            cascade.scan(gray, &known, &whole, l.most_first);
             self.reject_windows(cascade, bbox);
         }
         self.reject_anywhere(cascade, gray, bbox);
@@ -149,15 +141,16 @@ impl Learner<'_> {
     /// N-expert of the classifier: what it takes for the object far from the box is not.
     fn reject_patches(&mut self, cascade: &mut Cascade, gray: ImageView<'_, u8>, bbox: &BBox) {
         let form = self.params.neighbor.similarity;
+        let l = &self.params.learning;
         let mut added = 0;
         for at in 0..cascade.candidates().len() {
             let Some(candidate) = cascade.candidates().get(at).copied() else { return };
-            if added == MOST_NEGATIVES || candidate.window.iou(bbox) >= self.params.learning.negative_overlap {
+            if added == l.most_negatives || candidate.window.iou(bbox) >= l.negative_overlap {
                 continue;
             }
             cascade.sampler.normalized(gray, &candidate.window, self.params.neighbor.side, &mut cascade.patch);
             // Judged anew: what was added before counts.
-            if self.model.resemblance(&cascade.patch).similarity.relative(form) > 0.5 {
+            if self.model.resemblance(&cascade.patch).similarity.relative(form) > l.negative_from {
                 self.model.add_negative(&cascade.patch);
                 added += 1;
             }
@@ -185,18 +178,21 @@ impl Learner<'_> {
 
     /// The windows of the grid nearest to `bbox`; the box itself where none is near.
     fn nearest(&mut self, bbox: &BBox) {
+        let l = &self.params.learning;
+        let reach = l.near_reach as isize;
         let near = &mut self.scratch.near;
         near.clear();
         for scale in self.grid.scales() {
             let ratio = scale.width as f64 / bbox.width();
-            if !(0.7..=1.45).contains(&ratio) {
+            // No place makes up for such a difference of size.
+            if ratio.min(1.0 / ratio) <= l.near_overlap {
                 continue;
             }
             let (dx, dy) = scale.shift();
             let column = ((bbox.center().x - scale.width as f64 / 2.0) / dx).round() as isize;
             let row = ((bbox.center().y - scale.height as f64 / 2.0) / dy).round() as isize;
-            for j in row - REACH..=row + REACH {
-                for i in column - REACH..=column + REACH {
+            for j in row - reach..=row + reach {
+                for i in column - reach..=column + reach {
                     let inside = (0..scale.columns as isize).contains(&i) && (0..scale.rows as isize).contains(&j);
                     if inside {
                         let window = scale.window(i as usize, j as usize);
@@ -205,9 +201,9 @@ impl Learner<'_> {
                 }
             }
         }
-        near.retain(|(_, overlap)| *overlap > 0.6);
+        near.retain(|(_, overlap)| *overlap > l.near_overlap);
         near.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.width().total_cmp(&b.0.width())));
-        near.truncate(self.params.learning.closest);
+        near.truncate(l.closest);
         if near.is_empty() {
             near.push((*bbox, 1.0));
         }

@@ -1,11 +1,13 @@
-use super::cascade::{Candidate, Cascade, Knowledge};
-use super::clusters::{Cluster, Clusters, mean};
+use super::cascade::{Cascade, Knowledge, Place};
+use super::clusters::Clusters;
 use super::ferns::Ferns;
 use super::grid::Grid;
+use super::integrator::{Followed, Integrator, Joined};
 use super::learning::{Learner, Scratch};
 use super::params::TldParams;
+use super::trust::Trust;
 use super::view::View;
-use crate::appearance::{ObjectModel, Similarity};
+use crate::appearance::ObjectModel;
 use crate::correlation::probability;
 use crate::flow::Follower;
 use pursuit_geometry::{BBox, Size};
@@ -26,10 +28,12 @@ pub struct TldLocalizer {
     /// Windows of less variance are left out, grey codes squared.
     least_variance: f64,
     random: u64,
-    /// Whether the trajectory is trusted enough to be learned from.
-    valid: bool,
     /// Frames since the motion model was started anew.
     since_restart: usize,
+    /// Frames since the start, by which parts of the frame are scanned in turn.
+    turn: usize,
+    /// What was believed lately.
+    trust: Trust,
     grid: Grid,
     scratch: Work,
 }
@@ -40,6 +44,8 @@ struct Work {
     cascade: Cascade,
     clusters: Clusters,
     learning: Scratch,
+    /// What the last look found.
+    joined: Option<Joined>,
 }
 
 /// What is stored.
@@ -52,17 +58,29 @@ struct Raw {
     model: ObjectModel,
     least_variance: f64,
     random: u64,
-    valid: bool,
     since_restart: usize,
+    turn: usize,
+    trust: Trust,
     frame: (usize, usize),
 }
 
 impl From<TldLocalizer> for Raw {
     fn from(it: TldLocalizer) -> Self {
-        let TldLocalizer { params, view, follower, ferns, model, least_variance, random, valid, since_restart, .. } =
-            it;
+        let TldLocalizer {
+            params,
+            view,
+            follower,
+            ferns,
+            model,
+            least_variance,
+            random,
+            since_restart,
+            turn,
+            trust,
+            ..
+        } = it;
         let frame = (it.grid.frame().width, it.grid.frame().height);
-        Self { params, view, follower, ferns, model, least_variance, random, valid, since_restart, frame }
+        Self { params, view, follower, ferns, model, least_variance, random, since_restart, turn, trust, frame }
     }
 }
 
@@ -70,7 +88,8 @@ impl TryFrom<Raw> for TldLocalizer {
     type Error = String;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, view, follower, ferns, model, least_variance, random, valid, since_restart, frame } = raw;
+        let Raw { params, view, follower, ferns, model, least_variance, random, since_restart, turn, trust, frame } =
+            raw;
         params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
         let side = params.neighbor.side;
         if !ferns.fits(&params.ferns) || model.patch_len() != side * side || least_variance.is_nan() {
@@ -78,7 +97,20 @@ impl TryFrom<Raw> for TldLocalizer {
         }
         let grid = Grid::new(Size::new(frame.0, frame.1), view.window_size(), &params.scan);
         let scratch = Work::default();
-        Ok(Self { params, view, follower, ferns, model, least_variance, random, valid, since_restart, grid, scratch })
+        Ok(Self {
+            params,
+            view,
+            follower,
+            ferns,
+            model,
+            least_variance,
+            random,
+            since_restart,
+            turn,
+            trust,
+            grid,
+            scratch,
+        })
     }
 }
 
@@ -86,7 +118,7 @@ impl LocalizerRecipe for TldParams {
     type Localizer = TldLocalizer;
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<TldLocalizer> {
-        let view = View::new(&bbox);
+        let view = View::new(&bbox, self.scan.least_view_px);
         let grid = Grid::new(frame.size(), view.window_size(), &self.scan);
         let follower = Follower::new(self.flow.clone(), frame, bbox)?;
         let mut random = self.learning.seed;
@@ -108,7 +140,7 @@ impl LocalizerRecipe for TldParams {
         };
         learner.bootstrap(&mut scratch.cascade, gray, &window);
         let params = self.clone();
-        let (valid, since_restart) = (true, 0);
+        let (since_restart, turn, trust) = (0, 0, Trust::new());
         Ok(TldLocalizer {
             params,
             view,
@@ -117,26 +149,13 @@ impl LocalizerRecipe for TldParams {
             model,
             least_variance,
             random,
-            valid,
             since_restart,
+            turn,
+            trust,
             grid,
             scratch,
         })
     }
-}
-
-/// What follower and detector agreed on.
-#[derive(Debug, Clone, Copy)]
-struct Joined {
-    /// A window, which may be larger than the target.
-    window: BBox,
-    similarity: Similarity,
-    /// Whether the trajectory goes on being trusted.
-    valid: bool,
-    /// Whether it is where the points went.
-    followed: bool,
-    /// Whether follower and detector agree.
-    agreed: bool,
 }
 
 impl TldLocalizer {
@@ -150,46 +169,26 @@ impl TldLocalizer {
         self.grid.windows()
     }
 
-    /// The integrator (kalal2012, section 5.6).
-    fn join(&mut self, frame: &Frame, followed: Option<BBox>, search: &Search) -> Option<Joined> {
-        let Self { params, view, ferns, model, least_variance, valid, grid, scratch, .. } = self;
+    /// Scans what `search` says and joins that with where the points went.
+    fn join(&mut self, frame: &Frame, search: &Search) -> Result<Option<Joined>> {
+        let motion = self.follower.follow(frame)?;
+        let followed = motion.map(|m| {
+            let window = self.view.window(&m.bbox);
+            Followed { window, correlation: m.correlation, error: m.forward_backward_px / window.area().sqrt() }
+        });
+        let Self { params, view, ferns, model, least_variance, trust, turn, grid, scratch, .. } = self;
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
-        let (gray, form, integrator) = (frame.gray(), params.neighbor.similarity, &params.integrator);
-        let Work { cascade, clusters, .. } = scratch;
         let (region, expected) = (view.region(&search.region), view.window(&search.expected));
-        cascade.scan(gray, &known, &region, &expected, params.ferns.most_windows);
-        cascade.judge(gray, &known);
-        let followed = followed.map(|bbox| cascade.refine(gray, &known, &view.window(&bbox)));
-        let followed = followed.filter(|(_, s)| s.conservative(form) >= params.neighbor.followed);
-        let detections = detections(cascade.candidates(), params);
-        let clusters = clusters.of(detections, form, integrator.same_from);
-        let Some((window, similarity)) = followed else {
-            let only = outstanding(clusters, params)?;
-            let (window, similarity) = cascade.refine(gray, &known, &only.bbox);
-            return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
-        };
-        let sure = similarity.conservative(form);
-        let better = |c: &Cluster| c.bbox.iou(&window) < integrator.elsewhere && c.similarity.conservative(form) > sure;
-        if let Some(other) = outstanding(clusters, params).filter(|c| better(c)) {
-            let (window, similarity) = cascade.refine(gray, &known, &other.bbox);
-            return Some(Joined { window, similarity, valid: false, followed: false, agreed: false });
-        }
-        let near = || detections.iter().map(|d| d.window).filter(|w| w.iou(&window) > integrator.near);
-        let agreed = near().next().is_some();
-        let all = near().map(|w| (w, 1.0)).chain([(window, integrator.followed_weight)]);
-        let window = mean(all).unwrap_or(window);
-        let valid = (*valid || sure > params.neighbor.valid) && sure >= params.neighbor.invalid;
-        Some(Joined { window, similarity, valid, followed: true, agreed })
+        let at = Place { region, expected, turn: Some(*turn) };
+        scratch.cascade.scan(frame.gray(), &known, &at, params.ferns.most_windows);
+        let integrator = Integrator { known, trust };
+        Ok(integrator.join(frame.gray(), followed, &mut scratch.cascade, &mut scratch.clusters))
     }
 
     fn measurement(&self, joined: &Joined) -> Measurement {
         let form = self.params.neighbor.similarity;
         let (conservative, relative) = (joined.similarity.conservative(form), joined.similarity.relative(form));
-        let score = &self.params.score;
-        let log_odds = score.bias
-            + score.conservative * conservative
-            + score.relative * relative
-            + score.valid * f64::from(joined.valid);
+        let log_odds = self.params.score.bias + self.params.score.conservative * conservative;
         let (positives, negatives) = self.model.len();
         let cascade = &self.scratch.cascade;
         Measurement {
@@ -198,8 +197,10 @@ impl TldLocalizer {
                 .with("conservative", conservative)
                 .with("relative", relative)
                 .with("valid", f64::from(joined.valid))
-                .with("followed", f64::from(joined.followed))
+                .with("followed", f64::from(joined.followed.is_some()))
                 .with("agreed", f64::from(joined.agreed))
+                .with("correlation", joined.followed.map_or(0.0, |f| f.correlation))
+                .with("error", joined.followed.map_or(0.0, |f| f.error))
                 .with("windows", cascade.windows() as f64)
                 .with("candidates", cascade.candidates().len() as f64)
                 .with("patches", (positives + negatives) as f64),
@@ -208,25 +209,10 @@ impl TldLocalizer {
     }
 }
 
-/// The group that resembles the object most, unless another resembles it nearly as much: places that look alike are none.
-fn outstanding<'a>(clusters: &'a [Cluster], params: &TldParams) -> Option<&'a Cluster> {
-    let sure = |c: &Cluster| c.similarity.conservative(params.neighbor.similarity);
-    let best = clusters.iter().max_by(|a, b| sure(a).total_cmp(&sure(b)))?;
-    let rivals = clusters.iter().filter(|c| sure(c) >= sure(best) - params.neighbor.margin).count();
-    (rivals == 1).then_some(best)
-}
-
-/// The candidates that the classifier takes for the object; they come first.
-fn detections<'a>(candidates: &'a [Candidate], params: &TldParams) -> &'a [Candidate] {
-    let (form, threshold) = (params.neighbor.similarity, params.neighbor.threshold);
-    let count = candidates.iter().take_while(|c| c.similarity.relative(form) > threshold).count();
-    candidates.get(..count).unwrap_or_default()
-}
-
 impl Localizer for TldLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let followed = self.follower.follow(frame)?.map(|motion| motion.bbox);
-        let joined = self.join(frame, followed, search);
+        let joined = self.join(frame, search)?;
+        self.scratch.joined = joined;
         Ok(joined.map(|joined| self.measurement(&joined)))
     }
 
@@ -262,7 +248,9 @@ impl Localizer for TldLocalizer {
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
         let similarity = scratch.cascade.similarity(frame.gray(), &known, &view.window(filtered));
         let sure = similarity.conservative(params.neighbor.similarity);
-        Ok(if sure > params.guide.replace_above {
+        let joined = scratch.joined.filter(|_| params.guide.no_worse);
+        let least = joined.map_or(0.0, |j| j.similarity.conservative(params.neighbor.similarity));
+        Ok(if sure > params.guide.replace_above && sure >= least {
             Weighed::Filtered
         } else if sure < params.guide.restart_below {
             self.since_restart = 0;
@@ -274,9 +262,11 @@ impl Localizer for TldLocalizer {
 
     fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
         self.since_restart = self.since_restart.saturating_add(1);
-        let followed = outcome.found.zip(outcome.followed);
-        self.valid = followed.is_some_and(|(m, _)| m.valid);
-        followed.map_or(Ok(()), |(_, bbox)| self.follower.keep(frame, bbox))
+        self.turn = self.turn.wrapping_add(1);
+        let followed = outcome.found.and(outcome.followed);
+        let joined = self.scratch.joined.take();
+        self.trust.take(joined.as_ref().filter(|_| followed.is_some()), outcome.state, outcome.dt_s);
+        followed.map_or(Ok(()), |bbox| self.follower.keep(frame, bbox))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

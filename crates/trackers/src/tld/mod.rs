@@ -6,9 +6,13 @@ mod cells;
 mod clusters;
 mod ferns;
 mod grid;
+mod integrator;
 mod learning;
 mod localizer;
 mod params;
+mod trust;
+#[cfg(test)]
+mod twins;
 mod view;
 
 pub use localizer::TldLocalizer;
@@ -22,12 +26,15 @@ use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{GroupParams, TrackerRecipe};
 
+/// A target counts as seen from a conservative similarity of 0.55 on, as seen again from 0.6, and as found from 0.61.
 fn policy() -> PolicyParams {
     PolicyParams {
-        occluded_below: 0.5,
-        seen_from: 0.6,
-        found_from: 0.6,
-        learn_from: 0.5,
+        occluded_below: 0.70,
+        seen_from: 0.78,
+        found_from: 0.80,
+        learn_from: 0.70,
+        // What it learns of a trajectory that looks unlike the target is the point of the method; validity guards it.
+        learn_unsure_from: 0.30,
         lost_below: 0.02,
         lost_after_s: 0.5,
         ..PolicyParams::default()
@@ -56,7 +63,13 @@ pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
             ..MotionParams::default()
         },
         policy: policy(),
-        search: SearchParams { model: SearchModel::Widening, reach: 2.0, ..SearchParams::default() },
+        // What is followed in doubt is looked for near it: the bands see the rest.
+        search: SearchParams {
+            model: SearchModel::Widening,
+            reach: 2.0,
+            widening_per_s: 1.0,
+            ..SearchParams::default()
+        },
     };
     let localizer = TldParams { guide: GuideParams::default(), ..TldParams::default() };
     TrackerRecipe { name, localizer, groups }

@@ -22,10 +22,15 @@ pursuit_tracking::parameters! {
         pub scales: usize = 10, in 0..=20, source "released TLD: 10";
         /// Least side of a window; that of the target at the start where that is shorter.
         pub least_window_px: f64 = 20.0, in 4.0..=200.0, unit "px", source "kalal2012, section 5.3; zhu2014: 20";
+        /// Where the search leaves some of the frame out, the whole of it is gone through in so many frames all the same, a band
+        /// at a time: what looks like the target elsewhere is learned before the target is lost. 0: it is not.
+        pub turn_frames: usize = 20, in 0..=1000, unit "frames", source "ours; zhu2014: 0";
         /// Which windows the region of the search picks.
         pub gate_by: GateBy = GateBy::Center, source "ours; zhu2014: intersection";
         /// Of `center`: sizes below, and above, the expected one.
         pub gate_scales: usize = 3, in 0..=40, source "ours";
+        /// A target with a shorter side than this is looked at with its surroundings, up to this.
+        pub least_view_px: f64 = 10.0, in 1.0..=100.0, unit "px", source "ours";
     }
 }
 
@@ -85,13 +90,19 @@ pursuit_tracking::parameters! {
         /// How similarities are joined.
         pub similarity: SimilarityForm = SimilarityForm::Distance, source "released TLD";
         /// Windows of more than this relative similarity are the object.
-        pub threshold: f64 = 0.65, in 0.0..=1.0, source "released TLD: 0.65 (kalal2012: 0.6)";
+        pub threshold: f64 = 0.6, in 0.0..=1.0, source "kalal2012, section 5.2: 0.6 (released TLD: 0.65)";
         /// A trajectory is valid once its conservative similarity exceeds this.
         pub valid: f64 = 0.7, in 0.0..=1.0, source "released TLD: 0.7";
         /// And no longer when it falls below this.
         pub invalid: f64 = 0.3, in 0.0..=1.0, source "ours; kalal2012: 0";
         /// A box that was followed to where the conservative similarity is below this is no longer the target.
         pub followed: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: 0";
+        /// So is one of which a smaller share than this is in the frame.
+        pub inside: f64 = 0.5, in 0.0..=1.0, source "ours; kalal2012: 0";
+        /// And one that is so many times smaller than the detector's smallest windows, or larger than its largest.
+        pub beyond: f64 = 1.5, in 1.0..=100.0, source "ours; kalal2012: no limit";
+        /// Points are no longer followed when the target was not seen for so long, unless the detector sees it there.
+        pub patience_s: f64 = 1e9, in 0.0.., unit "s", source "ours; kalal2012: no limit";
         /// Of several places detected the best one counts if its conservative similarity exceeds that of the next by this.
         pub margin: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: none counts";
         /// Patches of the object are added up to this relative similarity.
@@ -126,6 +137,18 @@ pursuit_tracking::parameters! {
         pub least_similarity: f64 = 0.45, in 0.0..=1.0, source "ours; released TLD: 0.5";
         /// So was one of less conservative similarity.
         pub least_conservative: f64 = 0.35, in 0.0..=1.0, source "ours; kalal2012: 0";
+        /// Windows that overlap the box more than this may be warped.
+        pub near_overlap: f64 = 0.6, in 0.0..=1.0, source "released TLD: 0.6";
+        /// Windows about the box that are tried for nearness, in shifts either way.
+        pub near_reach: usize = 3, in 0..=10, source "ours";
+        /// Most windows that pass the ferns while the classifiers are first trained.
+        pub most_first: usize = 5000, in 1..=100_000, source "ours";
+        /// Rounds of training, at the start, on what passes by mistake.
+        pub first_rounds: usize = 2, in 0..=20, source "ours";
+        /// Most patches that one frame adds to what is not the object.
+        pub most_negatives: usize = 10, in 0..=100, source "ours";
+        /// Windows elsewhere of more than this relative similarity are learned as not the object.
+        pub negative_from: f64 = 0.5, in 0.0..=1.0, source "released TLD: 0.5";
         /// Chooses ferns, warps, and what is forgotten.
         pub seed: u64 = 1, in Bounds::default(), source "ours";
     }
@@ -140,6 +163,8 @@ pursuit_tracking::parameters! {
         pub near: f64 = 0.7, in 0.0..=1.0, source "released TLD: 0.7";
         /// One that overlaps the followed box by less is somewhere else, and may take over.
         pub elsewhere: f64 = 0.5, in 0.0..=1.0, source "released TLD: 0.5";
+        /// And does, if its conservative similarity exceeds that of the followed box by this.
+        pub better: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: 0";
         /// What the followed box weighs against one detection in their mean.
         pub followed_weight: f64 = 10.0, in 0.0..=1000.0, source "released TLD: 10";
     }
@@ -150,6 +175,8 @@ pursuit_tracking::parameters! {
     pub struct GuideParams {
         /// The filtered box replaces the one that was followed above this conservative similarity; above 1: never.
         pub replace_above: f64 = 0.85, in 0.0..=2.0, source "zhu2014, claim 3: 0.85";
+        /// The filtered box must also resemble the target at least as much as the one followed.
+        pub no_worse: bool = true, source "ours; zhu2014, claim 3: false";
         /// Below this the motion model starts anew.
         pub restart_below: f64 = 0.6, in 0.0..=1.0, source "zhu2014, claim 3: 0.6";
         /// And after so many frames; 0: never.
@@ -160,21 +187,18 @@ pursuit_tracking::parameters! {
 impl GuideParams {
     /// No filtered box is ever taken, and the motion model goes on as it is.
     pub fn none() -> Self {
-        Self { replace_above: 2.0, restart_below: 0.0, restart_every: 0 }
+        Self { replace_above: 2.0, no_worse: true, restart_below: 0.0, restart_every: 0 }
     }
 }
 
 pursuit_tracking::parameters! {
-    /// The score: log odds of the box being right, by logistic regression.
+    /// The score: log odds of the box being right, by logistic regression on the conservative similarity alone. The relative
+    /// similarity and validity say nothing more of sequences that were left out: both grow with what is learned by mistake.
     pub struct TldScoreParams {
         /// Constant.
-        pub bias: f64 = -5.0, in Bounds::default(), source "ours, fitted";
+        pub bias: f64 = -3.64, in Bounds::default(), source "ours, fitted";
         /// Weight of the conservative similarity.
-        pub conservative: f64 = 7.9, in Bounds::default(), source "ours, fitted";
-        /// Weight of the relative similarity.
-        pub relative: f64 = 2.2, in Bounds::default(), source "ours, fitted";
-        /// Added where the trajectory is valid.
-        pub valid: f64 = 0.9, in Bounds::default(), source "ours, fitted";
+        pub conservative: f64 = 8.17, in Bounds::default(), source "ours, fitted";
     }
 }
 
@@ -182,7 +206,7 @@ pursuit_tracking::parameters! {
     /// Parameters of TLD (kalal2012).
     pub struct TldParams {
         /// How the box is followed.
-        pub flow: FlowParams = FlowParams::default();
+        pub flow: FlowParams = FlowParams::eight_px();
         /// The grid of windows and its gate.
         pub scan: ScanParams = ScanParams::default();
         /// The ensemble of random ferns.

@@ -1,26 +1,25 @@
 use pursuit_geometry::BBox;
 use serde::{Deserialize, Serialize};
 
-/// Windows have at least this side: what is smaller is looked at with its surroundings.
-const LEAST_SIDE_PX: f64 = 10.0;
-
 /// Between the target's box and the window it is looked at through: the box itself, unless that is tiny.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub(super) struct View {
     /// Sides at the start.
     size: (f64, f64),
+    /// Windows have at least this side, pixels: what is smaller is looked at with its surroundings.
+    least_px: f64,
     /// How many times wider and higher the window is.
     factors: (f64, f64),
 }
 
-/// Sides at the start.
+/// Sides at the start, and the least of a window's.
 #[derive(Clone, Serialize, Deserialize)]
-struct Raw(f64, f64);
+struct Raw(f64, f64, f64);
 
 impl From<View> for Raw {
     fn from(view: View) -> Self {
-        Self(view.size.0, view.size.1)
+        Self(view.size.0, view.size.1, view.least_px)
     }
 }
 
@@ -29,14 +28,17 @@ impl TryFrom<Raw> for View {
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
         let bbox = BBox::from_ltwh(0.0, 0.0, raw.0, raw.1);
-        if bbox.is_finite() && !bbox.is_empty() { Ok(Self::new(&bbox)) } else { Err("its target has no size") }
+        let whole = bbox.is_finite() && !bbox.is_empty() && raw.2.is_finite();
+        if whole { Ok(Self::new(&bbox, raw.2)) } else { Err("its target has no size") }
     }
 }
 
 impl View {
-    pub fn new(bbox: &BBox) -> Self {
-        let factor = |side: f64| (LEAST_SIDE_PX / side).max(1.0);
-        Self { size: (bbox.width(), bbox.height()), factors: (factor(bbox.width()), factor(bbox.height())) }
+    /// Of a target that is at `bbox` at the start; windows have at least the side `least_px`.
+    pub fn new(bbox: &BBox, least_px: f64) -> Self {
+        let factor = |side: f64| (least_px / side).max(1.0);
+        let factors = (factor(bbox.width()), factor(bbox.height()));
+        Self { size: (bbox.width(), bbox.height()), least_px, factors }
     }
 
     /// Sides of the window at the start.
@@ -70,16 +72,16 @@ mod tests {
     #[test]
     fn only_tiny_boxes_are_seen_with_their_surroundings() {
         let large = BBox::from_ltwh(3.0, 4.0, 30.0, 12.0);
-        let view = View::new(&large);
+        let view = View::new(&large, 10.0);
         assert_eq!((view.window(&large), view.bbox(&large), view.window_size()), (large, large, (30.0, 12.0)));
         let thin = BBox::from_ltwh(10.0, 20.0, 2.0, 40.0);
-        let view = View::new(&thin);
+        let view = View::new(&thin, 10.0);
         assert_eq!(view.window(&thin), BBox::from_center_size(thin.center(), 10.0, 40.0));
         assert_eq!(view.bbox(&view.window(&thin)), thin);
         assert_eq!(view.region(&thin), BBox::from_center_size(thin.center(), 10.0, 40.0));
         assert_eq!(view.window_size(), (10.0, 40.0));
         let saved = serde_json::to_string(&view).unwrap();
         assert_eq!(serde_json::from_str::<View>(&saved).unwrap(), view);
-        assert!(serde_json::from_str::<View>("[0.0,3.0]").is_err());
+        assert!(serde_json::from_str::<View>("[0.0,3.0,10.0]").is_err());
     }
 }

@@ -34,7 +34,7 @@ pub struct Verdict {
     pub score: f64,
     /// Whether a measurement that is not believed moves the box all the same, as the best guess of where the target is.
     pub follow: bool,
-    /// Whether appearance may learn from this frame; ignored unless `state` is `Tracking`.
+    /// Whether appearance may learn from this frame; ignored unless `state` is `Tracking` or the measurement is followed.
     pub learn: bool,
 }
 
@@ -97,7 +97,8 @@ impl Policy {
             _ => confidence.min(self.params.occluded_score),
         };
         let follow = state == TrackState::Occluded && self.params.model == PolicyModel::Calibrated;
-        Verdict { state, score, follow, learn: false }
+        let learn = follow && confidence >= self.params.learn_unsure_from;
+        Verdict { state, score, follow, learn }
     }
 
     /// Whether what was found is the target.

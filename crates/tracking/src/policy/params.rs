@@ -27,6 +27,9 @@ crate::parameters! {
         pub found_from: f64 = 0.5, in 0.0..=1.0, source "ours";
         /// Appearance is learned from this probability.
         pub learn_from: f64 = 0.4, in 0.0..=1.0, source "ours";
+        /// Of `calibrated`: what is followed in doubt, without being called seen, is learned from this probability. Of methods
+        /// that check for themselves what they learn (kalal2012); above 1: never.
+        pub learn_unsure_from: f64 = 2.0, in 0.0..=2.0, source "ours";
         /// Of `gated`: asked of what lies at the gate's edge after the target was missed.
         pub far_from: f64 = 0.925, in 0.0..=1.0, source "ours";
         /// Time counts towards losing an occluded target while the probability is below this; 1: always.

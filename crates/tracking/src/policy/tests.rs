@@ -27,6 +27,7 @@ fn policy(model: PolicyModel) -> Policy {
         seen_from: 0.3,
         found_from: 0.6,
         learn_from: 0.25,
+        learn_unsure_from: 2.0,
         far_from: 0.9,
         lost_below: 0.3,
         lost_after_s: 0.15,
@@ -34,6 +35,22 @@ fn policy(model: PolicyModel) -> Policy {
         psr_from: 7.0,
         outside_haste: 2.0,
     })
+}
+
+#[test]
+fn what_is_followed_in_doubt_is_learned_where_the_policy_says_so() {
+    let doubtful = |model, confidence| {
+        let policy = policy(model);
+        let mut policy =
+            Policy::new(PolicyParams { learn_unsure_from: 0.15, lost_below: 0.0, ..policy.params().clone() });
+        judge(&mut policy, TrackState::Occluded, confidence)
+    };
+    let verdict = doubtful(PolicyModel::Calibrated, 0.15);
+    assert_eq!((verdict.state, verdict.follow, verdict.learn), (TrackState::Occluded, true, true));
+    assert!(!doubtful(PolicyModel::Calibrated, 0.14).learn);
+    assert!(!doubtful(PolicyModel::Gated, 0.15).learn, "what is not followed is not learned");
+    // What is seen goes by its own threshold.
+    assert!(!judge(&mut policy(PolicyModel::Calibrated), TrackState::Tracking, 0.2).learn);
 }
 
 #[test]

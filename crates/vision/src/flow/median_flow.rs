@@ -224,8 +224,10 @@ pub fn box_motion(
     let residual_px = median_of(kept().map(off), scratch).ok_or(few)?;
     let ratios = kept().enumerate().flat_map(|(i, a)| {
         kept().skip(i + 1).filter_map(|b| {
-            let before = a.before.distance(b.before);
-            (before > 0.0).then(|| a.after.distance(b.after) / before)
+            // Some thousand pairs: lengths of pixels need no care for overflow.
+            let squared = |a: Point, b: Point| (a.x - b.x).powi(2) + (a.y - b.y).powi(2);
+            let before = squared(a.before, b.before);
+            (before > 0.0).then(|| (squared(a.after, b.after) / before).sqrt())
         })
     });
     let scale = match rule {
