@@ -4,13 +4,14 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 6] = [
+const BUILDS: [(&str, &str, &str); 7] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "encode,h264,reproduce,parquet", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit-media", "encode", "a recorder"),
+    ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];
 
 /// Checks each build as users make it, and tests what only a feature has. Without a feature that needs it, no C++ compiler is

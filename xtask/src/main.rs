@@ -12,6 +12,7 @@ mod notices;
 mod peers;
 mod release;
 mod run;
+mod soak;
 mod suite;
 mod weights;
 
@@ -63,6 +64,12 @@ enum Task {
         /// Run only the targets of this name
         target: Option<String>,
     },
+    /// Follow a live source at 100 frames a second that breaks off every 30 seconds: memory, threads and files stay as they were
+    Soak {
+        /// Seconds to run
+        #[arg(long, default_value_t = 7200)]
+        seconds: u32,
+    },
     /// Compare with independent tools (Python; installs them into target/peers and target/peers-toolkits)
     Peers {
         #[command(subcommand)]
@@ -103,6 +110,7 @@ fn main() -> Result<()> {
         Task::Mutants { jobs, modules } => mutants::run(&modules, jobs),
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
+        Task::Soak { seconds } => soak::run(seconds),
         Task::Peers { which } => peers::compare(which),
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),

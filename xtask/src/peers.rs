@@ -24,6 +24,8 @@ pub enum Comparison {
     },
     /// Drive the head of an ONVIF camera simulator that we did not write
     Onvif,
+    /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
+    Streams,
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
     Crowd {
         /// Arguments of xtask/peers/crowd.py
@@ -46,6 +48,7 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             script_of_ours(&toolkits()?, &script, "release/pursuit").args(arguments).run()
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
+        Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),
         Some(Comparison::Crowd { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
             timed("crowd.py", "release/examples/crowd", &arguments)
@@ -75,10 +78,12 @@ pub fn compare_or_skip(skipped: &mut Vec<String>) -> Result<()> {
 struct Pythons {
     tools: PathBuf,
     toolkits: PathBuf,
+    streams: PathBuf,
 }
 
 fn environments() -> Result<Pythons> {
-    Ok(Pythons { tools: environment("peers", "requirements.txt")?, toolkits: toolkits()? })
+    let streams = environment("peers-streams", "streams.txt")?;
+    Ok(Pythons { tools: environment("peers", "requirements.txt")?, toolkits: toolkits()?, streams })
 }
 
 fn toolkits() -> Result<PathBuf> {
@@ -88,6 +93,18 @@ fn toolkits() -> Result<PathBuf> {
 /// Our ONVIF driver and the camera simulator of the toolkits' environment.
 fn onvif(python: &Path) -> Result<()> {
     script_of_ours(python, &run::root().join("xtask/peers/onvif.py"), "release/pursuit").run()
+}
+
+/// Our connections to cameras, in this process and through `ffmpeg`, and servers of others.
+fn streams(python: &Path) -> Result<()> {
+    for features in ["rtsp", "h264"] {
+        let example =
+            ["--package", "pursuit-media", "--no-default-features", "--features", features, "--example", "watch"];
+        run::cargo("build").arg("--locked").args(example).run()?;
+        let watch = std::path::absolute(run::target_dir().join("debug/examples/watch"))?;
+        run::program(python).arg(run::root().join("xtask/peers/streams.py")).env("WATCH", watch).run()?;
+    }
+    Ok(())
 }
 
 /// The Python of a virtual environment, `target/NAME`, with everything that `xtask/peers/REQUIREMENTS` lists.
@@ -143,6 +160,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
     decoding_through_ffmpeg(&pythons.tools)?;
     metrics_of_toolkits(&pythons.toolkits)?;
     onvif(&pythons.toolkits)?;
+    streams(&pythons.streams)?;
     let mut scripts: Vec<PathBuf> = std::fs::read_dir(run::root().join("xtask/peers"))?
         .filter_map(|e| Some(e.ok()?.path()))
         .filter(|p| {

@@ -1,8 +1,11 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{features, fuzz, layers, licences, notices, peers, release, run};
+use crate::{features, fuzz, layers, licences, notices, peers, release, run, soak};
 use anyhow::{Context, Result};
 use std::time::{Duration, Instant};
+
+/// Seconds of the short form of `cargo xtask soak`.
+const SOAK_SECONDS: u32 = 30;
 
 /// All checks, the cheap ones first; stops at the first that fails.
 pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
@@ -23,6 +26,9 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
         skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());
     } else {
         clock.time("release suite", release::test)?;
+        if cfg!(target_os = "linux") {
+            clock.time("soak", || soak::run(SOAK_SECONDS))?;
+        }
         clock.time("fuzzing", || fuzzing(fuzz_seconds, &mut skipped))?;
         clock.time("comparisons", || peers::compare_or_skip(&mut skipped))?;
     }

@@ -5,10 +5,13 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use pursuit::media::depth::DepthCoding;
+use pursuit::media::wrappers::Reconnect;
 use pursuit::sinks::Format;
 #[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -55,6 +58,13 @@ pub enum ColorWhen {
     Auto,
     Always,
     Never,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Overlay {
+    Minimal,
+    Full,
+    None,
 }
 
 #[derive(Debug, Subcommand)]
@@ -104,7 +114,13 @@ pub struct Track {
     /// A video file, a folder of images, `camera:0`, `rtsp://…`, `http(s)://…`, `-` (Y4M or MJPEG on standard input), or
     /// `scene:NAME[?seed=1&key=value]`
     #[arg(required_unless_present = "config")]
-    pub input: Option<String>,
+    pub input: Option<OsString>,
+    /// Variable of the environment that holds USER:PASSWORD of the input
+    #[arg(long, value_name = "NAME")]
+    pub credentials_env: Option<String>,
+    /// File whose first line is USER:PASSWORD of the input
+    #[arg(long, value_name = "FILE", conflicts_with = "credentials_env")]
+    pub credentials_file: Option<PathBuf>,
     /// Start on this box: left, top, width, height in pixels (repeat for several targets)
     #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
     pub boxes: Vec<String>,
@@ -148,6 +164,9 @@ pub struct Track {
     /// Write no overlay video
     #[arg(long)]
     pub no_video: bool,
+    /// How much the overlay video shows: all boxes, state and score; the estimates alone; or no video
+    #[arg(long, value_enum, value_name = "STYLE", conflicts_with = "no_video")]
+    pub overlay: Option<Overlay>,
     /// Draw plots of the trajectory
     #[arg(long)]
     pub plots: bool,
@@ -169,9 +188,31 @@ pub struct Track {
     /// Take the input for one that can wait: no frame is dropped
     #[arg(long)]
     pub no_live: bool,
+    /// Say that a stream has stalled, and connect to it again, when no frame came for this long
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    pub stall: Duration,
+    /// For how long to go on connecting to a stream that stalled or broke off: seconds, 0 (never) or `forever`
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = reconnect)]
+    pub reconnect: Reconnect,
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
+}
+
+/// Takes a length of time above zero.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|s| Duration::try_from_secs_f64(s).ok());
+    seconds.filter(|s| !s.is_zero()).ok_or_else(|| "give seconds above 0, for example 5".to_owned())
+}
+
+/// Takes for how long to connect again.
+fn reconnect(text: &str) -> Result<Reconnect, String> {
+    match text.parse().map(Duration::try_from_secs_f64) {
+        _ if text == "forever" => Ok(Reconnect::Forever),
+        Ok(Ok(Duration::ZERO)) => Ok(Reconnect::Never),
+        Ok(Ok(limit)) => Ok(Reconnect::For(limit)),
+        _ => Err("give seconds, 0 or `forever`".to_owned()),
+    }
 }
 
 /// Takes the names of the codings of depth.

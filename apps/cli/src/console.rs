@@ -38,6 +38,19 @@ pub fn set_up(global: &Global) {
         .init();
 }
 
+/// Text with what a terminal would take for a command shown as `\u{1b}`: names of files come from anybody.
+pub fn printable(text: &str) -> String {
+    let shown = |c: char| !c.is_control() || c == '\n' || c == '\t';
+    text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
+        if shown(c) {
+            out.push(c)
+        } else {
+            out.extend(c.escape_unicode())
+        }
+        out
+    })
+}
+
 /// A bar on a terminal, nothing when piped or when told to be quiet.
 pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
     let hidden = global.quiet || !std::io::stderr().is_terminal();

@@ -56,7 +56,7 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         // Whoever read our output has seen enough.
         return ExitCode::SUCCESS;
     }
-    anstream::eprintln!("{}: {error:#}", console::ERROR);
+    anstream::eprintln!("{}: {}", console::ERROR, console::printable(&message(error)));
     let of_run = error.downcast_ref::<RunError>().map(RunError::exit_code);
     let of_experiment = || {
         #[cfg(feature = "reproduce")]
@@ -65,6 +65,11 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         None
     };
     ExitCode::from(of_run.or_else(of_experiment).unwrap_or(1))
+}
+
+/// What went wrong, each cause once: errors of runs name theirs themselves.
+fn message(error: &anyhow::Error) -> String {
+    error.downcast_ref::<RunError>().map_or_else(|| format!("{error:#}"), RunError::to_string)
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

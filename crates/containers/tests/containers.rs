@@ -29,8 +29,8 @@ fn movie(bytes: &[u8]) -> Result<Movie> {
 fn an_mp4_comes_back_with_its_samples_times_and_parameters() {
     let times: Vec<f64> = (0..23).map(|k| 7.0 + f64::from(k) * 0.04 + if k > 11 { 0.5 } else { 0.0 }).collect();
     let bytes = mp4(&times);
-    let Movie { mut input, track, ends_early } = movie(&bytes).unwrap();
-    assert!(!ends_early);
+    let Movie { mut input, track, flaw } = movie(&bytes).unwrap();
+    assert_eq!(flaw, None);
     assert_eq!((track.time_scale, track.samples.len(), input.len()), (90_000, 23, bytes.len() as u64));
     assert_eq!(track.matrix, [0x1_0000, 0, 0, 0x1_0000]);
     let Codec::Avc(config) = &track.codec else { panic!("{:?}", track.codec) };

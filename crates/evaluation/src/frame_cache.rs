@@ -72,7 +72,7 @@ impl<'a> FrameCache<'a> {
     fn decode(&self, mut viewer: impl FnMut(usize, Frame) -> ControlFlow<()>) -> Result<Ending> {
         let Footage::Input { path, first } = self.sequence.footage() else { return Ok(Ending::default()) };
         let failed = |cause| EvaluationError::Frames { sequence: self.sequence.name().to_owned(), cause };
-        let mut source: Box<dyn Source> = pursuit_media::open(&path.to_string_lossy(), self.open).map_err(failed)?;
+        let mut source: Box<dyn Source> = pursuit_media::open(path, self.open).map_err(failed)?;
         let mut passed = 0;
         let length = self.sequence.truth().len();
         let mut ending = Ending::default();

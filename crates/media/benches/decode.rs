@@ -38,7 +38,7 @@ fn decode(c: &mut Criterion) {
     };
     let mp4_name = mp4.to_string_lossy().into_owned();
     let Some(mkv) = make("clip.mkv", &["-i", &mp4_name, "-c", "copy"]) else { return };
-    let source = |path: &Path| open(&path.to_string_lossy(), &options);
+    let source = |path: &Path| open(path, &options);
 
     let mut group = c.benchmark_group("h264_720p_to_gray");
     group.throughput(Throughput::Elements(FRAMES)).sample_size(10);

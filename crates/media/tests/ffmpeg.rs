@@ -147,7 +147,7 @@ fn serve(content: Vec<u8>) -> String {
 #[test]
 fn web_addresses_are_read() {
     let Some(options) = options() else { return };
-    let mut source = open(&serve(std::fs::read(fixture("vp9.webm")).unwrap()), &options).unwrap();
+    let mut source = open(serve(std::fs::read(fixture("vp9.webm")).unwrap()), &options).unwrap();
     assert_eq!(lines(&all_frames(&mut *source)), hashes_beside("vp9.webm"));
     let refused = open("http://127.0.0.1:9/clip.mp4", &options).err().unwrap().to_string();
     assert!(refused.contains("127.0.0.1") && refused.contains("refused"), "{refused}");
@@ -175,17 +175,17 @@ fn credentials_reach_the_server_alone() {
         }
     });
     let address = |password: &str| format!("http://watch:{password}@{host}/clip.webm");
-    let mut source = open(&address("it's99"), &options).unwrap_or_else(|e| panic!("{e}"));
+    let mut source = open(address("it's99"), &options).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((source.info().name.as_str(), source.info().live), (address("***").as_str(), false));
     if cfg!(target_os = "linux") {
         assert!(!is_running("it's99"));
     }
     assert_eq!(lines(&all_frames(&mut *source)), hashes_beside("vp9.webm"));
-    let refused = open(&address("wrong99"), &options).err().unwrap().to_string();
+    let refused = open(address("wrong99"), &options).err().unwrap().to_string();
     assert!(refused.contains("401") && refused.contains(&address("***")), "{refused}");
     assert!(!refused.contains("wrong99"), "{refused}");
     let taken = OpenOptions { live: Some(true), ..options };
-    assert!(open(&address("it's99"), &taken).unwrap().info().live);
+    assert!(open(address("it's99"), &taken).unwrap().info().live);
 }
 
 fn is_running(word: &str) -> bool {

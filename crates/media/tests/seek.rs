@@ -179,14 +179,14 @@ fn folders_of_images_can_be_entered_anywhere_and_video_files_cannot() {
         let frame = Frame::new(0, 0.0, Pixels::Gray8(Image::filled(4, 3, 10 * i).unwrap().into()));
         write_png(&frame, &folder.join(format!("{i}.png"))).unwrap();
     }
-    goes_anywhere(open(&folder.to_string_lossy(), &OpenOptions::default()).unwrap());
-    let mut source = open(&folder.to_string_lossy(), &OpenOptions::default()).unwrap();
+    goes_anywhere(open(&folder, &OpenOptions::default()).unwrap());
+    let mut source = open(&folder, &OpenOptions::default()).unwrap();
     source.seek(12).unwrap();
     let frame = source.next_frame().unwrap().unwrap();
     assert_eq!((frame.gray().row(0)[0], frame.time_s()), (120, 0.4));
 
     let list: String = (0..20).map(|i| format!("{i},{i}.png,1,2,3,4\n")).collect();
     std::fs::write(folder.join("frames.csv"), format!("index,image,x,y,w,h\n{list}")).unwrap();
-    goes_anywhere(open(&folder.to_string_lossy(), &OpenOptions::default()).unwrap());
+    goes_anywhere(open(&folder, &OpenOptions::default()).unwrap());
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -64,7 +64,7 @@ impl Storage for Disk {
 
 /// Decodes with the crate's own reader: times and pictures.
 fn read(path: &Path) -> Vec<(f64, Image<Rgb8>)> {
-    let mut source = open(&path.display().to_string(), &OpenOptions::default()).expect("readable");
+    let mut source = open(path, &OpenOptions::default()).expect("readable");
     std::iter::from_fn(|| source.next_frame().expect("unbroken")).map(|f| (f.time_s(), f.color().to_image())).collect()
 }
 

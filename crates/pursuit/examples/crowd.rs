@@ -53,7 +53,7 @@ fn read_truth(folder: &Path) -> Result<Vec<Vec<BBox>>, Box<dyn Error>> {
 }
 
 fn read_frames(folder: &Path) -> Result<Vec<Frame>, Box<dyn Error>> {
-    let mut source = pursuit::media::open(&folder.join("images").to_string_lossy(), &OpenOptions::default())?;
+    let mut source = pursuit::media::open(folder.join("images"), &OpenOptions::default())?;
     let mut frames = Vec::new();
     while let Some(frame) = source.next_frame()? {
         frames.push(frame);

@@ -19,7 +19,7 @@ impl Demo {
         let mut parameters = toml::Table::from_iter([("color".to_owned(), "yellow".into())]);
         merge(&mut parameters, nested(settings));
         let config = RunConfig {
-            input: Some(format!("scene:table-tennis?seed={seed}")),
+            input: Some(format!("scene:table-tennis?seed={seed}").into()),
             detect: Some("ball".into()),
             out: Some(out.to_path_buf()),
             plots: Some(true),

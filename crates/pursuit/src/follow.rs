@@ -2,7 +2,7 @@
 
 use crate::RunError;
 use pursuit_geometry::BBox;
-use pursuit_media::{OpenOptions, Source};
+use pursuit_media::{Locator, OpenOptions, Source};
 use pursuit_trackers::registry;
 use pursuit_tracking::{Estimate, Recipe, Tracker};
 
@@ -11,7 +11,7 @@ use pursuit_tracking::{Estimate, Recipe, Tracker};
 ///
 /// # Errors
 /// An input that there is not, or that cannot be read.
-pub fn open(input: &str) -> Result<Box<dyn Source>, RunError> {
+pub fn open(input: impl Into<Locator>) -> Result<Box<dyn Source>, RunError> {
     open_with(input, &OpenOptions::default())
 }
 
@@ -19,8 +19,8 @@ pub fn open(input: &str) -> Result<Box<dyn Source>, RunError> {
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_with(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
-    crate::input::open_one(input, options)
+pub fn open_with(input: impl Into<Locator>, options: &OpenOptions) -> Result<Box<dyn Source>, RunError> {
+    crate::input::open_one(&input.into(), options)
 }
 
 /// The tracker called `name` with its default parameters; [`Recipe::with`] gives it others.

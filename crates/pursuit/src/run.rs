@@ -4,6 +4,7 @@ use crate::RunError;
 pub use crate::timing::{Timing, TimingSummary};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_media::depth::DepthFacts;
+use pursuit_media::wrappers::StreamCounts;
 use pursuit_tracking::TrackState;
 use serde::Serialize;
 use std::path::Path;
@@ -28,6 +29,9 @@ pub struct RunFile {
     pub frame_count: u64,
     /// Frames that a live source dropped because they came faster than they could be followed.
     pub dropped_frames: u64,
+    /// What befell a live input, where it was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stream: Option<StreamFacts>,
     /// How often something of the input could not be read, and was left out.
     pub damage_count: u64,
     /// What and why, of the first of them.
@@ -58,6 +62,32 @@ pub struct InputFacts {
     /// How its depth is read, where it has depth images.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<DepthFacts>,
+}
+
+/// What befell a live input.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct StreamFacts {
+    /// How often no frame came for longer than allowed.
+    pub stalls: u64,
+    /// How often the connection broke off.
+    pub breaks: u64,
+    /// How often it was connected to again, and frames came.
+    pub reconnects: u64,
+    /// Attempts at that which failed.
+    pub failed_attempts: u64,
+    /// Frames that came damaged and were left out.
+    pub damaged_frames: u64,
+    /// The longest time without a frame, seconds.
+    pub longest_gap_s: f64,
+    /// How much later than the promptest frame, by their own times, frames were taken up, milliseconds.
+    pub age_ms: TimingSummary,
+}
+
+impl StreamFacts {
+    pub(crate) fn new(counts: StreamCounts, age_ms: TimingSummary) -> Self {
+        let StreamCounts { stalls, breaks, reconnects, failed_attempts, damaged, longest_gap_s } = counts;
+        Self { stalls, breaks, reconnects, failed_attempts, damaged_frames: damaged, longest_gap_s, age_ms }
+    }
 }
 
 /// The tracker of a run.

@@ -44,7 +44,7 @@ impl Destination {
     pub fn new(
         out: Option<&Path>,
         overwrite: bool,
-        input: &str,
+        input: &Locator,
         inputs: impl IntoIterator<Item = PathBuf>,
     ) -> Result<Self, RunError> {
         let path = out.map_or_else(|| default_folder(input), Path::to_path_buf);
@@ -186,8 +186,8 @@ fn link_latest(folder: &Path) {
 }
 
 /// `pursuit-out/NAME`, with NAME made from the input's.
-fn default_folder(input: &str) -> PathBuf {
-    let shown = Locator::new(input).to_string();
+fn default_folder(input: &Locator) -> PathBuf {
+    let shown = input.to_string();
     // Neither the user of a camera nor what stands for the password names a folder.
     let input = shown.rsplit_once("***@").map_or(&*shown, |(_, host)| host);
     let last = input.trim_end_matches('/').rsplit(['/', '\\']).next().unwrap_or(input);
@@ -205,7 +205,7 @@ mod tests {
     const RUN: &str = r#"{"status": "done", "recipe": {"tracker": "kcf"}}"#;
 
     fn at(out: &Path, inputs: &[&Path]) -> Result<RunFolder, RunError> {
-        Destination::new(Some(out), false, "x", inputs.iter().map(|p| p.to_path_buf()))?.open()
+        Destination::new(Some(out), false, &"x".into(), inputs.iter().map(|p| p.to_path_buf()))?.open()
     }
 
     fn names(folder: &Path) -> Vec<String> {
@@ -228,7 +228,7 @@ mod tests {
             ("camera:0", "camera-0"),
             ("scene:table-tennis?seed=1", "scene-table-tennis-seed-1"),
         ] {
-            assert_eq!(default_folder(input), Path::new("pursuit-out").join(folder), "{input}");
+            assert_eq!(default_folder(&input.into()), Path::new("pursuit-out").join(folder), "{input}");
         }
     }
 

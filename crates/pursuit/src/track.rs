@@ -2,15 +2,15 @@
 
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
-use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, TimingFacts};
+use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder};
 use crate::session::{Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, JsonlSink, Sink};
 use crate::{RunError, trajectory_plots};
 use pursuit_geometry::{BBox, Truth};
 use pursuit_media::depth::DepthFacts;
-use pursuit_media::wrappers::PrefetchStats;
-use pursuit_media::{OpenOptions, SourceInfo};
+use pursuit_media::wrappers::{PrefetchStats, StreamStats};
+use pursuit_media::{Locator, OpenOptions, SourceInfo};
 use pursuit_tracking::many::Associating;
 use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
@@ -20,6 +20,8 @@ pub struct Run {
     session: Session,
     info: SourceInfo,
     stats: PrefetchStats,
+    /// Counts what befell a live input.
+    stream: Option<StreamStats>,
     /// What was found out about the input's depth.
     depth: Option<DepthFacts>,
     recipe: RecipeFacts,
@@ -75,11 +77,11 @@ impl Run {
         let methods = config.methods()?;
         formats(&config)?;
         let destination = destination(&config, name)?;
-        let OpenedInput { source, info, stats, depth } = input::open(name, &config, options)?;
+        let OpenedInput { source, info, stats, depth, stream } = input::open(name, &config, options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
-        Ok(Self { session, info, stats, depth, recipe, config, destination, further: Vec::new() })
+        Ok(Self { session, info, stats, stream, depth, recipe, config, destination, further: Vec::new() })
     }
 
     /// Results also go to `sink`, such as a pan-tilt head; it comes before the files.
@@ -149,6 +151,7 @@ impl Run {
         facts.damage = std::mem::take(&mut outcome.damage.messages);
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
+        facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
         facts.states = outcome.states;
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
@@ -176,6 +179,7 @@ impl Run {
             host: HostFacts::here(),
             frame_count: 0,
             dropped_frames: 0,
+            stream: None,
             damage_count: 0,
             damage: Vec::new(),
             states: StateCounts::default(),
@@ -191,7 +195,7 @@ fn create_sinks(config: &RunConfig, info: &SourceInfo, folder: &RunFolder) -> Re
         all.push(format.create(folder.path())?);
     }
     let fps = config.fps.or(info.fps);
-    all.extend(sinks::overlay(&folder.file(OVERLAY), fps, config.video)?);
+    all.extend(sinks::overlay(&folder.file(OVERLAY), fps, config.video, config.overlay.unwrap_or_default())?);
     Ok(all)
 }
 
@@ -207,7 +211,7 @@ fn conclude(facts: &RunFile, folder: &RunFolder, plots: bool, files: &mut Vec<Pa
 }
 
 /// Where results go; none is standard output, which takes one format.
-fn destination(config: &RunConfig, input: &str) -> Result<Option<Destination>, RunError> {
+fn destination(config: &RunConfig, input: &Locator) -> Result<Option<Destination>, RunError> {
     let out = config.out.as_deref();
     if out != Some(Path::new("-")) {
         return Destination::new(out, config.overwrite == Some(true), input, config.files()).map(Some);

@@ -95,7 +95,7 @@ fn a_detector_finds_one_target_or_many() {
         if !image.exists() {
             film(&image);
         }
-        config.input = Some(image.display().to_string());
+        config.input = Some(image.into());
         let more: RunConfig = toml::from_str(text).unwrap();
         Run::prepare(config.overridden_by(more), &OpenOptions::default()).unwrap().run(|_| {}).unwrap()
     };

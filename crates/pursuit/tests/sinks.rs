@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Memory, at, blank};
-use pursuit::sinks::{CsvSink, JsonlSink, MotSink, Sink, TRAJECTORY_COLUMNS};
+use pursuit::sinks::{CsvSink, JsonlSink, MotSink, OverlayStyle, Sink, TRAJECTORY_COLUMNS};
 use pursuit::tracking::{BoxCovariance, Diagnostics, Estimate, TargetId, TrackState};
 use pursuit::{Record, RunError};
 use std::path::{Path, PathBuf};
@@ -116,14 +116,14 @@ fn mot_counts_from_one_and_has_measured_targets_alone() {
 fn overlay(frames: &[Vec<Record>]) -> Vec<Vec<Vec<u8>>> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("overlay.mp4");
-    let mut sink = pursuit::sinks::OverlaySink::create(&path, Some(25.0)).unwrap();
+    let mut sink = pursuit::sinks::OverlaySink::create(&path, Some(25.0), OverlayStyle::Full).unwrap();
     assert_eq!(sink.files(), std::slice::from_ref(&path));
     for (k, records) in frames.iter().enumerate() {
         sink.write(&Arc::new(blank(k as u64)), records).unwrap();
     }
     sink.finish().unwrap();
     sink.finish().unwrap();
-    let mut video = pursuit::open(&path.to_string_lossy()).unwrap();
+    let mut video = pursuit::open(&path).unwrap();
     let mut seen = Vec::new();
     while let Some(frame) = video.next_frame().unwrap() {
         seen.push(frame.gray().rows().map(<[u8]>::to_vec).collect());
@@ -154,7 +154,7 @@ fn a_file_that_cannot_be_made_is_named() {
         JsonlSink::create(nowhere).err().unwrap(),
         MotSink::create(nowhere).err().unwrap(),
         #[cfg(feature = "encode")]
-        pursuit::sinks::OverlaySink::create(nowhere, None).err().unwrap(),
+        pursuit::sinks::OverlaySink::create(nowhere, None, OverlayStyle::Minimal).err().unwrap(),
     ];
     for failure in failures {
         assert_eq!(failure.exit_code(), 4);

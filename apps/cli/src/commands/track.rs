@@ -1,22 +1,26 @@
 use super::{print, settings};
-use crate::args::{Global, Track};
+use crate::args::{Global, Overlay, Track};
 use crate::console;
 use pursuit::config::parse_box;
-use pursuit::media::OpenOptions;
 use pursuit::media::depth::DepthOptions;
+use pursuit::media::wrappers::Patience;
+use pursuit::media::{Locator, OpenOptions};
+use pursuit::sinks::OverlayStyle;
 use pursuit::{Finished, Run, RunConfig, RunError};
 use std::fmt::Write;
 use std::process::ExitCode;
 
 /// `pursuit track INPUT …`.
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
-    let live = (args.live || args.no_live).then_some(args.live);
-    let run = Run::prepare(config(args)?, &OpenOptions { live, ..OpenOptions::from_env() })?;
+    let run = Run::prepare(config(args)?, &open_options(args))?;
     carry_out(run, global, |finished| match (&finished.out, args.json) {
         // Standard output belongs to the results.
         (None, _) => Ok(String::new()),
         (Some(_), true) => json(finished),
-        (Some(_), false) => summary(finished, !args.no_video),
+        (Some(_), false) => {
+            let with_overlay = !(args.no_video || args.overlay == Some(Overlay::None));
+            Ok(console::printable(&summary(finished, with_overlay)?))
+        }
     })
 }
 
@@ -43,6 +47,13 @@ pub fn carry_out(
     }
 }
 
+/// How the input is to be opened.
+pub fn open_options(args: &Track) -> OpenOptions {
+    let live = (args.live || args.no_live).then_some(args.live);
+    let patience = Patience { stall: args.stall, reconnect: args.reconnect };
+    OpenOptions { live, patience, ..OpenOptions::from_env() }
+}
+
 /// The configuration file, overridden by the options given.
 pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     let file = match &args.config {
@@ -51,7 +62,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     };
     let flag = |given: bool, value: bool| given.then_some(value);
     let options = RunConfig {
-        input: args.input.clone(),
+        input: args.input.clone().map(Locator::from),
         depth: args.depth.clone(),
         depth_options: depth_options(args)?,
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
@@ -60,7 +71,12 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         many: flag(args.many, true),
         out: args.out.clone(),
         overwrite: flag(args.overwrite, true),
-        video: flag(args.no_video, false),
+        video: flag(args.no_video || args.overlay == Some(Overlay::None), false),
+        overlay: args.overlay.and_then(|style| match style {
+            Overlay::Minimal => Some(OverlayStyle::Minimal),
+            Overlay::Full => Some(OverlayStyle::Full),
+            Overlay::None => None,
+        }),
         plots: flag(args.plots, true),
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
         from: args.from,
@@ -69,7 +85,26 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         parameters: settings(&args.settings)?,
         read_from: None,
     };
-    Ok(file.overridden_by(options))
+    let config = file.overridden_by(options);
+    let input = config.input.map(|input| with_credentials(input, args)).transpose()?;
+    Ok(RunConfig { input, ..config })
+}
+
+/// The input with the credentials that are kept elsewhere.
+#[allow(clippy::disallowed_methods, reason = "the variable that the user names")]
+fn with_credentials(input: Locator, args: &Track) -> Result<Locator, RunError> {
+    let (text, place) = match (&args.credentials_env, &args.credentials_file) {
+        (Some(name), _) => (std::env::var(name).map_err(|e| e.to_string()), format!("the variable {name}")),
+        (None, Some(path)) => {
+            (std::fs::read_to_string(path).map_err(|e| e.to_string()), format!("the file {}", path.display()))
+        }
+        (None, None) => return Ok(input),
+    };
+    let text = text.map_err(|e| RunError::usage(format!("no credentials in {place}: {e}")))?;
+    match text.lines().next().and_then(|line| line.trim_end().split_once(':')) {
+        Some((user, password)) => Ok(input.with_credentials(user, password)),
+        None => Err(RunError::usage(format!("no credentials in {place}: its first line is not USER:PASSWORD"))),
+    }
 }
 
 /// How depth images are to be read.
@@ -156,6 +191,13 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
     }
     if facts.dropped_frames > 0 {
         writeln!(text, "dropped   {} frames that came faster than they could be followed", facts.dropped_frames)?;
+    }
+    if let Some(stream) = facts.stream.filter(|s| s.stalls + s.breaks > 0) {
+        writeln!(
+            text,
+            "stream    {} stalls, {} breaks, connected again {} times, {:.1} s without a frame at most",
+            stream.stalls, stream.breaks, stream.reconnects, stream.longest_gap_s
+        )?;
     }
     if let Some(why) = pursuit::NO_OVERLAY.filter(|_| wants_video) {
         writeln!(text, "no video  {why}")?;

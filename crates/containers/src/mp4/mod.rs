@@ -3,6 +3,7 @@
 //! Reading is written for files from outside: every count is checked against the bytes that are really there, a file whose end is
 //! missing gives the samples it still has, and only the index is held in memory.
 
+mod announced;
 mod boxes;
 mod edits;
 mod fragments;

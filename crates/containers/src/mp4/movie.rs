@@ -1,7 +1,7 @@
 use super::boxes::{FileBox, child, children, file_box, full};
 use super::edits::Edits;
 use super::fragments::{Defaults, Fragments};
-use super::{AvcConfig, Codec, ColorTags, Sample, samples};
+use super::{AvcConfig, Codec, ColorTags, Sample, announced, samples};
 use crate::bytes::{Fields, RandomAccess};
 use crate::limits::check_size;
 use crate::{ContainerError, Result};
@@ -9,14 +9,18 @@ use crate::{ContainerError, Result};
 /// The largest index read into memory; that of a ten-hour film is a tenth of it.
 const MAX_INDEX_BYTES: u64 = 64 << 20;
 
+/// Segment indices looked at; what more there are say nothing new.
+const MAX_INDICES: usize = 1 << 16;
+
 /// An MP4 or QuickTime file whose index has been read.
 pub struct Movie {
     /// The file, to read samples from.
     pub input: RandomAccess,
     /// Its first video track.
     pub track: VideoTrack,
-    /// Whether the file ends within a fragment's index, so that frames are missing without anything pointing to them.
-    pub ends_early: bool,
+    /// What of the file's own statements is not true of it, so that frames may be missing without anything pointing to
+    /// them: it ends within a box, its index lists more frames than it places, its length is another.
+    pub flaw: Option<String>,
 }
 
 /// The first video track.
@@ -42,21 +46,25 @@ impl Movie {
     /// [`ContainerError::Malformed`] when there is no index or it is damaged, [`ContainerError::Unsupported`] for edit lists
     /// that repeat, reverse or retime.
     pub fn read(mut input: RandomAccess) -> Result<Self> {
-        let (mut moov, mut fragments, mut cut, mut ends_early) = (None, Vec::new(), false, false);
+        let (mut moov, mut fragments, mut indices, mut cut) = (None, Vec::new(), Vec::new(), false);
         let mut at = 0;
         while let Some(found) = file_box(&mut input, at)? {
             cut = found.end > input.len();
             match &found.kind {
                 b"moov" if moov.is_none() => moov = Some(read_body(&mut input, &found)?),
-                b"moof" if cut => ends_early = true,
-                b"moof" => fragments.push(found),
+                b"moof" if !cut => fragments.push(found),
+                b"sidx" if !cut && indices.len() < MAX_INDICES => indices.push(found),
                 _ => {}
             }
             at = found.end.min(input.len());
         }
         let moov = moov.ok_or_else(|| no_index(cut))?;
-        let track = VideoTrack::read(&moov, &fragments, &mut input)?;
-        Ok(Self { input, track, ends_early })
+        // What is left and is no box is the beginning of one, unless it is nothing but zeros.
+        let (rest, available) = input.peek::<16>(at)?;
+        cut |= rest[..available].iter().any(|&b| b != 0);
+        let (track, flaw) = VideoTrack::read(&moov, &fragments, &indices, &mut input)?;
+        let ends_early = || "the file ends early; it may not have been copied to its end".to_owned();
+        Ok(Self { input, track, flaw: cut.then(ends_early).or(flaw) })
     }
 }
 
@@ -82,26 +90,46 @@ fn read_body(input: &mut RandomAccess, found: &FileBox) -> Result<Vec<u8>> {
 }
 
 impl VideoTrack {
-    fn read(moov: &[u8], fragments: &[FileBox], input: &mut RandomAccess) -> Result<Self> {
+    /// The track, and what of the file's own statements is not true of it.
+    fn read(
+        moov: &[u8],
+        fragments: &[FileBox],
+        indices: &[FileBox],
+        input: &mut RandomAccess,
+    ) -> Result<(Self, Option<String>)> {
         let trak = children(moov).filter(|(kind, _)| kind == b"trak").map(|(_, b)| b).find(|b| is_video(b));
         let trak = trak.ok_or_else(|| ContainerError::malformed("the MP4 has no video track"))?;
         let damaged = || ContainerError::malformed("its MP4 index is damaged");
         let (track_id, matrix) = child(trak, b"tkhd").and_then(track_header).ok_or_else(damaged)?;
         let mdia = child(trak, b"mdia").ok_or_else(damaged)?;
-        let time_scale = child(mdia, b"mdhd").and_then(time_scale_of).ok_or_else(damaged)?;
+        let header = child(mdia, b"mdhd").ok_or_else(damaged)?;
+        let time_scale = time_scale_of(header).ok_or_else(damaged)?;
         let movie_scale = child(moov, b"mvhd").and_then(time_scale_of).unwrap_or(1000);
         let stbl = child(mdia, b"minf").and_then(|b| child(b, b"stbl")).ok_or_else(damaged)?;
         let codec = child(stbl, b"stsd").and_then(codec_of).ok_or_else(damaged)??;
-        let mut samples = samples::expand(stbl, input.len())?;
-        if let Some(defaults) = Defaults::read(moov, track_id) {
+        let samples::Expanded { mut samples, end, flaw } = samples::expand(stbl, input.len())?;
+        let seconds = |units: u64, scale: u32| units as f64 / f64::from(scale);
+        let flaw = if let Some(defaults) = Defaults::read(moov, track_id) {
             let mut all = Fragments { track_id, defaults, samples, file_len: input.len(), decoding_time: 0 };
             for found in fragments {
                 all.add(&read_body(input, found)?, found.start)?;
             }
             samples = all.samples;
-        }
+            let found_s = seconds(all.decoding_time.max(0).cast_unsigned(), time_scale);
+            let said_s = announced::fragments_duration(moov).map(|d| seconds(d, movie_scale));
+            let mut indexed_s = None;
+            for index in indices {
+                let end_s = announced::indexed_end_s(&read_body(input, index)?, track_id);
+                indexed_s = indexed_s.into_iter().chain(end_s).reduce(f64::max);
+            }
+            // Fragments may begin later than at 0: then only what is indexed says where they end.
+            indexed_s.or(said_s).and_then(|said_s| announced::compare(said_s, found_s))
+        } else {
+            let said = announced::duration_of(header).map(|d| seconds(d, time_scale));
+            flaw.or_else(|| announced::compare(said?, seconds(end, time_scale)))
+        };
         let edits = Edits::read(trak, movie_scale, time_scale)?;
-        Ok(Self { codec, time_scale, samples, edits, matrix })
+        Ok((Self { codec, time_scale, samples, edits, matrix }, flaw))
     }
 }
 

@@ -6,8 +6,17 @@ use crate::{ContainerError, Result};
 /// More samples than this (38 hours at 30 frames per second) are refused: the index would not fit in memory sensibly.
 pub(super) const MAX_SAMPLES: usize = 1 << 22;
 
+/// The samples of a sample table, in decoding order.
+pub(super) struct Expanded {
+    pub samples: Vec<Sample>,
+    /// When the last of them ends, in units of the track's time scale.
+    pub end: u64,
+    /// Where its tables do not go together.
+    pub flaw: Option<String>,
+}
+
 /// Expands the tables of a sample table box (`stbl`, ISO/IEC 14496-12 §8.5–8.7) to one entry a sample, in decoding order.
-pub(super) fn expand(stbl: &[u8], file_len: u64) -> Result<Vec<Sample>> {
+pub(super) fn expand(stbl: &[u8], file_len: u64) -> Result<Expanded> {
     let sizes = Sizes::read(stbl).ok_or_else(|| ContainerError::malformed("its index has no sample sizes"))?;
     let chunks = ChunkOffsets::read(stbl).ok_or_else(|| ContainerError::malformed("its index has no chunk offsets"))?;
     let runs = table(stbl, b"stsc", 12).ok_or_else(|| ContainerError::malformed("its index has no chunk table"))?;
@@ -25,14 +34,20 @@ pub(super) fn expand(stbl: &[u8], file_len: u64) -> Result<Vec<Sample>> {
         let mut offset = chunks.get(chunk).unwrap_or(u64::MAX);
         for _ in 0..per_chunk {
             if samples.len() == count {
-                return Ok(samples);
+                break;
             }
             let size = sizes.get(samples.len()).unwrap_or(0);
             samples.push(Sample { offset, size, composition_time: times.next() });
             offset = offset.saturating_add(u64::from(size));
         }
     }
-    Ok(samples)
+    let (placed, listed, timed) = (samples.len() as u64, sizes.listed(), times.listed());
+    let flaw = if placed != listed {
+        Some(format!("its index lists {listed} frames and says where {placed} of them are"))
+    } else {
+        (timed != listed).then(|| format!("its index lists {listed} frames and has times for {timed}"))
+    };
+    Ok(Expanded { samples, end: times.decoding_time.max(0).cast_unsigned(), flaw })
 }
 
 /// The entries of a table box, cut to those that are really there.
@@ -66,6 +81,14 @@ impl<'a> Sizes<'a> {
             bits,
             count: count.min(bytes.len().saturating_mul(8) / bits as usize),
         })
+    }
+
+    /// How many there are said to be.
+    fn listed(&self) -> u64 {
+        match *self {
+            Self::Constant { count, .. } => count.into(),
+            Self::Table { count, .. } => count as u64,
+        }
     }
 
     /// A constant size is believed only as often as it fits into the file.
@@ -151,6 +174,8 @@ impl<'a> ChunkRuns<'a> {
 
 /// Composition times from decoding times (`stts`) and offsets (`ctts`), asked for sample after sample.
 struct Times<'a> {
+    /// The whole of `stts`.
+    table: &'a [u8],
     durations: Runs<'a>,
     offsets: Runs<'a>,
     decoding_time: i64,
@@ -159,7 +184,12 @@ struct Times<'a> {
 impl<'a> Times<'a> {
     fn new(stts: Option<&'a [u8]>, ctts: Option<&'a [u8]>) -> Self {
         let runs = |table: Option<&'a [u8]>| Runs { entries: Fields(table.unwrap_or_default()), left: 0, value: 0 };
-        Self { durations: runs(stts), offsets: runs(ctts), decoding_time: 0 }
+        Self { table: stts.unwrap_or_default(), durations: runs(stts), offsets: runs(ctts), decoding_time: 0 }
+    }
+
+    /// How many samples have times of their own.
+    fn listed(&self) -> u64 {
+        self.table.as_chunks::<8>().0.iter().map(|entry| u64::from(Fields(entry).u32().unwrap_or_default())).sum()
     }
 
     fn next(&mut self) -> i64 {

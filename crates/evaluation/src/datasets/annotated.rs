@@ -7,8 +7,8 @@ use std::path::Path;
 
 /// A folder or video with the truth that its source comes with.
 pub(super) fn read(path: &Path, name: String, open: &OpenOptions) -> Result<Sequence> {
-    let source = pursuit_media::open(&path.to_string_lossy(), open)
-        .map_err(|cause| EvaluationError::Frames { sequence: name.clone(), cause })?;
+    let source =
+        pursuit_media::open(path, open).map_err(|cause| EvaluationError::Frames { sequence: name.clone(), cause })?;
     match &source.info().truth {
         Some(truth) => Ok(Sequence::from_path(name, path, 0, truth.clone())),
         None => {

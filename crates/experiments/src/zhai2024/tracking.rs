@@ -269,7 +269,7 @@ fn sequence_frames(sequence: &Sequence) -> Result<Vec<(Frame, Shown)>, Experimen
     let Footage::Input { path, first: skipped } = sequence.footage() else { return Ok(Vec::new()) };
     let unreadable = |e: pursuit_media::MediaError| ExperimentError::usage(e.to_string());
     let open = pursuit_media::OpenOptions::default();
-    let mut source = pursuit_media::open(&path.to_string_lossy(), &open).map_err(unreadable)?;
+    let mut source = pursuit_media::open(path, &open).map_err(unreadable)?;
     let mut frames = Vec::new();
     for k in 0..skipped + sequence.truth().len() {
         let Some(frame) = source.next_frame().map_err(unreadable)? else { break };

@@ -6,7 +6,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The name of the list that makes a folder an annotated sequence.
 pub(crate) const LIST_NAME: &str = "frames.csv";
@@ -98,8 +98,20 @@ pub(crate) fn read_list(file: impl Read, name: &str) -> Result<Vec<ListRow>> {
         let field = |column: usize| record.get(column).map(str::trim).filter(|text| !text.is_empty());
         let image = field(image).ok_or("it names no image")?;
         let truth = boxes.map_or(Ok(Truth::Unknown), |columns| truth_of(record, columns))?;
-        Ok(ListRow { image: image.into(), depth: depth.and_then(field).map(PathBuf::from), truth })
+        let depth = depth.and_then(field).map(inside).transpose()?;
+        Ok(ListRow { image: inside(image)?, depth, truth })
     })
+}
+
+/// A path that stays in the folder of the list: a list from elsewhere must not name other files of this machine.
+fn inside(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let stays = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if stays {
+        Ok(path)
+    } else {
+        Err(format!("{text:?} leads out of the folder; put the images, or a link to them, into it"))
+    }
 }
 
 /// Reads `NAME.csv`; `None` when its columns are not `index,x,y,w,h`.

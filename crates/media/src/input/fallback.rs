@@ -1,3 +1,4 @@
+use super::cancel::Cancel;
 use super::fault::Fault;
 use super::ffmpeg::{FfmpegSource, Target};
 use super::mp4::Mp4Source;
@@ -27,7 +28,7 @@ impl Mp4WithFallback {
         let program = self.options.find_ffmpeg()?;
         let target = Target::File(self.path.clone());
         let name = &self.info().name;
-        let mut source = FfmpegSource::open(&program, &target, name, &self.options).ok()?;
+        let mut source = FfmpegSource::open(&program, &target, name, &self.options, &Cancel::default()).ok()?;
         for _ in 0..self.delivered {
             source.next_frame().ok()??;
         }

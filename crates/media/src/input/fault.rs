@@ -19,6 +19,14 @@ impl Fault {
         Self::Malformed(reason.into())
     }
 
+    /// It takes an ffmpeg, and there is none; `what` says in words what it is.
+    pub fn no_ffmpeg(what: &str) -> Self {
+        Self::Malformed(format!(
+            "{what} is not decoded here and no ffmpeg was found; install ffmpeg (apt install ffmpeg, brew install ffmpeg) \
+             or convert it to H.264 (8-bit 4:2:0) in MP4"
+        ))
+    }
+
     pub fn reason(self) -> String {
         match self {
             Self::Unsupported(what) => format!("{what} is not decoded here; convert it to H.264 8-bit 4:2:0 in MP4"),

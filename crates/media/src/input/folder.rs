@@ -20,6 +20,8 @@ pub(crate) struct FolderSource {
     depth: Option<(DepthReader, DepthFacts)>,
     info: SourceInfo,
     fps: f64,
+    /// The place of each row in time, in frames; none where rows follow one another without gaps.
+    places: Option<Vec<u64>>,
     next: usize,
     finished: bool,
 }
@@ -27,8 +29,10 @@ pub(crate) struct FolderSource {
 impl FolderSource {
     /// All JPEG and PNG files of `folder` in natural order.
     pub fn list(folder: &Path, name: &str, fps: f64) -> Result<Self> {
-        let rows = list_images(folder, name)?.into_iter().map(|image| Row { image, depth: None }).collect();
-        Self::new(rows, name, fps, "image folder (built in)")
+        let images = list_images(folder, name)?;
+        let places = places(&images);
+        let rows = images.into_iter().map(|image| Row { image, depth: None }).collect();
+        Ok(Self { places, ..Self::new(rows, name, fps, "image folder (built in)")? })
     }
 
     /// The images of `rows`, in their order.
@@ -46,7 +50,7 @@ impl FolderSource {
             decoder: decoder.to_owned(),
             truth: None,
         };
-        Ok(Self { rows, depth: None, info, fps, next: 0, finished: false })
+        Ok(Self { rows, depth: None, info, fps, places: None, next: 0, finished: false })
     }
 
     /// The same, its rows' depth images read as `options` say; `pairing` is how the rows came by them.
@@ -77,7 +81,8 @@ impl FolderSource {
         let broken = |path: &Path, fault: Fault| fault.broken(&path.display().to_string(), index);
         let damaged = |path: &Path, fault: Fault| fault.damaged(&path.display().to_string(), index);
         let pixels = read_image(&row.image).map_err(|f| damaged(&row.image, f))?;
-        let frame = Frame::new(index, self.next as f64 / self.fps, pixels);
+        let place = self.places.as_ref().and_then(|p| p.get(self.next).copied()).unwrap_or(index);
+        let frame = Frame::new(index, place as f64 / self.fps, pixels);
         if frame.size() != self.info.size {
             let reason = format!(
                 "it is {} pixels, the frames before it are {}; give all images one size",
@@ -163,6 +168,29 @@ fn natural_order(a: &str, b: &str) -> Ordering {
     }
 }
 
+/// Where images stand in time, in frames from the first, when their names are numbers with gaps: `img7`, `img8`, `img11` are 0, 1
+/// and 4. `None` where there are no gaps, and where the numbers are not of frames: the words around them differ, or a
+/// step is no multiple of the smallest, or most of the frames would be missing (times, or numbers of something else).
+fn places(images: &[PathBuf]) -> Option<Vec<u64>> {
+    let numbers: Vec<(String, u64)> = images.iter().map(|path| number(path)).collect::<Option<_>>()?;
+    let same = numbers.iter().all(|(word, _)| *word == numbers[0].0);
+    let steps = || numbers.windows(2).map(|pair| pair[1].1.saturating_sub(pair[0].1));
+    let step = steps().min().filter(|&step| same && step > 0)?;
+    if steps().any(|s| s % step != 0) {
+        return None;
+    }
+    let places: Vec<u64> = numbers.iter().map(|(_, n)| (n - numbers[0].1) / step).collect();
+    let span = places.last()? + 1;
+    (span > places.len() as u64 && span <= 2 * places.len() as u64).then_some(places)
+}
+
+/// The last number in a file's name, and the words before it.
+fn number(path: &Path) -> Option<(String, u64)> {
+    let stem = path.file_stem()?.to_str()?;
+    let word = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    Some((word.to_owned(), stem[word.len()..].parse().ok()?))
+}
+
 /// Takes a run of digits off the front; returns it without leading zeros.
 fn take_digits<'a>(text: &mut &'a [u8]) -> &'a [u8] {
     let end = text.iter().position(|b| !b.is_ascii_digit()).unwrap_or(text.len());
@@ -174,6 +202,24 @@ fn take_digits<'a>(text: &mut &'a [u8]) -> &'a [u8] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn gaps_between_numbers_are_gaps_in_time() {
+        let of = |names: &[&str]| places(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(of(&["img7.png", "img8.jpg", "img10.png"]), Some(vec![0, 1, 3]));
+        assert_eq!(of(&["0010.png", "0015.png", "0030.png", "0035.png"]), Some(vec![0, 1, 4, 5]));
+        // No gap, no numbers, other words, the same number twice, no common step, more gaps than images.
+        for names in [
+            ["a1.png", "a2.png", "a3.png"],
+            ["a.png", "b.png", "c.png"],
+            ["a1.png", "b2.png", "b4.png"],
+            ["a1.jpg", "a1.png", "a3.png"],
+            ["a1.png", "a3.png", "a6.png"],
+            ["a1.png", "a2.png", "a9.png"],
+        ] {
+            assert_eq!(of(&names), None, "{names:?}");
+        }
+    }
 
     #[test]
     fn numbers_in_names_count_by_value() {

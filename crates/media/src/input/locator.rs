@@ -1,4 +1,7 @@
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::ffi::{OsStr, OsString};
 use std::fmt;
+use std::path::Path;
 
 /// Words in the name of a query parameter whose value is shown to nobody.
 const SECRETS: [&str; 8] = ["pass", "pwd", "token", "key", "auth", "secret", "sig", "credential"];
@@ -8,19 +11,28 @@ const HIDDEN: &str = "***";
 const SHORTEST: usize = 3;
 
 /// The address of an input as the user wrote it. Where it holds credentials – `scheme://user:password@…`,
-/// `?token=…` – they can be had by [`reveal`](Self::reveal) alone: whatever prints it shows `***` in their place.
+/// `?token=…` – they can be had by [`reveal`](Self::reveal) alone: whatever prints or stores it shows `***` in their place.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct Locator(String);
+pub struct Locator {
+    text: String,
+    /// As it is, where that is no text: file names need not be.
+    raw: Option<OsString>,
+}
 
 impl Locator {
     /// As the user wrote it.
     pub fn new(text: impl Into<String>) -> Self {
-        Self(text.into())
+        Self { text: text.into(), raw: None }
+    }
+
+    /// As a file name, which need not be text.
+    pub fn path(&self) -> &Path {
+        Path::new(self.raw.as_deref().unwrap_or(OsStr::new(&self.text)))
     }
 
     /// The whole address, for whoever opens it.
     pub fn reveal(&self) -> &str {
-        &self.0
+        &self.text
     }
 
     /// Whether anything in it is hidden.
@@ -34,14 +46,47 @@ impl Locator {
         if secrets.is_empty() {
             return message.to_owned();
         }
-        let whole = message.replace(&self.0, &self.to_string());
+        let whole = message.replace(&self.text, &self.to_string());
         let long = secrets.into_iter().filter(|s| s.len() >= SHORTEST);
         long.fold(whole, |text, secret| text.replace(secret, HIDDEN))
     }
 
+    /// The same address with these credentials in it, in place of those that it may have.
+    #[must_use]
+    pub fn with_credentials(&self, user: &str, password: &str) -> Self {
+        let Some((scheme, _)) = self.text.split_once("://") else { return self.clone() };
+        let (_, rest) = self.parts();
+        let (user, password) = (percent_encoded(user), percent_encoded(password));
+        Self::new(format!("{scheme}://{user}:{password}@{rest}"))
+    }
+
+    /// The user and the password in it, as they are meant, where there are any.
+    pub fn credentials(&self) -> Option<(String, String)> {
+        let (user, password) = self.parts().0?.split_once(':')?;
+        Some((percent_decoded(user), percent_decoded(password)))
+    }
+
+    /// The address without user and password.
+    pub fn address(&self) -> String {
+        match self.text.split_once("://") {
+            Some((scheme, _)) => format!("{scheme}://{}", self.parts().1),
+            None => self.text.clone(),
+        }
+    }
+
+    /// What stands before the `@`, and what stands behind it, without the scheme.
+    fn parts(&self) -> (Option<&str>, &str) {
+        let Some((_, rest)) = self.text.split_once("://") else { return (None, &self.text) };
+        let authority = rest.split(['/', '?', '#']).next().unwrap_or(rest);
+        match user_information(rest).or_else(|| authority.rsplit_once('@').map(|(user, _)| user)) {
+            Some(user) => (Some(user), rest.get(user.len() + 1..).unwrap_or_default()),
+            None => (None, rest),
+        }
+    }
+
     /// Every secret in it, from left to right.
     fn secrets(&self) -> Vec<&str> {
-        let Some((_, rest)) = self.0.split_once("://") else { return Vec::new() };
+        let Some((_, rest)) = self.text.split_once("://") else { return Vec::new() };
         let password = user_information(rest).and_then(|u| u.split_once(':')).map(|(_, password)| password);
         let query = rest.split_once('?').map_or("", |(_, query)| query);
         let values = query.split(['&', ';', '#']).filter_map(|pair| pair.split_once('=')).filter(|(name, _)| {
@@ -50,6 +95,26 @@ impl Locator {
         });
         password.into_iter().chain(values.map(|(_, value)| value)).filter(|secret| !secret.is_empty()).collect()
     }
+}
+
+/// Everything but letters, digits and `-._~` as `%XX` (RFC 3986 §2.1).
+fn percent_encoded(text: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-._~".contains(&b);
+    text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+/// The inverse; a `%` that begins no such triple stands for itself.
+fn percent_decoded(text: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::with_capacity(text.len()), text.as_bytes());
+    while let Some((&first, tail)) = rest.split_first() {
+        let digits = tail.get(..2).filter(|d| d.iter().all(u8::is_ascii_hexdigit));
+        let value = digits.and_then(|d| u8::from_str_radix(std::str::from_utf8(d).ok()?, 16).ok());
+        (rest, _) = match value.filter(|_| first == b'%') {
+            Some(value) => (&tail[2..], bytes.push(value)),
+            None => (tail, bytes.push(first)),
+        };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// What stands before the `@`. Passwords are often written as they are, with `@`, `/` and `?` in them: then too much is
@@ -61,17 +126,38 @@ fn user_information(rest: &str) -> Option<&str> {
     if is_whole { None } else { rest.rfind('@').map(|at| &rest[..at]) }
 }
 
+impl<T: Into<OsString>> From<T> for Locator {
+    fn from(name: T) -> Self {
+        match name.into().into_string() {
+            Ok(text) => Self::new(text),
+            Err(raw) => Self { text: raw.to_string_lossy().into_owned(), raw: Some(raw) },
+        }
+    }
+}
+
+impl Serialize for Locator {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Locator {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(Self::new)
+    }
+}
+
 impl fmt::Display for Locator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut from = 0;
         for secret in self.secrets() {
             // Secrets are parts of the text, in their order.
-            let at = secret.as_ptr() as usize - self.0.as_ptr() as usize;
-            f.write_str(&self.0[from..at])?;
+            let at = secret.as_ptr() as usize - self.text.as_ptr() as usize;
+            f.write_str(&self.text[from..at])?;
             f.write_str(HIDDEN)?;
             from = at + secret.len();
         }
-        f.write_str(&self.0[from..])
+        f.write_str(&self.text[from..])
     }
 }
 
@@ -105,6 +191,42 @@ mod tests {
             assert_eq!((locator.to_string(), format!("{locator:?}")), (shown.to_owned(), format!("\"{shown}\"")));
             assert_eq!((locator.reveal(), locator.has_secrets()), (text, text != shown), "{text}");
         }
+    }
+
+    #[test]
+    fn credentials_are_put_in_and_taken_out() {
+        let plain = Locator::new("rtsp://camera:554/1?x=2");
+        assert_eq!((plain.credentials(), plain.address()), (None, "rtsp://camera:554/1?x=2".to_owned()));
+        let with = plain.with_credentials("me", "se:s/a@me%é");
+        assert_eq!(with.reveal(), "rtsp://me:se%3As%2Fa%40me%25%C3%A9@camera:554/1?x=2");
+        assert_eq!(with.to_string(), "rtsp://me:***@camera:554/1?x=2");
+        assert_eq!(with.credentials(), Some(("me".to_owned(), "se:s/a@me%é".to_owned())));
+        assert_eq!(with.address(), plain.reveal());
+        assert_eq!(with.with_credentials("a", "b").reveal(), "rtsp://a:b@camera:554/1?x=2");
+        let raw = Locator::new("rtsp://user:s/s%@camera/1");
+        assert_eq!(raw.credentials(), Some(("user".to_owned(), "s/s%".to_owned())));
+        assert_eq!(raw.address(), "rtsp://camera/1");
+        assert_eq!(Locator::new("rtsp://user@camera/1").address(), "rtsp://camera/1");
+        let file = Locator::new("clip.mp4");
+        assert_eq!((file.with_credentials("a", "b"), file.address()), (file.clone(), "clip.mp4".to_owned()));
+    }
+
+    #[test]
+    fn what_is_stored_holds_no_secret() {
+        let locator: Locator = serde_json::from_str("\"rtsp://user:sesame@camera/1\"").unwrap();
+        assert_eq!(locator.reveal(), "rtsp://user:sesame@camera/1");
+        assert_eq!(serde_json::to_string(&locator).unwrap(), "\"rtsp://user:***@camera/1\"");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn file_names_need_not_be_text() {
+        use std::os::unix::ffi::OsStringExt;
+        let raw = OsString::from_vec(b"caf\xe9.mp4".to_vec());
+        let locator = Locator::from(raw.clone());
+        assert_eq!((locator.path(), locator.reveal()), (Path::new(&raw), "caf\u{fffd}.mp4"));
+        assert_eq!(Locator::from("clip.mp4"), Locator::new("clip.mp4"));
+        assert_eq!(Locator::from("clip.mp4").path(), Path::new("clip.mp4"));
     }
 
     #[test]

@@ -11,6 +11,7 @@
 
 pub(crate) mod annotations;
 pub(crate) mod avi;
+mod cancel;
 mod color;
 #[cfg(feature = "h264")]
 mod fallback;
@@ -30,10 +31,15 @@ mod options;
 #[cfg(feature = "h264")]
 mod orientation;
 mod rgbd;
+#[cfg(feature = "rtsp")]
+mod rtsp;
 mod sniff;
 mod source;
+mod streams;
 pub(crate) mod y4m;
 
+pub use cancel::Cancel;
+pub(crate) use cancel::open_within;
 pub use limits::MAX_PIXELS;
 pub use locator::Locator;
 pub use open::{open, open_stream};

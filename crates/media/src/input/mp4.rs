@@ -32,8 +32,8 @@ pub(crate) struct Mp4Source {
     skipped: u32,
     /// What ends it, and where.
     fault: Option<(u32, Fault)>,
-    /// Whether frames are missing after the last that the index knows.
-    ends_early: bool,
+    /// What of the file's own statements is not true, said after the last frame.
+    flaw: Option<String>,
     buffer: Vec<u8>,
 }
 
@@ -51,7 +51,7 @@ enum Slot {
 impl Mp4Source {
     /// Reads the index and decodes as far as the first picture, so that what cannot be decoded is known at once.
     pub fn new(reader: Box<dyn ReadSeek>, name: &str) -> Result<Self, Fault> {
-        let Movie { mut input, track, ends_early } = Movie::read(RandomAccess::new(reader)?)?;
+        let Movie { mut input, track, flaw } = Movie::read(RandomAccess::new(reader)?)?;
         let config = match track.codec {
             Codec::Avc(config) => config,
             Codec::Other(code) => return Err(Fault::unsupported(format!("the codec {code} in MP4"))),
@@ -85,7 +85,7 @@ impl Mp4Source {
             pictures: 0,
             skipped: 0,
             fault: None,
-            ends_early,
+            flaw,
             buffer,
         };
         source.fill();
@@ -114,9 +114,7 @@ impl Mp4Source {
             self.fill();
             // After a fault the pictures behind the gap are still good.
             let Some((rank, slot)) = self.waiting.pop_first() else {
-                let missing = std::mem::take(&mut self.ends_early).then(|| {
-                    (self.next_rank, Fault::malformed("the file ends early; it may not have been copied to its end"))
-                });
+                let missing = self.flaw.take().map(|flaw| (self.next_rank, Fault::malformed(flaw)));
                 let fault = self.fault.take().or(missing);
                 return fault.map_or(Ok(None), |(rank, fault)| {
                     Err(Trouble::end(u64::from(rank.saturating_sub(self.skipped)), fault))

@@ -1,6 +1,7 @@
 use super::Locator;
 use super::annotations::{self, Annotated, LIST_NAME};
 use super::avi::AviSource;
+use super::cancel::Cancel;
 use super::fault::Fault;
 use super::ffmpeg::{FfmpegSource, Target};
 use super::folder::FolderSource;
@@ -8,6 +9,7 @@ use super::image::ImageSource;
 use super::mjpeg::{self, MjpegSource};
 use super::rgbd;
 use super::sniff::{Kind, describe, sniff};
+use super::streams;
 use super::y4m::Y4mSource;
 use crate::{MediaError, OpenOptions, Result, Source};
 use std::fs::File;
@@ -24,7 +26,12 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// [`MediaError::Unreadable`] naming the input, what is wrong with it, and what would mend it.
-pub fn open(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
+pub fn open(input: impl Into<Locator>, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    open_at(&input.into(), options)
+}
+
+fn open_at(locator: &Locator, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    let input = locator.reveal();
     if input.is_empty() {
         return Err(MediaError::unreadable("the input", "its name is empty"));
     }
@@ -32,14 +39,14 @@ pub fn open(input: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
         return open_stream(Box::new(std::io::stdin()), "standard input", options);
     }
     if let Some(camera) = camera(input)? {
-        return open_with_ffmpeg(&camera, "a camera", input, options);
+        return streams::open(&camera, "a camera", input, options);
     }
     if let Some(stream) = Target::stream(input) {
-        let name = Locator::new(input).to_string();
-        return open_with_ffmpeg(&stream, "a network stream", &name, options);
+        let name = locator.to_string();
+        return streams::open(&stream, "a network stream", &name, options);
     }
-    let path = Path::new(input);
-    let input = &*Locator::new(input).to_string();
+    let path = locator.path();
+    let input = &*locator.to_string();
     let metadata = std::fs::metadata(path).map_err(|e| MediaError::unreadable(input, io_reason(&e)))?;
     let unreadable = |e: std::io::Error| MediaError::unreadable(input, io_reason(&e));
     if metadata.is_dir() {
@@ -90,6 +97,10 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
     let file = File::open(path).map_err(unreadable)?;
     let fps = options.default_fps;
     let source = match sniff(&head) {
+        Kind::Playlist => {
+            let reason = "it is a playlist, which names other media; name those themselves";
+            return Err(MediaError::unreadable(name, reason));
+        }
         Kind::Empty => return Err(MediaError::unreadable(name, "the file is empty; record or copy it again")),
         Kind::Y4m => Y4mSource::new(BufReader::with_capacity(1 << 16, file), name, Some(len), fps).map(boxed),
         Kind::Jpeg => open_jpeg(path, name, fps),
@@ -102,7 +113,7 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
     };
     let source = match source {
         Ok(source) => source,
-        Err(Fault::Unsupported(what)) => open_with_ffmpeg(&Target::File(path.to_owned()), &what, name, options)?,
+        Err(Fault::Unsupported(what)) => open_with_ffmpeg(path, &what, name, options)?,
         Err(fault) => return Err(fault.unreadable(name)),
     };
     Ok(match truth {
@@ -121,16 +132,11 @@ fn open_jpeg(path: &Path, name: &str, fps: f64) -> Result<Box<dyn Source>, Fault
     }
 }
 
-/// What is not decoded here; `what` says in words what that is.
-fn open_with_ffmpeg(target: &Target, what: &str, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
-    let Some(program) = options.find_ffmpeg() else {
-        let reason = format!(
-            "{what} is not decoded here and no ffmpeg was found; install ffmpeg (apt install ffmpeg, brew install ffmpeg) \
-             or convert it to H.264 (8-bit 4:2:0) in MP4"
-        );
-        return Err(MediaError::unreadable(name, reason));
-    };
-    let source = FfmpegSource::open(&program, target, name, options);
+/// A file that is not decoded here; `what` says in words what that is.
+fn open_with_ffmpeg(path: &Path, what: &str, name: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    let program = options.find_ffmpeg().ok_or_else(|| Fault::no_ffmpeg(what).unreadable(name))?;
+    let target = Target::File(path.to_owned());
+    let source = FfmpegSource::open(&program, &target, name, options, &Cancel::default());
     source.map(boxed).map_err(|fault| fault.unreadable(name))
 }
 

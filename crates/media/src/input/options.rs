@@ -1,4 +1,5 @@
 use crate::depth::DepthOptions;
+use crate::wrappers::Patience;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -15,13 +16,22 @@ pub struct OpenOptions {
     /// Whether streams and cameras run in real time, so that frames which come while the caller is busy are dropped; by
     /// default what they are decides.
     pub live: Option<bool>,
+    /// When streams and cameras that have gone silent are given up.
+    pub patience: Patience,
     /// How depth images are to be read, where an input has some.
     pub depth: DepthOptions,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { ffmpeg: None, search_path: None, default_fps: 30.0, live: None, depth: DepthOptions::default() }
+        Self {
+            ffmpeg: None,
+            search_path: None,
+            default_fps: 30.0,
+            live: None,
+            patience: Patience::default(),
+            depth: DepthOptions::default(),
+        }
     }
 }
 

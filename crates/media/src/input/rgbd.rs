@@ -2,6 +2,7 @@
 //! folders.
 
 use super::folder::{FolderSource, Row, list_images};
+use super::locator::Locator;
 use super::open::open;
 use crate::depth::{DepthOptions, WithDepthFolder, pair};
 use crate::wrappers::WithDepth;
@@ -74,11 +75,12 @@ fn camera_matrix(json: &str) -> Option<[f64; 4]> {
 ///
 /// # Errors
 /// As [`open`], and where the two do not fit.
-pub fn open_with_depth(input: &str, depth: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
-    let (images, folder) = (Path::new(input), Path::new(depth));
+pub fn open_with_depth(input: impl Into<Locator>, depth: &str, options: &OpenOptions) -> Result<Box<dyn Source>> {
+    let input = input.into();
+    let (images, folder) = (input.path(), Path::new(depth));
     if folder.is_dir() && images.is_dir() && !images.join("frames.csv").is_file() {
         let images = parts(images).map_or_else(|| images.to_owned(), |(images, _)| images);
-        return Ok(Box::new(open_folders(&images, folder, input, options)?));
+        return Ok(Box::new(open_folders(&images, folder, &input.to_string(), options)?));
     }
     let source = open(input, options)?;
     with_depth(source, depth, options)

@@ -10,6 +10,8 @@ pub(crate) enum Kind {
     Mp4,
     Jpeg,
     Png,
+    /// A list of other media, which could be any file of this machine.
+    Playlist,
     Other,
 }
 
@@ -22,8 +24,19 @@ pub(crate) fn sniff(head: &[u8]) -> Kind {
         _ if head.starts_with(PNG_MAGIC) => Kind::Png,
         [b'R', b'I', b'F', b'F', _, _, _, _, b'A', b'V', b'I', b' ', ..] => Kind::Avi,
         [_, _, _, _, kind @ ..] if is_mp4_box(kind) => Kind::Mp4,
+        _ if is_playlist(head) => Kind::Playlist,
         _ => Kind::Other,
     }
+}
+
+/// Whether it is a text that names other media to whoever plays it: HLS, ffmpeg's `concat`, DASH, Smooth Streaming, SDP.
+fn is_playlist(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    let text = text.trim_start_matches(|c: char| c == '\u{feff}' || c.is_whitespace());
+    let begins = ["#EXTM3U", "ffconcat", "v=0", "[playlist]", "[Reference]", "<ASX", "<asx"];
+    let holds = ["<MPD", "<SmoothStreamingMedia", "<smil"];
+    begins.iter().any(|word| text.starts_with(word))
+        || (text.starts_with('<') && holds.iter().any(|word| text.contains(word)))
 }
 
 /// The boxes an MP4 or QuickTime file may begin with.
@@ -75,6 +88,10 @@ mod tests {
         assert_eq!(sniff(b"RIFF\0\0\0\0WEBPVP8 "), Kind::Other);
         assert_eq!(sniff(b"\0\0\0\x18ftypisom"), Kind::Mp4);
         assert_eq!(sniff(b"\xFF\xD8\xFF\xE0"), Kind::Jpeg);
+        assert_eq!(sniff(b"#EXTM3U\n/etc/x.mp4\n"), Kind::Playlist);
+        assert_eq!(sniff(b"\xEF\xBB\xBF\n ffconcat version 1.0\nfile '/x'\n"), Kind::Playlist);
+        assert_eq!(sniff(b"<?xml version='1.0'?>\n<MPD xmlns='x'>"), Kind::Playlist);
+        assert_eq!((sniff(b"<html>v=0"), sniff(b"xv=0")), (Kind::Other, Kind::Other));
         assert_eq!(describe(b"\x1A\x45\xDF\xA3....\x86\x85V_VP9\x83"), "the codec V_VP9 in Matroska or WebM");
         assert_eq!(describe(b"hello"), "what is in the file");
     }

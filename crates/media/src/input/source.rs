@@ -1,4 +1,5 @@
 use crate::depth::DepthFacts;
+use crate::wrappers::StreamStats;
 use crate::{MediaError, Result, Truth};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
@@ -35,6 +36,11 @@ pub trait Source: Send {
 
     /// What was found out about its depth, of sources that have any of their own.
     fn depth_facts(&self) -> Option<&DepthFacts> {
+        None
+    }
+
+    /// What has befallen it so far, of live sources that are connected to anew when they break off.
+    fn stream_stats(&self) -> Option<StreamStats> {
         None
     }
 
@@ -86,6 +92,10 @@ impl<S: Source + ?Sized> Source for Box<S> {
 
     fn depth_facts(&self) -> Option<&DepthFacts> {
         (**self).depth_facts()
+    }
+
+    fn stream_stats(&self) -> Option<StreamStats> {
+        (**self).stream_stats()
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {

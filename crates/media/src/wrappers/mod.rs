@@ -2,6 +2,7 @@
 
 mod faulty;
 mod prefetch;
+mod reconnecting;
 mod recorded;
 mod retimed;
 mod throttled;
@@ -10,6 +11,7 @@ mod with_depth;
 
 pub use faulty::{Faults, Faulty};
 pub use prefetch::{Prefetch, PrefetchStats};
+pub use reconnecting::{Connect, Patience, Reconnect, Reconnecting, StreamCounts, StreamStats};
 pub use recorded::{Recorded, write_png};
 pub use retimed::Retimed;
 pub use throttled::Throttled;

@@ -5,7 +5,9 @@ mod settings;
 pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, Settings};
 
 use crate::RunError;
+use crate::sinks::OverlayStyle;
 use pursuit_geometry::BBox;
+use pursuit_media::Locator;
 use pursuit_media::depth::DepthOptions;
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{AcquisitionParams, AssociationParams};
@@ -26,9 +28,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunConfig {
-    /// What to track in: a file, a folder, a camera, a stream, `-`, or `scene:NAME`.
+    /// What to track in: a file, a folder, a camera, a stream, `-`, or `scene:NAME`. Credentials in it are read, and neither
+    /// shown nor stored.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub input: Option<String>,
+    pub input: Option<Locator>,
     /// Depth images that belong to the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<String>,
@@ -56,6 +59,9 @@ pub struct RunConfig {
     /// Whether to write the overlay video.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub video: Option<bool>,
+    /// How much the overlay video shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overlay: Option<OverlayStyle>,
     /// Whether to draw plots.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plots: Option<bool>,
@@ -123,6 +129,7 @@ impl RunConfig {
             overwrite: over.overwrite.or(self.overwrite),
             read_from: over.read_from.or(self.read_from),
             video: over.video.or(self.video),
+            overlay: over.overlay.or(self.overlay),
             plots: over.plots.or(self.plots),
             formats: list(self.formats, over.formats),
             from: over.from.or(self.from),
@@ -134,7 +141,8 @@ impl RunConfig {
 
     /// The files that a run reads, whether they are there or not: the input, its truth, depth, the configuration.
     pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let media = [&self.input, &self.depth].into_iter().flatten().map(PathBuf::from);
+        let input = self.input.iter().map(|input| input.path().to_path_buf());
+        let media = input.chain(self.depth.iter().map(PathBuf::from));
         media.flat_map(|path| [path.with_extension("csv"), path]).chain(self.read_from.clone())
     }
 
@@ -268,7 +276,7 @@ mod tests {
     #[test]
     fn every_field_of_a_file_can_be_overridden_and_is_kept_otherwise() {
         let some = |n: u64| RunConfig {
-            input: Some(format!("input {n}")),
+            input: Some(format!("input {n}").into()),
             depth: Some(format!("depth {n}")),
             depth_options: DepthOptions {
                 coding: Some(DepthCoding::ALL[n as usize]),
@@ -283,6 +291,7 @@ mod tests {
             out: Some(format!("out {n}").into()),
             overwrite: Some(n == 1),
             video: Some(n == 1),
+            overlay: Some(if n == 1 { OverlayStyle::Full } else { OverlayStyle::Minimal }),
             plots: Some(n == 1),
             formats: vec![format!("format {n}")],
             from: Some(n),

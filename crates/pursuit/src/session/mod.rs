@@ -1,14 +1,17 @@
 //! The one run loop, by steps.
 
+mod age;
 mod command;
 mod damage;
+mod story;
 
 pub use command::{Command, Remote, Reply};
 pub use damage::Damage;
 
-use crate::run::{StateCounts, Timing, TimingFacts};
+use crate::run::{StateCounts, Timing, TimingFacts, TimingSummary};
 use crate::sinks::Sink;
 use crate::{Record, RunError};
+use age::Age;
 use command::Inbox;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -19,6 +22,7 @@ use pursuit_tracking::{
 };
 use std::sync::Arc;
 use std::time::Instant;
+use story::Story;
 
 /// The one run loop: source → trackers → sinks, a frame a step.
 ///
@@ -62,6 +66,7 @@ pub struct Session {
     began: Instant,
     counts: Counts,
     damage: Damage,
+    story: Story,
 }
 
 /// What is known after a step.
@@ -84,6 +89,8 @@ pub struct Outcome {
     pub states: StateCounts,
     /// How long things took.
     pub timing: TimingFacts,
+    /// How much later than the promptest frame, by their own times, frames were taken up; of live sources alone.
+    pub age_ms: TimingSummary,
     /// Whether it was stopped from outside.
     pub interrupted: bool,
     /// What was damaged in the input and left out.
@@ -110,6 +117,7 @@ struct Counts {
     states: StateCounts,
     update: Timing,
     decode: Timing,
+    age: Age,
     frames: u64,
 }
 
@@ -135,6 +143,7 @@ impl Session {
             began: Instant::now(),
             counts: Counts::default(),
             damage: Damage::default(),
+            story: Story::default(),
         }
     }
 
@@ -264,7 +273,8 @@ impl Session {
         let interrupted = self.ended == Some(Ended::Stopped);
         let failure = failure.or_else(|| self.damage.first().cloned().map(RunError::from));
         let (frames, states) = (self.counts.frames, self.counts.states);
-        Outcome { frames, states, timing, interrupted, damage: self.damage, failure }
+        let age_ms = self.counts.age.summary();
+        Outcome { frames, states, timing, age_ms, interrupted, damage: self.damage, failure }
     }
 
     /// Reads a frame and follows the targets into it; false after the last.
@@ -272,6 +282,9 @@ impl Session {
         let (frame, waited) = Elapsed::of(&WallClock::default(), || self.next_frame());
         let Some(frame) = frame? else { return Ok(false) };
         self.counts.decode.add(waited.wall_ms);
+        if self.source.info().live {
+            self.counts.age.take(self.began.elapsed().as_secs_f64(), frame.time_s());
+        }
         let frame = Arc::new(frame);
         self.targets.step(&frame, &mut self.tracks)?;
         for placement in std::mem::take(&mut self.pending) {
@@ -290,6 +303,9 @@ impl Session {
             }
             self.records.push(Record::new(&frame, track));
         }
+        if tracing::enabled!(tracing::Level::INFO) {
+            self.story.tell(&self.records, |text| tracing::info!("{text}"));
+        }
         Ok(true)
     }
 
@@ -297,7 +313,10 @@ impl Session {
     fn next_frame(&mut self) -> Result<Option<Frame>, RunError> {
         loop {
             match self.source.next_frame() {
-                Err(damage) if damage.is_damage() => self.damage.add(damage),
+                Err(damage) if damage.is_damage() => {
+                    tracing::info!("{damage}");
+                    self.damage.add(damage);
+                }
                 other => return Ok(other?),
             }
         }

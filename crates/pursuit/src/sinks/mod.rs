@@ -3,6 +3,8 @@
 mod csv;
 #[cfg(feature = "encode")]
 mod depth_inset;
+#[cfg(feature = "encode")]
+mod drawing;
 mod format;
 mod jsonl;
 mod mot;
@@ -24,10 +26,22 @@ pub use predictions::PredictionsSink;
 
 use crate::{Record, RunError};
 use pursuit_imaging::Frame;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// How much the overlay video shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OverlayStyle {
+    /// Measured, predicted and estimated boxes, state and score; of more than eight targets the estimates and numbers.
+    #[default]
+    Full,
+    /// The estimated boxes and their trails, and numbers where there are several.
+    Minimal,
+}
 
 /// Takes every frame with the records made of it.
 pub trait Sink: Send {
@@ -58,14 +72,15 @@ pub(crate) fn overlay(
     path: &Path,
     nominal_fps: Option<f64>,
     wanted: Option<bool>,
+    style: OverlayStyle,
 ) -> Result<Option<Box<dyn Sink>>, RunError> {
     if wanted == Some(false) {
         return Ok(None);
     }
     #[cfg(feature = "encode")]
-    return Ok(Some(Box::new(OverlaySink::create(path, nominal_fps)?)));
+    return Ok(Some(Box::new(OverlaySink::create(path, nominal_fps, style)?)));
     #[cfg(not(feature = "encode"))]
-    match (path, nominal_fps, wanted, crate::NO_OVERLAY) {
+    match (path, nominal_fps, style, wanted, crate::NO_OVERLAY) {
         (.., Some(true), Some(why)) => Err(RunError::usage(why)),
         _ => Ok(None),
     }

@@ -1,9 +1,10 @@
-use super::{Sink, depth_inset};
+use super::drawing::draw;
+use super::{OverlayStyle, Sink};
 use crate::{Record, RunError};
-use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Rgb8};
-use pursuit_media::output::{Canvas, Mp4Writer, Stroke, VideoOptions, VideoWriter};
-use pursuit_tracking::{Estimate, TargetId, TrackState};
+use pursuit_geometry::Point;
+use pursuit_imaging::Frame;
+use pursuit_media::output::{Mp4Writer, VideoOptions, VideoWriter};
+use pursuit_tracking::{TargetId, TrackState};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,13 +17,9 @@ const QUEUED_FRAMES: usize = 4;
 /// How much of a target's past is drawn, in seconds.
 const TRAIL_S: f64 = 1.5;
 
-const MEASURED: Rgb8 = [40, 220, 60];
-const PREDICTED: Rgb8 = [240, 50, 50];
-const ESTIMATE: Rgb8 = [255, 255, 255];
-const COASTING: Rgb8 = [255, 190, 40];
-
 /// Writes the overlay video on a thread of its own: measured box and centre green, predicted box red, estimate white (amber
-/// while it is coasted), state and score in words, and a trail; of frames with depth that as well, small, in false colours.
+/// while it is coasted), state and score in words, and a trail; of several targets each in a colour of its own; of frames
+/// with depth that as well, small, in false colours.
 pub struct OverlaySink {
     path: PathBuf,
     queue: Option<SyncSender<(Arc<Frame>, Vec<Record>)>>,
@@ -34,7 +31,7 @@ impl OverlaySink {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn create(path: &Path, nominal_fps: Option<f64>) -> Result<Self, RunError> {
+    pub fn create(path: &Path, nominal_fps: Option<f64>, style: OverlayStyle) -> Result<Self, RunError> {
         let options = nominal_fps.map_or_else(VideoOptions::default, |nominal_fps| VideoOptions { nominal_fps });
         let mut video = Mp4Writer::create(path, options)?;
         let (queue, frames) = sync_channel::<(Arc<Frame>, Vec<Record>)>(QUEUED_FRAMES);
@@ -42,7 +39,7 @@ impl OverlaySink {
             let mut trails = Trails::default();
             for (frame, records) in frames {
                 trails.extend(frame.time_s(), &records);
-                video.write(draw(&frame, &records, &trails).view(), frame.time_s())?;
+                video.write(draw(&frame, &records, &trails, style).view(), frame.time_s())?;
             }
             Ok(video.finish()?)
         };
@@ -82,10 +79,11 @@ impl Sink for OverlaySink {
 
 /// Where each target has been lately.
 #[derive(Default)]
-struct Trails(BTreeMap<TargetId, VecDeque<(f64, Option<Point>)>>);
+pub(super) struct Trails(BTreeMap<TargetId, VecDeque<(f64, Option<Point>)>>);
 
 impl Trails {
     fn extend(&mut self, time_s: f64, records: &[Record]) {
+        self.0.retain(|target, _| records.iter().any(|r| r.target == *target));
         for record in records {
             let trail = self.0.entry(record.target).or_default();
             let seen = record.estimate.as_ref().filter(|e| e.state != TrackState::Lost);
@@ -96,43 +94,7 @@ impl Trails {
         }
     }
 
-    fn of(&self, target: TargetId) -> Vec<Option<Point>> {
+    pub fn of(&self, target: TargetId) -> Vec<Option<Point>> {
         self.0.get(&target).into_iter().flatten().map(|(_, p)| *p).collect()
     }
-}
-
-fn draw(frame: &Frame, records: &[Record], trails: &Trails) -> pursuit_imaging::Image<Rgb8> {
-    let mut picture = frame.color().to_image();
-    if let Some(depth) = frame.depth_mm() {
-        depth_inset::draw(&mut picture, depth, records.iter().filter_map(|r| r.estimate.as_ref().map(|e| e.bbox)));
-    }
-    let mut canvas = Canvas::new(picture);
-    let many = records.len() > 1;
-    for record in records {
-        match &record.estimate {
-            Some(estimate) => draw_target(&mut canvas, estimate, record.target, many, &trails.of(record.target)),
-            None => canvas.label(&BBox::from_ltwh(0.0, 0.0, 1.0, 1.0), "looking for a target", COASTING),
-        }
-    }
-    canvas.into_image()
-}
-
-fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, many: bool, trail: &[Option<Point>]) {
-    let width = 2.0 * canvas.scale();
-    canvas.trail(trail, &Stroke::new(ESTIMATE, width).with_opacity(0.6));
-    if let Some(predicted) = &estimate.prediction {
-        canvas.rectangle(predicted, &Stroke::new(PREDICTED, width));
-    }
-    if let Some(measured) = &estimate.measurement {
-        canvas.rectangle(measured, &Stroke::new(MEASURED, width));
-        canvas.dot(measured.center(), 1.5 * width, MEASURED, 1.0);
-    }
-    let color = if estimate.state == TrackState::Tracking { ESTIMATE } else { COASTING };
-    let stroke = Stroke::new(color, 0.75 * width);
-    canvas.rectangle(
-        &estimate.bbox,
-        &if estimate.state == TrackState::Lost { stroke.dashed(3.0 * width, 2.0 * width) } else { stroke },
-    );
-    let name = if many { format!("{target} ") } else { String::new() };
-    canvas.label(&estimate.bbox, &format!("{name}{} {:.2}", estimate.state, estimate.score), color);
 }

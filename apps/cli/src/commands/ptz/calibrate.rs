@@ -17,7 +17,7 @@ const WATCHDOG: Duration = Duration::from_millis(1800);
 /// `pursuit ptz calibrate`.
 pub fn run(args: &PtzCalibrate) -> anyhow::Result<ExitCode> {
     let stop = console::stop_flag();
-    let mut source = open(&args.input)?;
+    let mut source = open(args.input.as_str())?;
     let size = source.info().size;
     let side = |length: usize| (length / 2 * 2).min(LONGEST_SIDE);
     let mut meter = ShiftMeter::new(side(size.width), side(size.height))?;

@@ -1,6 +1,5 @@
 use crate::args::{Global, PtzFollow};
 use crate::commands::track;
-use pursuit::media::OpenOptions;
 use pursuit::sinks::Sink;
 use pursuit::{Frame, Record, Run, RunError};
 use pursuit_ptz::control::{Follower, FollowerParams};
@@ -21,7 +20,7 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let mut config = track::config(&args.track)?;
     // A picture of everything that was seen is made when asked for.
     config.video = config.video.or(Some(false));
-    let run = Run::prepare(config, &OpenOptions::from_env())?;
+    let run = Run::prepare(config, &track::open_options(&args.track))?;
     let (size, live) = (run.input().size, run.input().live);
     let follower = Follower::new(params, views, size, 0.0)?;
     let head = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;

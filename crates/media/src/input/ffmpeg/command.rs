@@ -1,4 +1,5 @@
 use crate::input::Locator;
+use crate::wrappers::{Patience, Reconnect};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,29 @@ pub(crate) struct Scheme {
     live: bool,
 }
 
+/// What ffmpeg is told about waiting, in its own units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Waiting {
+    /// How long a web server may be silent, microseconds.
+    silence_us: u128,
+    /// The longest wait before a web address is asked again for the rest of a file, seconds; its waits double from 1.
+    longest_wait_s: u64,
+}
+
+impl Waiting {
+    pub fn of(patience: Patience) -> Self {
+        let limit_s = match patience.reconnect {
+            Reconnect::Never => 0,
+            Reconnect::For(limit) => limit.as_secs(),
+            Reconnect::Forever => 2 * MAX_LONGEST_WAIT_S,
+        };
+        Self { silence_us: patience.stall.as_micros().max(1), longest_wait_s: (limit_s / 2).min(MAX_LONGEST_WAIT_S) }
+    }
+}
+
+/// More makes no sense: ffmpeg then waits for two hours in all.
+const MAX_LONGEST_WAIT_S: u64 = 3600;
+
 const SCHEMES: [Scheme; 8] = [
     Scheme { name: "http", protocols: "http,https,tcp,tls,httpproxy,crypto", live: false },
     Scheme { name: "https", protocols: "http,https,tcp,tls,httpproxy,crypto", live: false },
@@ -30,12 +54,18 @@ const SCHEMES: [Scheme; 8] = [
 ];
 
 impl Scheme {
-    /// Options of its protocol.
-    fn options(&self) -> &'static [[&'static str; 2]] {
+    /// Options of its protocol. A web file is asked for on from where it broke off.
+    fn options(&self, waiting: Waiting) -> Vec<(&'static str, String)> {
+        let once = waiting.longest_wait_s == 0;
         match self.name {
-            "rtsp" | "rtsps" => &[["rtsp_transport", "tcp"]],
-            "http" | "https" => &[["rw_timeout", "20000000"]],
-            _ => &[],
+            "rtsp" | "rtsps" => vec![("rtsp_transport", "tcp".to_owned())],
+            "http" | "https" if once => vec![("rw_timeout", waiting.silence_us.to_string())],
+            "http" | "https" => vec![
+                ("rw_timeout", waiting.silence_us.to_string()),
+                ("reconnect", "1".to_owned()),
+                ("reconnect_delay_max", waiting.longest_wait_s.to_string()),
+            ],
+            _ => Vec::new(),
         }
     }
 }
@@ -67,6 +97,25 @@ impl Target {
         }
     }
 
+    /// How long it is, where it is a file.
+    pub fn file_bytes(&self) -> Option<u64> {
+        match self {
+            Self::File(path) => Some(path.metadata().ok()?.len()),
+            Self::Stream { .. } | Self::Camera(_) => None,
+        }
+    }
+
+    /// Whether it can only end by a failure: all that is live but a live playlist, whose end a server can announce.
+    pub fn never_ends(&self, format: Option<&str>, live: bool) -> bool {
+        live && format != Some("hls")
+    }
+
+    /// Whether it speaks RTSP without encryption.
+    #[cfg(feature = "rtsp")]
+    pub fn is_rtsp(&self) -> bool {
+        matches!(self, Self::Stream { scheme, .. } if scheme.name == "rtsp")
+    }
+
     /// What may be printed of it, and of what ffmpeg says of it.
     pub fn locator(&self) -> Option<&Locator> {
         match self {
@@ -92,16 +141,17 @@ impl Target {
 
     /// What ffmpeg is to read from its standard input: an address with credentials must not stand among the arguments,
     /// which every user of the machine can list. A script for ffmpeg's `concat` names it instead.
-    pub(super) fn script(&self) -> Option<String> {
+    pub(super) fn script(&self, waiting: Waiting) -> Option<String> {
         let Self::Stream { url, scheme } = self else { return None };
         let quoted = url.reveal().replace('\'', r"'\''");
-        let options: String = scheme.options().iter().map(|[name, value]| format!("option {name} {value}\n")).collect();
+        let options = scheme.options(waiting);
+        let options: String = options.iter().map(|(name, value)| format!("option {name} {value}\n")).collect();
         url.has_secrets().then(|| format!("ffconcat version 1.0\nfile '{quoted}'\n{options}"))
     }
 
     /// The whole argument vector. Nothing of the input can be taken for an option: files have `file:` before their name,
     /// addresses their scheme.
-    pub(super) fn arguments(&self, dialect: Dialect) -> Vec<OsString> {
+    pub(super) fn arguments(&self, dialect: Dialect, waiting: Waiting) -> Vec<OsString> {
         let mut all: Vec<OsString> = Vec::new();
         let mut push = |words: &[&str]| all.extend(words.iter().map(OsString::from));
         push(&["-hide_banner", "-nostdin", "-nostats", "-loglevel", "level+info"]);
@@ -118,7 +168,7 @@ impl Target {
                     let protocols = format!("pipe,fd,{}", scheme.protocols);
                     push(&["-protocol_whitelist", &protocols, "-f", "concat", "-safe", "0", "-i", "pipe:0"]);
                 } else {
-                    scheme.options().iter().for_each(|[name, value]| push(&[&format!("-{name}"), value]));
+                    scheme.options(waiting).iter().for_each(|(name, value)| push(&[&format!("-{name}"), value]));
                     push(&["-protocol_whitelist", scheme.protocols, "-i", url.reveal()]);
                 }
             }
@@ -148,10 +198,28 @@ fn prefixed(prefix: &str, path: &Path) -> OsString {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
+
+    fn waiting() -> Waiting {
+        Waiting::of(Patience::default())
+    }
+
+    #[test]
+    fn web_files_are_asked_for_again_as_long_as_wanted() {
+        let words = |reconnect| {
+            let patience = Patience { stall: Duration::from_millis(1500), reconnect };
+            let words = Target::stream("http://h/a.mkv").unwrap().arguments(Dialect::Current, Waiting::of(patience));
+            words.iter().map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+        };
+        assert!(words(Reconnect::Never).contains("-rw_timeout 1500000 -protocol_whitelist"));
+        let some = words(Reconnect::For(Duration::from_secs(60)));
+        assert!(some.contains("-reconnect 1 -reconnect_delay_max 30 "), "{some}");
+        assert!(words(Reconnect::Forever).contains("-reconnect_delay_max 3600 "));
+    }
 
     #[test]
     fn no_input_becomes_an_option() {
-        let words = Target::File("-y".into()).arguments(Dialect::Current);
+        let words = Target::File("-y".into()).arguments(Dialect::Current, waiting());
         assert!(words.contains(&OsString::from("file:-y")) && !words.contains(&OsString::from("-y")));
         assert_eq!(Target::stream("-i://x"), None);
         assert_eq!(Target::stream("concat://x"), None);
@@ -164,14 +232,14 @@ mod tests {
     #[test]
     fn credentials_are_no_arguments() {
         let plain = Target::stream("rtsp://camera/1").unwrap();
-        let words = plain.arguments(Dialect::Current);
+        let words = plain.arguments(Dialect::Current, waiting());
         assert!(words.contains(&"rtsp://camera/1".into()) && words.contains(&"-rtsp_transport".into()));
-        assert_eq!(plain.script(), None);
+        assert_eq!(plain.script(waiting()), None);
         let secret = Target::stream("rtsp://user:se'same@camera/1").unwrap();
-        let words = secret.arguments(Dialect::Current);
+        let words = secret.arguments(Dialect::Current, waiting());
         assert!(words.iter().all(|w| !w.to_string_lossy().contains("same")), "{words:?}");
         assert_eq!(
-            secret.script().unwrap(),
+            secret.script(waiting()).unwrap(),
             "ffconcat version 1.0\nfile 'rtsp://user:se'\\''same@camera/1'\noption rtsp_transport tcp\n"
         );
         assert_eq!(format!("{:?}", secret.locator().unwrap()), "\"rtsp://user:***@camera/1\"");

@@ -25,6 +25,10 @@ pub(super) struct Said {
     pub format: Option<String>,
     pub codec: Option<String>,
     pub has_duration: bool,
+    /// How the file announces itself.
+    announcement: Announcement,
+    /// How long the last frame is shown, seconds, where ffmpeg knows.
+    pub last_shown_s: Option<f64>,
     pub color: ColorInfo,
     /// The last errors, oldest first.
     errors: VecDeque<String>,
@@ -32,6 +36,47 @@ pub(super) struct Said {
     pub damaged_at: Option<u64>,
     closed: bool,
     about: Option<Locator>,
+}
+
+/// What a file says of its length before its first frame.
+#[derive(Debug, Default)]
+struct Announcement {
+    /// Of the whole file, seconds.
+    whole_s: Option<f64>,
+    /// Of its video, seconds.
+    video_s: Option<f64>,
+    streams: usize,
+    /// Whether what comes now is said of the video.
+    of_video: bool,
+    complete: bool,
+}
+
+impl Announcement {
+    fn hear(&mut self, line: &str) {
+        self.complete |= line.contains("Stream mapping:") || line.contains("Output #0");
+        if self.complete {
+        } else if let Some(stream) = after(line, "Stream #0:") {
+            self.streams += 1;
+            self.of_video = stream.contains(": Video: ");
+        } else if let Some(text) = after(line, "Duration: ") {
+            self.whole_s = seconds(text);
+        } else if let Some((name, value)) = line.split_once(':').filter(|_| self.of_video)
+            && name.trim_end().ends_with("DURATION")
+        {
+            self.video_s = seconds(value.trim_start());
+        }
+    }
+
+    /// How long the video is said to be; of a file with sound as well nothing is known but what it says of the video.
+    fn seconds(&self) -> Option<f64> {
+        self.video_s.or(self.whole_s.filter(|_| self.streams == 1))
+    }
+}
+
+/// Seconds from `HH:MM:SS.fraction`.
+fn seconds(text: &str) -> Option<f64> {
+    let text = text.split([',', ' ']).next()?;
+    text.split(':').try_fold(0.0, |sum, part| Some(60.0 * sum + part.parse::<f64>().ok()?))
 }
 
 /// The log of a process, read on its own thread so that a full pipe never stops the process.
@@ -82,11 +127,14 @@ impl Log {
 
 impl Said {
     fn hear(&mut self, line: &str) {
+        self.announcement.hear(line);
         if line.contains("Parsed_showinfo") {
             self.hear_frame(line);
         } else if let Some(text) = ["[error] ", "[fatal] ", "[panic] "].iter().find_map(|tag| after(line, tag)) {
             self.hear_error(text);
-        } else if let Some(text) = after(line, "[warning] ").filter(|text| text.contains("corrupt decoded frame")) {
+        } else if let Some(text) = after(line, "[warning] ").filter(|text| text.contains("corrupt")) {
+            self.hear_error(text);
+        } else if let Some(text) = after(line, "[info] ").filter(|text| text.starts_with("concealing ")) {
             self.hear_error(text);
         } else if self.codec.is_none()
             && let Some(text) = after(line, "Video: ")
@@ -99,22 +147,30 @@ impl Said {
         }
     }
 
+    /// How long the video is, seconds, as far as the file says.
+    pub fn length_s(&self) -> Option<f64> {
+        self.announcement.seconds()
+    }
+
     fn hear_frame(&mut self, line: &str) {
         let color = ColorInfo { matrix: after(line, "color_space:").and_then(matrix), range: full_range(line) };
         self.color = color.or(self.color);
         if let Some(time) = after(line, "pts_time:") {
             let time = time.split_ascii_whitespace().next().and_then(|t| t.parse().ok());
             self.times_s.push_back(time.filter(|t: &f64| t.is_finite()));
+            let shown_s = after(line, "duration_time:").and_then(|t| t.split_ascii_whitespace().next()?.parse().ok());
+            self.last_shown_s = shown_s.filter(|s: &f64| s.is_finite() && *s >= 0.0);
             self.announced += 1;
         }
     }
 
     fn hear_error(&mut self, text: &str) {
-        const DAMAGE: [&str; 6] =
-            ["Invalid data", "corrupt", "partial file", "error while decoding", "Error submitting", "truncat"];
-        if DAMAGE.iter().any(|sign| text.contains(sign)) {
-            self.damaged_at.get_or_insert(self.announced);
+        // What sound files say as well: a stream that is cut out of a longer one, and times that no muxer likes.
+        const HARMLESS: [&str; 4] = ["co located POCs", "mmco:", "monotonically increasing", "Last message repeated"];
+        if HARMLESS.iter().any(|sign| text.contains(sign)) {
+            return;
         }
+        self.damaged_at.get_or_insert(self.announced);
         let text = self.about.as_ref().map_or_else(|| text.to_owned(), |about| about.redact(text));
         if self.errors.back().is_none_or(|last| *last != text) {
             if self.errors.len() == MAX_ERRORS {
@@ -163,6 +219,40 @@ mod tests {
         assert_eq!(said.format.as_deref(), Some("matroska,webm"));
         let color = ColorInfo { matrix: Some(ColorMatrix::Bt709), range: Some(ColorRange::Full) };
         assert_eq!(said.color, color);
+    }
+
+    #[test]
+    fn the_length_is_that_of_the_video() {
+        let heard = |text: &str| {
+            let log = Log::follow(std::io::Cursor::new(text.to_owned()), None).unwrap();
+            log.errors();
+            log.said().length_s()
+        };
+        let one = "[info]   Duration: 01:01:20.50, start: 0.000000\n[info]   Stream #0:0: Video: h264\n";
+        assert_eq!(heard(one), Some(3680.5));
+        let sound = "[info]   Stream #0:1: Audio: aac\n[info]       DURATION        : 00:00:19.5\n";
+        assert_eq!(heard(&format!("{one}{sound}")), None);
+        let video = "[info]       DURATION        : 00:00:20.000000000\n";
+        assert_eq!(heard(&format!("{one}{video}{sound}")), Some(20.0));
+        assert_eq!(heard(&format!("{one}[info] Stream mapping:\n[info] Stream #0:0: Video: x\n")), Some(3680.5));
+        assert_eq!(heard("[info]   Duration: N/A, bitrate: 3 kb/s\n[info]   Stream #0:0: Video: h264\n"), None);
+    }
+
+    #[test]
+    fn every_complaint_is_damage_but_those_of_sound_files() {
+        for (line, damaged) in [
+            ("[in#0/matroska,webm @ 0x5] [error] File ended prematurely", true),
+            ("[http @ 0x5] [error] Stream ends prematurely at 4, should be 9", true),
+            ("[in#0/mov @ 0x5] [warning] Packet corrupt (stream = 0, dts = 93696).", true),
+            ("[h264 @ 0x5] [info] concealing 114 DC, 114 AC, 114 MV errors in P frame", true),
+            ("[h264 @ 0x5] [error] mmco: unref short failure", false),
+            ("[vost#0:0] [error] Application provided invalid, non monotonically increasing dts to muxer", false),
+            ("[swscaler @ 0x5] [warning] deprecated pixel format used", false),
+        ] {
+            let log = Log::follow(std::io::Cursor::new(format!("{line}\n")), None).unwrap();
+            let errors = log.errors();
+            assert_eq!((log.said().damaged_at, errors.is_some()), (damaged.then_some(0), damaged), "{line}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
-use super::command::{Dialect, Target};
+use super::command::{Dialect, Target, Waiting};
 use super::log::Log;
+use crate::input::Cancel;
 use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
 use crate::input::source::StopHandle;
@@ -26,22 +27,40 @@ pub(crate) struct FfmpegSource {
     origin_s: Option<f64>,
     last_s: Option<f64>,
     step_s: f64,
+    /// Whether it runs in real time, whatever it is taken for.
+    is_live: bool,
+    /// Whether it can only end by a failure.
+    never_ends: bool,
+    /// The bytes of the file, where it is one.
+    file_bytes: Option<u64>,
     finished: bool,
 }
 
 impl FfmpegSource {
     /// Starts `program` on `target` and waits for the first frame.
-    pub fn open(program: &Path, target: &Target, name: &str, options: &OpenOptions) -> Result<Self, Fault> {
-        match Self::start(program, target, name, options, Dialect::Current) {
-            Err(Fault::Malformed(reason)) if is_old_version(&reason) => {
-                Self::start(program, target, name, options, Dialect::Before5_1)
-            }
+    pub fn open(
+        program: &Path,
+        target: &Target,
+        name: &str,
+        options: &OpenOptions,
+        cancel: &Cancel,
+    ) -> Result<Self, Fault> {
+        let start = |dialect| {
+            let process = Process::start(program, target, dialect, Waiting::of(options.patience), cancel)?;
+            Self::start(process, target, name, options)
+        };
+        match start(Dialect::Current) {
+            Err(Fault::Malformed(reason)) if is_old_version(&reason) => start(Dialect::Before5_1),
             other => other,
         }
     }
 
-    fn start(program: &Path, target: &Target, name: &str, options: &OpenOptions, d: Dialect) -> Result<Self, Fault> {
-        let (process, stdout, log) = Process::start(program, target, d)?;
+    fn start(
+        (process, stdout, log): (Process, ChildStdout, Log),
+        target: &Target,
+        name: &str,
+        options: &OpenOptions,
+    ) -> Result<Self, Fault> {
         let mut reader = match Y4mReader::new(BufReader::with_capacity(1 << 20, stdout)) {
             Ok(reader) => reader,
             Err(fault) => return Err(process.failure(&log).unwrap_or(fault.into())),
@@ -54,6 +73,7 @@ impl FfmpegSource {
         let said = log.said();
         let codec = said.codec.clone().unwrap_or_else(|| "unknown codec".to_owned());
         let live = target.is_live_stream(said.format.as_deref(), said.codec.as_deref(), said.has_duration);
+        let never_ends = target.never_ends(said.format.as_deref(), live);
         drop(said);
         let info = SourceInfo {
             name: name.to_owned(),
@@ -75,8 +95,16 @@ impl FfmpegSource {
             origin_s: None,
             last_s: None,
             step_s,
+            is_live: live,
+            never_ends,
+            file_bytes: target.file_bytes(),
             finished: false,
         })
+    }
+
+    /// Whether it runs in real time, whatever it is taken for.
+    pub const fn is_live(&self) -> bool {
+        self.is_live
     }
 
     fn read_frame(&mut self) -> Result<Option<Frame>, (u64, Fault)> {
@@ -96,6 +124,7 @@ impl FfmpegSource {
             }
             Ok(None) => match self.process.failure(&self.log) {
                 Some(fault) => Err((self.next, fault)),
+                None if self.is_live => self.end_of_stream(),
                 None => self.damage().map_or(Ok(None), Err),
             },
             Err(fault) => Err((self.next, self.process.failure(&self.log).unwrap_or(fault.into()))),
@@ -110,13 +139,45 @@ impl FfmpegSource {
         time_s
     }
 
-    /// ffmpeg conceals damage and goes on; a live stream loses packets all the time, a file should not.
+    /// A camera does not end. A playlist does where its server says so, and nothing was amiss.
+    fn end_of_stream(&self) -> Result<Option<Frame>, (u64, Fault)> {
+        match self.log.errors() {
+            None if !self.never_ends => Ok(None),
+            None => Err((self.next, Fault::malformed("the stream ended"))),
+            Some(errors) => Err((self.next, Fault::malformed(format!("the stream ended (ffmpeg: {errors})")))),
+        }
+    }
+
+    /// ffmpeg conceals damage and goes on; a live stream loses packets all the time, a file should not. Nor should it end
+    /// before it says.
     fn damage(&self) -> Option<(u64, Fault)> {
-        let frame = self.log.said().damaged_at.filter(|_| !self.info.live)?;
-        let errors = self.log.errors().unwrap_or_default();
-        Some((frame, Fault::malformed(format!("the file is damaged (ffmpeg: {errors})"))))
+        let damaged_at = self.log.said().damaged_at;
+        if let Some(frame) = damaged_at {
+            let errors = self.log.errors().unwrap_or_default();
+            return Some((frame, Fault::malformed(format!("the file is damaged (ffmpeg: {errors})"))));
+        }
+        let said = self.log.said();
+        let is_transport = said.format.as_deref() == Some("mpegts");
+        if is_transport && self.file_bytes.is_some_and(|bytes| PACKETS.iter().all(|packet| bytes % packet != 0)) {
+            return Some((
+                self.next,
+                Fault::malformed("the file ends within a packet; it may not have been copied to its end"),
+            ));
+        }
+        let (length_s, last_s) = (said.length_s()?, self.last_s?);
+        let end_s = last_s + said.last_shown_s.unwrap_or_default().max(self.step_s);
+        let ends_early = length_s - end_s > LENGTH_TOLERANCE_S.max(LENGTH_TOLERANCE * length_s);
+        let reason = || format!("the file says that it is {length_s:.2} s long, and ends after {end_s:.2} s");
+        ends_early.then(|| (self.next, Fault::malformed(reason())))
     }
 }
+
+/// Bytes of a packet of a transport stream: as broadcast, on discs, with error correction.
+const PACKETS: [u64; 3] = [188, 192, 204];
+/// How much shorter than it says a sound file may be, seconds.
+const LENGTH_TOLERANCE_S: f64 = 0.5;
+/// The same as a part of its length.
+const LENGTH_TOLERANCE: f64 = 0.02;
 
 impl Source for FfmpegSource {
     fn info(&self) -> &SourceInfo {
@@ -149,10 +210,16 @@ struct Process {
 }
 
 impl Process {
-    fn start(program: &Path, target: &Target, dialect: Dialect) -> Result<(Self, ChildStdout, Log), Fault> {
-        let script = target.script();
+    fn start(
+        program: &Path,
+        target: &Target,
+        dialect: Dialect,
+        waiting: Waiting,
+        cancel: &Cancel,
+    ) -> Result<(Self, ChildStdout, Log), Fault> {
+        let script = target.script(waiting);
         let started = Command::new(program)
-            .args(target.arguments(dialect))
+            .args(target.arguments(dialect, waiting))
             .stdin(if script.is_some() { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -165,6 +232,8 @@ impl Process {
         }
         let pipes = child.stdout.take().zip(child.stderr.take());
         let process = Self { child: Arc::new(Mutex::new(child)) };
+        let child = process.child.clone();
+        cancel.by(StopHandle::new(move || kill(&child)));
         let (stdout, stderr) = pipes.ok_or_else(|| Fault::malformed("ffmpeg's output cannot be read"))?;
         let log = Log::follow(stderr, target.locator().cloned())?;
         Ok((process, stdout, log))

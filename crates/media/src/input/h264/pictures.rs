@@ -8,6 +8,11 @@ use pursuit_geometry::Size;
 use pursuit_imaging::{ColorMatrix, ColorRange, Image, Yuv420};
 use rusty_h264_decoder::{DecodeError, Decoder};
 
+/// What follows a slice that is coded arithmetically: a sound one is over before (its decoder reads zeros beyond its end,
+/// and they say that more comes). To a decoder that a wrong bit has led astray, ones say that the slice ends here (ITU-T
+/// H.264 §9.3.3.2.2.3), so that a part of its picture is missing, and that is noticed.
+const BEYOND: [u8; 32] = [0xFF; 32];
+
 /// Decodes samples of an MP4 track to pictures, turned and cropped, in decoding order.
 pub(crate) struct PictureDecoder {
     decoder: Decoder,
@@ -17,6 +22,8 @@ pub(crate) struct PictureDecoder {
     matrix: ColorMatrix,
     range: ColorRange,
     started: bool,
+    /// Whether all pictures are coded arithmetically.
+    arithmetic: bool,
     /// The sample with start codes, reused from picture to picture.
     stream: Vec<u8>,
 }
@@ -30,8 +37,11 @@ impl PictureDecoder {
         let sequence = Sequence::read(unit)?;
         // What the stream says goes before what the container says, as in other decoders.
         let (matrix, range) = sequence.color.or(ColorInfo::of_tags(config.color)).resolve(sequence.size);
+        let in_band = units::units(first_sample, config.length_bytes);
+        let arithmetic = arithmetic(config.pps.iter().map(Vec::as_slice).chain(in_band));
         let (decoder, stream) = (Decoder::new(), Vec::new());
-        Ok(Self { decoder, config, orientation, sequence, matrix, range, started: false, stream })
+        let arithmetic = arithmetic == Some(true);
+        Ok(Self { decoder, config, orientation, sequence, matrix, range, started: false, arithmetic, stream })
     }
 
     /// Width and height of every picture.
@@ -69,8 +79,12 @@ impl PictureDecoder {
             if is_sequence(unit) {
                 self.check_sequence(unit)?;
             }
-            has_picture |= units::is_slice(unit);
+            self.arithmetic &= units::is_arithmetic(unit).unwrap_or(true);
             push_with_start_code(unit, &mut self.stream);
+            if units::is_slice(unit) {
+                has_picture = true;
+                self.stream.extend_from_slice(if self.arithmetic { &BEYOND } else { &[] });
+            }
         }
         let picture = self.decoder.decode(&self.stream).map_err(fault)?;
         self.started = true;
@@ -113,6 +127,11 @@ impl PictureDecoder {
         let (y, u, v) = (plane(luma, 1)?, plane(u, 2)?, plane(v, 2)?);
         Ok(Yuv420::new(y, u, v, self.matrix, self.range)?)
     }
+}
+
+/// Whether all picture parameters among these units say that pictures are coded arithmetically; `None` without any.
+fn arithmetic<'a>(units: impl Iterator<Item = &'a [u8]>) -> Option<bool> {
+    units.filter_map(units::is_arithmetic).reduce(|a, b| a && b)
 }
 
 fn is_sequence(unit: &[u8]) -> bool {

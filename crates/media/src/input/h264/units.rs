@@ -1,9 +1,23 @@
+use super::bits::Bits;
+
 /// A coded slice of a picture that is no instantaneous refresh (ITU-T H.264 table 7-1).
 pub(super) const SLICE: u8 = 1;
 /// A coded slice of an instantaneous decoder refresh picture.
 pub(super) const REFRESH_SLICE: u8 = 5;
 /// A sequence parameter set.
 pub(super) const SEQUENCE_PARAMETERS: u8 = 7;
+
+/// A picture parameter set.
+const PICTURE_PARAMETERS: u8 = 8;
+
+/// Whether a unit is a picture parameter set, and whether pictures by it are coded arithmetically (ITU-T H.264 §7.3.2.2:
+/// `entropy_coding_mode_flag`); `None` for other units.
+pub(super) fn is_arithmetic(unit: &[u8]) -> Option<bool> {
+    let content = (kind(unit) == PICTURE_PARAMETERS).then(|| content(unit, 16))?;
+    let mut bits = Bits::new(&content);
+    let (_picture, _sequence) = (bits.exp_golomb()?, bits.exp_golomb()?);
+    bits.flag()
+}
 
 /// The units of a sample, each after a big-endian length of `length_bytes` (ISO/IEC 14496-15 §5.3.4.2); ends at the first
 /// that does not fit.
@@ -74,6 +88,17 @@ mod tests {
         let sample = [0, 2, 0x65, 9, 0, 0, 0, 1, 0x41, 0, 9, 1];
         assert_eq!(units(&sample, 2).collect::<Vec<_>>(), [&[0x65, 9][..], &[0x41][..]]);
         assert!(!are_whole(&sample, 2) && are_whole(&sample[..9], 2) && !are_whole(&sample[..10], 2));
+    }
+
+    #[test]
+    fn the_coding_is_told_by_the_picture_parameters() {
+        // Both numbers 0, then the flag; numbers 1 and 2, then the flag.
+        assert_eq!(
+            (is_arithmetic(&[0x68, 0b1110_0000]), is_arithmetic(&[0x68, 0b1100_0000])),
+            (Some(true), Some(false))
+        );
+        assert_eq!(is_arithmetic(&[0x68, 0b0100_1110]), Some(true));
+        assert_eq!((is_arithmetic(&[0x68]), is_arithmetic(&[0x67, 0b1110_0000])), (None, None));
     }
 
     #[test]

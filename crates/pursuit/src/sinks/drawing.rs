@@ -1,0 +1,141 @@
+use super::overlay::Trails;
+use super::{OverlayStyle, depth_inset};
+use crate::Record;
+use pursuit_geometry::{BBox, Point};
+use pursuit_imaging::{Frame, Image, Rgb8};
+use pursuit_media::output::{Canvas, Stroke};
+use pursuit_tracking::{Estimate, TargetId, TrackState};
+
+const MEASURED: Rgb8 = [40, 220, 60];
+const PREDICTED: Rgb8 = [240, 50, 50];
+const ESTIMATE: Rgb8 = [255, 255, 255];
+const COASTING: Rgb8 = [255, 190, 40];
+/// With more targets than this, each has its number alone: more words would cover the others.
+const MOST_WITH_WORDS: usize = 8;
+
+/// How much is drawn of each target.
+#[derive(Clone, Copy)]
+struct Detail {
+    /// Predicted and measured boxes.
+    boxes: bool,
+    /// State and score in words.
+    words: bool,
+    /// Numbers, and a colour for each.
+    many: bool,
+}
+
+/// The picture with what is known drawn into it.
+pub(super) fn draw(frame: &Frame, records: &[Record], trails: &Trails, style: OverlayStyle) -> Image<Rgb8> {
+    let mut picture = frame.color().to_image();
+    if let Some(depth) = frame.depth_mm() {
+        depth_inset::draw(&mut picture, depth, records.iter().filter_map(|r| r.estimate.as_ref().map(|e| e.bbox)));
+    }
+    let mut canvas = Canvas::new(picture);
+    let few = style == OverlayStyle::Full && records.len() <= MOST_WITH_WORDS;
+    let detail = Detail { boxes: few, words: few, many: records.len() > 1 };
+    for record in records {
+        match &record.estimate {
+            Some(estimate) => draw_target(&mut canvas, estimate, record.target, detail, &trails.of(record.target)),
+            None => canvas.label(&BBox::from_ltwh(0.0, 0.0, 1.0, 1.0), "looking for a target", COASTING),
+        }
+    }
+    canvas.into_image()
+}
+
+fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, detail: Detail, trail: &[Option<Point>]) {
+    let width = 2.0 * canvas.scale();
+    let own = if detail.many { color_of(target) } else { ESTIMATE };
+    canvas.trail(trail, &Stroke::new(own, width).with_opacity(0.6));
+    // What is measured while a target is lost are candidates that were not believed.
+    let believed = detail.boxes && estimate.state != TrackState::Lost;
+    if let Some(predicted) = estimate.prediction.as_ref().filter(|_| believed) {
+        canvas.rectangle(predicted, &Stroke::new(PREDICTED, width));
+    }
+    if let Some(measured) = estimate.measurement.as_ref().filter(|_| believed) {
+        canvas.rectangle(measured, &Stroke::new(MEASURED, width));
+        canvas.dot(measured.center(), 1.5 * width, MEASURED, 1.0);
+    }
+    let color = if estimate.state == TrackState::Tracking { own } else { COASTING };
+    let stroke = Stroke::new(color, 0.75 * width);
+    canvas.rectangle(
+        &estimate.bbox,
+        &if estimate.state == TrackState::Lost { stroke.dashed(3.0 * width, 2.0 * width) } else { stroke },
+    );
+    let words = match (detail.many, detail.words) {
+        (false, false) => return,
+        (true, false) => target.to_string(),
+        (many, true) => {
+            let name = if many { format!("{target} ") } else { String::new() };
+            format!("{name}{} {:.2}", estimate.state, estimate.score)
+        }
+    };
+    canvas.label(&estimate.bbox, &words, color);
+}
+
+/// A bright colour for each target: hues a golden section of the circle apart, so that neighbours in number differ most.
+fn color_of(target: TargetId) -> Rgb8 {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let hue = (target.0 as f64 * GOLDEN).fract() * 6.0;
+    // Full brightness, two thirds of saturation.
+    let channel = |offset: f64| {
+        let k = (offset + hue) % 6.0;
+        (255.0 * (1.0 - 0.66 * k.min(4.0 - k).clamp(0.0, 1.0))) as u8
+    };
+    [channel(5.0), channel(3.0), channel(1.0)]
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    fn record(target: u64, left: f64, state: TrackState) -> Record {
+        let bbox = BBox::from_ltwh(left, 60.0, 40.0, 30.0);
+        let far = Some(BBox::from_ltwh(left, 150.0, 40.0, 30.0));
+        let estimate = Estimate { state, prediction: far, measurement: far, ..Estimate::started(0.0, bbox, 1.0) };
+        Record { frame: 0, time_s: 0.0, target: TargetId(target), estimate: Some(estimate), update_ms: None }
+    }
+
+    /// The colours that a black picture has after drawing: those of at least 10 pixels.
+    fn colors(records: &[Record], style: OverlayStyle) -> Vec<Rgb8> {
+        let frame = Frame::new(0, 0.0, Image::filled(640, 200, [0_u8; 3]).unwrap());
+        let picture = draw(&frame, records, &Trails::default(), style);
+        let mut counts = std::collections::BTreeMap::new();
+        picture.view().rows().flatten().for_each(|&p| *counts.entry(p).or_insert(0) += 1);
+        counts.into_iter().filter(|(_, count)| *count >= 10).map(|(color, _)| color).collect()
+    }
+
+    #[test]
+    fn one_target_has_the_three_boxes_and_minimal_the_estimate_alone() {
+        let one = [record(1, 20.0, TrackState::Tracking)];
+        let full = colors(&one, OverlayStyle::Full);
+        assert!([MEASURED, ESTIMATE].iter().all(|c| full.contains(c)), "{full:?}");
+        let minimal = colors(&one, OverlayStyle::Minimal);
+        let grey = |[r, g, b]: &Rgb8| r == g && g == b;
+        assert!(minimal.iter().any(|c| c[0] > 100) && minimal.iter().all(grey), "{minimal:?}");
+    }
+
+    #[test]
+    fn candidates_of_a_lost_target_are_not_drawn() {
+        let lost = colors(&[record(1, 20.0, TrackState::Lost)], OverlayStyle::Full);
+        assert!(lost.contains(&COASTING) && !lost.contains(&MEASURED) && !lost.contains(&PREDICTED), "{lost:?}");
+    }
+
+    #[test]
+    fn several_targets_have_colours_of_their_own_and_many_only_numbers() {
+        let targets = |n: u64| (1..=n).map(|t| record(t, 45.0 * t as f64, TrackState::Tracking)).collect::<Vec<_>>();
+        let few = colors(&targets(3), OverlayStyle::Full);
+        assert!((1..=3).all(|t| few.contains(&color_of(TargetId(t)))) && few.contains(&MEASURED), "{few:?}");
+        let many = colors(&targets(9), OverlayStyle::Full);
+        assert!((1..=9).all(|t| many.contains(&color_of(TargetId(t)))) && !many.contains(&MEASURED), "{many:?}");
+    }
+
+    #[test]
+    fn colours_of_neighbours_are_far_apart_and_bright() {
+        for target in 1..50 {
+            let [a, b] = [target, target + 1].map(|t| color_of(TargetId(t)));
+            let apart: i32 = a.iter().zip(b).map(|(x, y)| (i32::from(*x) - i32::from(y)).abs()).sum();
+            assert!(apart > 150 && a.contains(&255), "{target}: {a:?} {b:?}");
+        }
+    }
+}
