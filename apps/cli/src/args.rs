@@ -10,6 +10,7 @@ use pursuit::sinks::Format;
 #[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
 use std::ffi::OsString;
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -20,8 +21,8 @@ const STYLES: Styles = Styles::styled()
     .placeholder(AnsiColor::Cyan.on_default());
 
 const AFTER_HELP: &str = "\
-Exit status: 0 done (losing the target is not an error), 2 wrong usage, 3 input that cannot be read,
-4 output that cannot be written, 1 anything else.";
+Exit status: 0 done (losing the target is not an error), 2 wrong usage, 3 input that cannot be read (whole or in part),
+4 output that cannot be written, 130 Ctrl-C, 143 SIGTERM, 1 anything else.";
 
 /// Follow one moving thing, or several, through a video.
 #[derive(Debug, Parser)]
@@ -112,9 +113,9 @@ pub struct Demo {
 #[derive(Debug, Args)]
 pub struct Track {
     /// A video file, a folder of images, `camera:0`, `rtsp://…`, `http(s)://…`, `-` (Y4M or MJPEG on standard input), or
-    /// `scene:NAME[?seed=1&key=value]`
-    #[arg(required_unless_present = "config")]
-    pub input: Option<OsString>,
+    /// `scene:NAME[?seed=1&key=value]`; several are tracked in one after the other, each into a folder of its own
+    #[arg(value_name = "INPUT", required_unless_present = "config")]
+    pub inputs: Vec<OsString>,
     /// Variable of the environment that holds USER:PASSWORD of the input
     #[arg(long, value_name = "NAME")]
     pub credentials_env: Option<String>,
@@ -182,6 +183,9 @@ pub struct Track {
     /// Last frame to look at
     #[arg(long, value_name = "N")]
     pub to: Option<u64>,
+    /// Look at one of so many frames; numbers and times stay those of the input
+    #[arg(long, value_name = "N")]
+    pub stride: Option<NonZeroU64>,
     /// Take the input for one that runs in real time: frames that come while a frame is looked at are dropped
     #[arg(long, overrides_with = "no_live")]
     pub live: bool,

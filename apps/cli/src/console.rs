@@ -5,6 +5,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Mutex, PoisonError};
 use tracing::level_filters::LevelFilter;
 
 /// The word before an error.
@@ -69,16 +70,23 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// The signal that asked to stop; 0 while none has.
 static SIGNAL: AtomicU8 = AtomicU8::new(0);
 
-/// Calls `stop` at Ctrl-C, or when the process is asked to terminate or loses its terminal. A second time ends the program
-/// at once.
+/// What ends the run in hand.
+static STOPPER: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
+
+/// Calls `stop`, and no longer what was given before, at Ctrl-C, or when the process is asked to terminate or loses its
+/// terminal. A second time ends the program at once.
 pub fn on_interrupt(stop: impl Fn() + Send + 'static) {
+    let stopper = || STOPPER.lock().unwrap_or_else(PoisonError::into_inner);
+    if stopper().replace(Box::new(stop)).is_some() {
+        return;
+    }
     let handler = move |signal: u8| {
         SIGNAL.store(signal, Ordering::Relaxed);
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(status_of(signal)));
         }
         anstream::eprintln!("stopping after this frame (Ctrl-C again to stop at once)");
-        stop();
+        stopper().iter().for_each(|stop| stop());
     };
     if let Err(e) = listen(handler) {
         tracing::warn!("Ctrl-C will stop at once, without closing files: {e}");

@@ -51,7 +51,7 @@ fn threads(wanted: usize) -> usize {
 }
 
 /// One line on standard error, and the exit status that belongs to the error.
-fn fail(error: &anyhow::Error) -> ExitCode {
+pub(crate) fn fail(error: &anyhow::Error) -> ExitCode {
     if is_broken_pipe(error) {
         // Whoever read our output has seen enough.
         return ExitCode::SUCCESS;

@@ -5,7 +5,7 @@
 use pursuit_geometry::Size;
 use pursuit_imaging::{Frame, Image};
 use pursuit_media::input::StopHandle;
-use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Throttled, Trimmed, WithDepth};
+use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Strided, Throttled, Trimmed, WithDepth};
 use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, open};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -187,6 +187,25 @@ fn trimming_keeps_numbers_and_times() {
         let error = Trimmed::new(counting(10), from, to).err().unwrap().to_string();
         assert!(error.contains("counting") && error.contains(&from.to_string()), "{error}");
     }
+}
+
+#[test]
+fn strides_keep_numbers_and_times_and_make_up_for_what_is_missing() {
+    let of = |n: u64| std::num::NonZeroU64::new(n).unwrap();
+    let strided = Strided::new(counting(10), of(4));
+    assert_eq!((strided.info().frame_count, strided.info().fps), (Some(3), Some(12.5)));
+    assert_eq!(indices(strided), (vec![0, 4, 8], None));
+    assert_eq!(indices(Strided::new(Trimmed::new(counting(9), 2, None).unwrap(), of(3))).0, [2, 5, 8]);
+    let faulty = Faulty::new(counting(60), Faults { drop: 0.3, seed: 4, ..Faults::default() });
+    let there = indices(faulty).0;
+    let faulty = Faulty::new(counting(60), Faults { drop: 0.3, seed: 4, ..Faults::default() });
+    let seen = indices(Strided::new(faulty, of(5))).0;
+    let first = there[0];
+    let wanted: Vec<u64> = (0..60 / 5)
+        .filter_map(|k| there.iter().copied().find(|i| (first + 5 * k..first + 5 * k + 5).contains(i)))
+        .collect();
+    assert_eq!(seen, wanted);
+    assert_eq!(indices(Strided::new(counting(3), of(u64::MAX))).0, [0]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::{RunConfig, RunError};
 use pursuit_media::depth::DepthFacts;
-use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, StreamStats, Trimmed};
+use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, StreamStats, Strided, Trimmed};
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use pursuit_scenes::{SceneQuery, SceneSource};
 
@@ -44,6 +44,9 @@ pub(crate) fn open(name: &Locator, config: &RunConfig, options: &OpenOptions) ->
     }
     if config.from.is_some() || config.to.is_some() {
         source = Box::new(Trimmed::new(source, config.from.unwrap_or(0), config.to)?);
+    }
+    if let Some(stride) = config.stride {
+        source = Box::new(Strided::new(source, stride));
     }
     let info = SourceInfo { truth, ..source.info().clone() };
     let source = Prefetch::new(source, AHEAD_FRAMES)?;

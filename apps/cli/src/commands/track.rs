@@ -7,20 +7,37 @@ use pursuit::media::wrappers::Patience;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::sinks::OverlayStyle;
 use pursuit::{Finished, Run, RunConfig, RunError};
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
-/// `pursuit track INPUT …`.
+/// `pursuit track INPUT …`: what went wrong with one of several inputs is said when it did, and the last of it at the end.
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
-    let run = Run::prepare(config(args)?, &open_options(args))?;
+    let mut configs = configs(args)?;
+    let Some(last) = configs.pop() else { return Ok(ExitCode::SUCCESS) };
+    let mut failed = None;
+    for config in configs {
+        if let Err(error) = run_one(config, args, global) {
+            failed.get_or_insert(crate::fail(&error));
+        }
+        if let Some(code) = console::interrupted() {
+            return Ok(code);
+        }
+    }
+    let code = run_one(last, args, global)?;
+    Ok(failed.unwrap_or(code))
+}
+
+fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
+    let run = Run::prepare(config, &open_options(args))?;
+    let video = !(args.no_video || args.overlay == Some(Overlay::None));
     carry_out(run, global, |finished| match (&finished.out, args.json) {
         // Standard output belongs to the results.
         (None, _) => Ok(String::new()),
         (Some(_), true) => json(finished),
-        (Some(_), false) => {
-            let with_overlay = !(args.no_video || args.overlay == Some(Overlay::None));
-            Ok(console::printable(&summary(finished, with_overlay)?))
-        }
+        (Some(_), false) => Ok(console::printable(&summary(finished, video)?)),
     })
 }
 
@@ -47,6 +64,32 @@ pub fn carry_out(
     }
 }
 
+/// A configuration for each input. Where a folder is named for several, each has one in it, named after the input.
+fn configs(args: &Track) -> Result<Vec<RunConfig>, RunError> {
+    let config = config(args)?;
+    if args.inputs.len() < 2 {
+        return Ok(vec![config]);
+    }
+    if config.out.as_deref() == Some(Path::new("-")) {
+        return Err(RunError::usage(
+            "the results of several inputs do not go to standard output; name a folder with `--out DIR`",
+        ));
+    }
+    let mut taken = BTreeMap::<OsString, u32>::new();
+    let one = |name: &OsString| {
+        let stem = Path::new(name).file_stem().unwrap_or(name).to_owned();
+        let count = taken.entry(stem.clone()).and_modify(|count| *count += 1).or_insert(1);
+        let mut folder = stem;
+        if *count > 1 {
+            folder.push(format!("-{count}"));
+        }
+        let input = with_credentials(Locator::from(name.clone()), args)?;
+        let out = config.out.as_ref().map(|out| out.join(folder));
+        Ok(RunConfig { input: Some(input), out, ..config.clone() })
+    };
+    args.inputs.iter().map(one).collect()
+}
+
 /// How the input is to be opened.
 pub fn open_options(args: &Track) -> OpenOptions {
     let live = (args.live || args.no_live).then_some(args.live);
@@ -62,7 +105,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     };
     let flag = |given: bool, value: bool| given.then_some(value);
     let options = RunConfig {
-        input: args.input.clone().map(Locator::from),
+        input: args.inputs.first().cloned().map(Locator::from),
         depth: args.depth.clone(),
         depth_options: depth_options(args)?,
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
@@ -81,6 +124,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
         from: args.from,
         to: args.to,
+        stride: args.stride,
         fps: args.fps,
         parameters: settings(&args.settings)?,
         read_from: None,

@@ -14,6 +14,7 @@ use pursuit_tracking::many::{AcquisitionParams, AssociationParams};
 use pursuit_tracking::parameters::{Parameters, merge, nested};
 use pursuit_tracking::{Detector, Recipe};
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
 /// Everything about a run that can stand in a configuration file. What is absent has its default.
@@ -74,6 +75,9 @@ pub struct RunConfig {
     /// Last frame to look at.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<u64>,
+    /// Of how many frames one is looked at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stride: Option<NonZeroU64>,
     /// Frames per second to assume instead of the input's own times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
@@ -134,6 +138,7 @@ impl RunConfig {
             formats: list(self.formats, over.formats),
             from: over.from.or(self.from),
             to: over.to.or(self.to),
+            stride: over.stride.or(self.stride),
             fps: over.fps.or(self.fps),
             parameters,
         }
@@ -296,6 +301,7 @@ mod tests {
             formats: vec![format!("format {n}")],
             from: Some(n),
             to: Some(n),
+            stride: NonZeroU64::new(n),
             fps: Some(n as f64),
             parameters: toml::Table::from_iter([("n".to_owned(), toml::Value::Integer(n as i64))]),
             read_from: None,

@@ -17,6 +17,9 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
         Some(path) => super::read(path, "does not say how to follow")?,
     };
     let views = FieldsOfView::fixed(0.5 * args.field_of_view)?;
+    if args.track.inputs.len() > 1 {
+        return Err(RunError::usage("a head follows one input; give no more than one").into());
+    }
     let mut config = track::config(&args.track)?;
     // A picture of everything that was seen is made when asked for.
     config.video = config.video.or(Some(false));
