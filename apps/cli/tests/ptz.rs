@@ -106,8 +106,8 @@ fn a_simulated_camera_crops_its_pictures_from_a_scene() {
 fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
     let folder = tempfile::tempdir().unwrap();
     let mut list = "index,image,x,y,w,h\n".to_owned();
-    let side = |k: u32| 60 + 2 * k;
-    for k in 0..60_u32 {
+    let side = |k: u32| 60 + k;
+    for k in 0..120_u32 {
         let name = format!("{k:04}.png");
         let file = std::fs::File::create(folder.path().join(&name)).unwrap();
         let mut encoder = png::Encoder::new(file, 320, 200);

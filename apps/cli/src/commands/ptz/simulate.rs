@@ -60,6 +60,12 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
 /// A tracker looks at what the camera crops from a scene or a clip, beginning on the target.
 fn look(study: &Study, outlook: &Outlook, contender: Contender, seed: u64, tracker: &str) -> anyhow::Result<Figures> {
     let study = Study { duration_s: study.duration_s.min(outlook.duration_s()), ..study.clone() };
+    if study.duration_s <= study.judged_from_s {
+        let (lasts, from) = (study.duration_s, study.judged_from_s);
+        anyhow::bail!(
+            "there are {lasts:.1} s to look at, and runs are judged from {from} s on; lower judged_from_s in --head FILE.toml"
+        );
+    }
     let recipe = registry::tracker(tracker)?.default_recipe();
     let mut eye = TrackingEye::new(outlook.world()?, &*recipe);
     let Some(first) = outlook.target(0.0) else { anyhow::bail!("the target is not there at the beginning") };

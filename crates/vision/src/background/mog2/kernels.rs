@@ -5,7 +5,7 @@ use crate::background::mixture::Rule;
 use multiversion::multiversion;
 
 /// Pixels that are done together: what lies between the loops of [`update_several`] stays near.
-pub(super) const STRETCH: usize = 128;
+pub(super) const STRETCH: usize = 64;
 
 /// Updates those pixels of a row whose only Gaussian the value fits, and marks all others in `left_over`.
 ///
@@ -55,6 +55,7 @@ pub(super) fn update_several<const C: usize>(
     let Some((heaviest, others)) = weights.split_first_mut() else { return };
     let (mut firsts, mut totals, mut scales) = ([0.0_f32; STRETCH], [0.0_f32; STRETCH], [1.0_f32; STRETCH]);
     let (firsts, totals, scales) = (&mut firsts[..n], &mut totals[..n], &mut scales[..n]);
+    let heaviest = &mut heaviest[..n];
     // As many as there are where it learns, 0 elsewhere: then nothing below applies.
     let mut learning = [0_u8; STRETCH];
     let learning = &mut learning[..n];

@@ -22,6 +22,8 @@ pub(super) struct State {
     line: Vec<f32>,
     /// Which pixels of a row the vectors could not do.
     left_over: Vec<u8>,
+    /// Those, by their columns.
+    picked: Vec<u32>,
     /// The pixel at work.
     mixture: Mixture,
 }
@@ -59,6 +61,7 @@ impl State {
             others,
             line: vec![0.0; channels * size.width],
             left_over: vec![0; size.width],
+            picked: Vec::with_capacity(size.width),
             mixture: Mixture::default(),
         }
     }
@@ -80,20 +83,28 @@ impl State {
             self.left_over.fill(1);
         }
         mask.fill(BACKGROUND);
-        for from in (0..width).step_by(GLANCE) {
-            let part = from..width.min(from + GLANCE);
-            if self.left_over[part.clone()].iter().all(|v| *v == 0) {
-                continue;
-            }
-            for x in part {
-                if self.left_over[x] == 0 {
-                    continue;
-                }
-                let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
-                let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
-                mask[x] = self.judge::<C>(y * width + x, &value, rule, learn);
+        let mut picked = std::mem::take(&mut self.picked);
+        self.pick(y * width, &mut picked);
+        for x in picked.iter().map(|x| *x as usize) {
+            let value: [f32; 3] = std::array::from_fn(|c| if c < C { self.line[c * width + x] } else { 0.0 });
+            let learn = rule.rate > 0.0 && protect.is_none_or(|p| p[x] == 0);
+            mask[x] = self.judge::<C>(y * width + x, &value, rule, learn);
+        }
+        self.picked = picked;
+    }
+
+    /// The pixels left over of the row that begins at pixel `row`.
+    fn pick(&self, row: usize, picked: &mut Vec<u32>) {
+        picked.clear();
+        for (k, part) in self.left_over.chunks(GLANCE).enumerate() {
+            if part.iter().any(|v| *v != 0) {
+                let left = part.iter().enumerate().filter(|(_, v)| **v != 0);
+                picked.extend(left.map(|(i, _)| (k * GLANCE + i) as u32));
             }
         }
+        // What is known of them lies scattered: asked for all at once it comes all at once, one by one each is waited for.
+        let known = picked.iter().filter_map(|x| self.rest.get((row + *x as usize) * self.others));
+        std::hint::black_box(known.map(|shape| shape.variance).sum::<f32>());
     }
 
     /// Updates those pixels of the row that begins at pixel `row` whose heaviest Gaussian the value fits, and marks all others in
