@@ -136,7 +136,7 @@ fn absences(recipes: &[&dyn Recipe], clips: u64) -> Result<Vec<Row>, ExperimentE
                 .bar(Bar::AtLeast(0.9)),
             Row::new(&setting, "clips in which it is found within five frames", share(alone, &back))
                 .bar(Bar::AtLeast(0.9)),
-            // The aim is nine of ten clips; it is not reached, so it is shown and not held.
+            // The aim is nine of ten clips; it is barely reached, so it is shown and not held.
             Row::new(&setting, "clips in which a look-alike is not adopted meanwhile", share(accompanied, &honest)),
         ]);
     }
