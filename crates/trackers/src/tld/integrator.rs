@@ -60,7 +60,8 @@ impl Integrator<'_> {
         let clusters = clusters.of(detections, form, integrator.same_from);
         let detected = |cascade: &mut Cascade, cluster: &Cluster| {
             let (window, similarity) = cascade.refine(gray, known, &cluster.bbox);
-            Some(Joined { window, similarity, valid: false, followed: None, agreed: false })
+            let joined = Joined { window, similarity, valid: false, followed: None, agreed: false };
+            self.trust.is_as_before(similarity.conservative(form), &params.neighbor).then_some(joined)
         };
         let Some((followed, similarity)) = followed else {
             return detected(cascade, outstanding(clusters, params)?);

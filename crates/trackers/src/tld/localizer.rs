@@ -265,7 +265,12 @@ impl Localizer for TldLocalizer {
         self.turn = self.turn.wrapping_add(1);
         let followed = outcome.found.and(outcome.followed);
         let joined = self.scratch.joined.take();
-        self.trust.take(joined.as_ref().filter(|_| followed.is_some()), outcome.state, outcome.dt_s);
+        self.trust.take(
+            joined.as_ref().filter(|_| followed.is_some()),
+            outcome.state,
+            outcome.dt_s,
+            &self.params.neighbor,
+        );
         followed.map_or(Ok(()), |bbox| self.follower.keep(frame, bbox))
     }
 

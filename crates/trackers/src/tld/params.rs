@@ -103,6 +103,11 @@ pursuit_tracking::parameters! {
         pub beyond: f64 = 1.5, in 1.0..=100.0, source "ours; kalal2012: no limit";
         /// Points are no longer followed when the target was not seen for so long, unless the detector sees it there.
         pub patience_s: f64 = 1e9, in 0.0.., unit "s", source "ours; kalal2012: no limit";
+        /// What is detected is another thing if the log odds of its conservative similarity are lower by this than those of what
+        /// was seen lately: of a target that was matched closely a poor match is a look-alike.
+        pub as_before: f64 = 0.45, in 0.0.., source "ours; kalal2012: no limit";
+        /// How long ago "lately" is.
+        pub memory_s: f64 = 0.5, in above(0.0), unit "s", source "ours";
         /// Of several places detected the best one counts if its conservative similarity exceeds that of the next by this.
         pub margin: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: none counts";
         /// Patches of the object are added up to this relative similarity.

@@ -1,46 +1,65 @@
 use super::integrator::Joined;
+use super::params::NeighborParams;
 use pursuit_tracking::TrackState;
 use serde::{Deserialize, Serialize};
 
-/// Whether the trajectory is trusted, and for how long the target was not seen.
+/// Whether the trajectory is trusted, how well the target was matched, and for how long it was not seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub(super) struct Trust {
     /// Whether the trajectory is trusted enough to be learned from (kalal2012, section 5.6).
     pub valid: bool,
+    /// Conservative similarity of what was seen lately, averaged.
+    pub level: f64,
     /// Seconds since the target was last reported as seen.
     pub unseen_s: f64,
 }
 
-/// What is stored: `valid`, `unseen_s`.
+/// What is stored: `valid`, `level`, `unseen_s`.
 #[derive(Clone, Serialize, Deserialize)]
-struct Raw(bool, f64);
+struct Raw(bool, f64, f64);
 
 impl From<Trust> for Raw {
     fn from(it: Trust) -> Self {
-        Self(it.valid, it.unseen_s)
+        Self(it.valid, it.level, it.unseen_s)
     }
 }
 
 impl TryFrom<Raw> for Trust {
     type Error = &'static str;
 
-    fn try_from(Raw(valid, unseen_s): Raw) -> Result<Self, Self::Error> {
-        if unseen_s >= 0.0 { Ok(Self { valid, unseen_s }) } else { Err("the time its target was not seen is negative") }
+    fn try_from(Raw(valid, level, unseen_s): Raw) -> Result<Self, Self::Error> {
+        let whole = unseen_s >= 0.0 && (0.0..=1.0).contains(&level);
+        if whole { Ok(Self { valid, level, unseen_s }) } else { Err("its trust is out of range") }
     }
 }
 
 impl Trust {
     /// In the frame that the target is shown in.
     pub const fn new() -> Self {
-        Self { valid: true, unseen_s: 0.0 }
+        Self { valid: true, level: 0.5, unseen_s: 0.0 }
     }
 
     /// Takes what became of a frame that came `dt_s` after the one before: the trajectory goes on from `joined`, if from
     /// anything.
-    pub fn take(&mut self, joined: Option<&Joined>, state: TrackState, dt_s: f64) {
+    pub fn take(&mut self, joined: Option<&Joined>, state: TrackState, dt_s: f64, params: &NeighborParams) {
         self.valid = joined.is_some_and(|j| j.valid);
-        self.unseen_s = if state == TrackState::Tracking { 0.0 } else { self.unseen_s + dt_s };
+        if state != TrackState::Tracking {
+            self.unseen_s += dt_s;
+            return;
+        }
+        self.unseen_s = 0.0;
+        if let Some(joined) = joined {
+            let now = joined.similarity.conservative(params.similarity);
+            self.level += (dt_s / params.memory_s).min(1.0) * (now - self.level);
+        }
+    }
+
+    /// Whether what has the conservative similarity `sure` may be what was seen lately: of a target that was matched closely
+    /// a poor match is another.
+    pub fn is_as_before(&self, sure: f64, params: &NeighborParams) -> bool {
+        let log_odds = |share: f64| (share / (1.0 - share).max(1e-6)).max(1e-6).ln();
+        log_odds(sure) >= log_odds(self.level) - params.as_before
     }
 }
 
@@ -58,22 +77,41 @@ mod tests {
 
     #[test]
     fn trust_ends_with_the_trajectory_and_time_unseen_is_counted() {
+        let params = NeighborParams { memory_s: 1.0, ..NeighborParams::default() };
         let mut trust = Trust::new();
-        assert_eq!(trust, Trust { valid: true, unseen_s: 0.0 });
-        trust.take(Some(&joined(true)), TrackState::Occluded, 0.5);
-        trust.take(Some(&joined(false)), TrackState::Occluded, 0.25);
-        assert_eq!(trust, Trust { valid: false, unseen_s: 0.75 });
-        trust.take(Some(&joined(true)), TrackState::Tracking, 0.25);
-        assert_eq!(trust, Trust { valid: true, unseen_s: 0.0 });
-        trust.take(None, TrackState::Lost, 2.0);
-        assert_eq!(trust, Trust { valid: false, unseen_s: 2.0 });
+        assert_eq!(trust, Trust { valid: true, level: 0.5, unseen_s: 0.0 });
+        trust.take(Some(&joined(true)), TrackState::Occluded, 0.5, &params);
+        trust.take(Some(&joined(false)), TrackState::Occluded, 0.25, &params);
+        assert_eq!(trust, Trust { valid: false, level: 0.5, unseen_s: 0.75 });
+        // 0.5 / (0.5 + 0.1) is seen for a quarter of the memory.
+        trust.take(Some(&joined(true)), TrackState::Tracking, 0.25, &params);
+        assert!(trust.valid && trust.unseen_s == 0.0);
+        assert!((trust.level - (0.5 + 0.25 * (0.5 / 0.6 - 0.5))).abs() < 1e-12);
+        trust.take(Some(&joined(true)), TrackState::Tracking, 7.0, &params);
+        assert!((trust.level - 0.5 / 0.6).abs() < 1e-12, "no more than all of what is seen");
+        trust.take(None, TrackState::Lost, 2.0, &params);
+        assert!(!trust.valid && trust.unseen_s == 2.0);
     }
 
     #[test]
-    fn saved_trust_is_the_same_and_negative_time_is_refused() {
-        let trust = Trust { valid: true, unseen_s: 1.5 };
+    fn of_a_close_match_a_poor_one_is_another() {
+        let params = NeighborParams { as_before: 3f64.ln(), ..NeighborParams::default() };
+        let trust = Trust { valid: true, level: 0.9, unseen_s: 0.0 };
+        // Odds of nine, a third of them, and a little less.
+        assert!(
+            trust.is_as_before(0.9, &params) && trust.is_as_before(0.7501, &params) && trust.is_as_before(1.0, &params)
+        );
+        assert!(!trust.is_as_before(0.7499, &params) && !trust.is_as_before(0.0, &params));
+        assert!(!Trust { level: 1.0, ..trust }.is_as_before(0.99, &params));
+    }
+
+    #[test]
+    fn saved_trust_is_the_same_and_senseless_ones_are_refused() {
+        let trust = Trust { valid: true, level: 0.8, unseen_s: 1.5 };
         let saved = serde_json::to_string(&trust).unwrap();
         assert_eq!(serde_json::from_str::<Trust>(&saved).unwrap(), trust);
-        assert!(serde_json::from_str::<Trust>("[true,-0.5]").is_err());
+        for bad in ["[true,0.8,-0.5]", "[true,1.5,0.0]"] {
+            assert!(serde_json::from_str::<Trust>(bad).is_err(), "{bad}");
+        }
     }
 }
