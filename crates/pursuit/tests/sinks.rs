@@ -95,7 +95,7 @@ fn json_lines_have_everything() {
             "frame": 4, "time_s": 0.16, "target": 1, "state": "tracking", "box": [2.0, 10.0, 8.0, 8.0], "score": 0.875,
             "prediction": [1.5, 10.0, 8.0, 8.0], "measurement": [2.5, 10.0, 8.0, 8.0],
             "covariance": [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 2.0]],
-            "diagnostics": {"psr": 9.5}, "update_ms": 1.25
+            "next": null, "diagnostics": {"psr": 9.5}, "update_ms": 1.25
         })
     );
     assert_eq!((&lines[1]["state"], &lines[1]["measurement"]), (&"lost".into(), &serde_json::Value::Null));

@@ -2,7 +2,8 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, spec,
+    CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, WindowShape,
+    spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -19,8 +20,9 @@ pursuit_tracking::parameters! {
         pub label_sigma: f64 = 0.0625, in above(0.0).below(1.0), source "galoogahi2017, section 4: 1/16; li2018, released code: 1/16";
         /// Share of the new sample in the model, η.
         pub learning_rate: f64 = 0.013, in 0.0..=1.0, source "galoogahi2017, eq. 11, section 4: 0.013; li2018: 1";
-        /// The window.
+        /// The window: galoogahi2017, released code has a square of five times the target's mean side, sampled to 200² pixels.
         pub window: WindowParams = WindowParams {
+            shape: WindowShape::Square,
             padding: 4.0,
             smallest_area_px: 40_000.0,
             largest_area_px: 40_000.0,
@@ -73,6 +75,8 @@ pub fn bacf(name: &'static str) -> TrackerRecipe<RegularisedParams> {
 pub fn strcf(name: &'static str) -> TrackerRecipe<RegularisedParams> {
     let localizer = RegularisedParams {
         learning_rate: 1.0,
+        // li2018, released code: from 150² to 200² pixels.
+        window: WindowParams { smallest_area_px: 22_500.0, ..RegularisedParams::default().window },
         solver: SolverParams { temporal_weight: 15.0, spatial_weight: 1e-6, ..SolverParams::default() },
         score: ScoreParams { bias: -2.8, psr: 0.95, collapse: 1.5, likeness: 4.1, ..ScoreParams::default() },
         ..RegularisedParams::default()

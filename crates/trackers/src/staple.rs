@@ -3,7 +3,7 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    ColorParams, CorrelationLocalizer, CorrelationSpec, ScaleFilterParams, ScoreParams, WindowParams, spec,
+    ColorParams, CorrelationLocalizer, CorrelationSpec, ScaleFilterParams, ScoreParams, WindowParams, WindowShape, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -21,12 +21,13 @@ pursuit_tracking::parameters! {
         /// Standard deviation of the label as a share of √(width · height) of the target.
         pub label_sigma: f64 = 0.0625, in above(0.0), source "bertinetto2016, released code: 1/16";
         /// Share of the new template per frame, η_tmpl.
-        pub learning_rate: f64 = 0.015, in 0.0..=1.0, source "bertinetto2016, table 1: 0.01; ours: 0.015";
-        /// The window.
+        pub learning_rate: f64 = 0.01, in 0.0..=1.0, source "bertinetto2016, table 1: 0.01";
+        /// The window: bertinetto2016, released code has a margin of half the mean side all round, sampled to 150² pixels.
         pub window: WindowParams = WindowParams {
-            padding: 2.0,
-            smallest_area_px: 6400.0,
-            largest_area_px: 16384.0,
+            shape: WindowShape::Margin,
+            padding: 1.0,
+            smallest_area_px: 22_500.0,
+            largest_area_px: 22_500.0,
             ..WindowParams::default()
         };
         /// The colours beside the template.

@@ -155,10 +155,11 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Nobody wants any more frames: wakes the thread, and whoever waits for it.
+    /// Nobody wants any more frames, not even those decoded ahead: wakes the thread, and whoever waits for it.
     fn end(&self) {
         let mut state = self.lock();
         (state.unwanted, state.finished) = (true, true);
+        state.queue.clear();
         drop(state);
         self.drained.notify_all();
         self.filled.notify_all();
