@@ -119,7 +119,7 @@ fn a_mug_that_leaves_is_found_again() {
 }
 
 #[test]
-#[ignore = "release: follows each clip dozens of times, and prints what no setting was chosen by"]
+#[ignore = "measurement: follows each clip dozens of times, and prints what no setting was chosen by"]
 fn other_starts_boxes_and_mirrored_clips() {
     let (Some(toy), Some(raw)) =
         (clip("soft_toy_hand", DepthOptions::default()), clip("mug_kitchen", DepthOptions::default()))
