@@ -104,7 +104,7 @@ fn half_a_target_at_the_border_is_no_target() {
 
 /// The state saved is all that is kept; the loop brings the target back to where it was.
 #[test]
-#[ignore = "release: 20 000 frames of each"]
+#[ignore = "measurement: 20 000 frames of each"]
 fn what_is_kept_stays_bounded_over_a_long_run() {
     let path = |k: u64| Some(at(30.0 + 2.0 * (50.0 - (k % 100) as f64).abs(), 60.0)).filter(|_| k % 500 < 450);
     let frames: Vec<Frame> = (0..500).map(|k| frame(k, 3, path(k))).collect();
