@@ -178,7 +178,7 @@ mod tests {
         ) {
             let truth = Affine::similarity(scale, angle, dx, dy).unwrap();
             // Four of ten points move together, but otherwise; the six agree on the truth.
-            let other = Affine::translation(dx + 15.0, dy - 9.0).unwrap();
+            let other = Affine::translation(15.0, -9.0).unwrap();
             let pairs: Vec<_> = scattered(100, seed).into_iter().enumerate()
                 .map(|(i, p)| (p, if i % 10 < 6 { truth.apply(p) } else { other.apply(truth.apply(p)) })).collect();
             let motion = RobustFit::new(RobustFitParams::default()).unwrap().fit(&pairs).unwrap();
