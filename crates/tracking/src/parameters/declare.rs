@@ -63,6 +63,10 @@ macro_rules! parameters {
             fn fields(&self) -> Vec<&dyn $crate::parameters::Field> {
                 vec![$(&self.$field),*]
             }
+
+            fn fields_mut(&mut self) -> Vec<&mut dyn $crate::parameters::Field> {
+                vec![$(&mut self.$field),*]
+            }
         }
 
         impl $crate::parameters::Parameters for $name {
@@ -80,6 +84,10 @@ macro_rules! parameters {
                 )*)?
                 Ok(())
             }
+
+            fn set(&mut self, path: &str, value: &$crate::parameters::Value) -> ::core::result::Result<(), String> {
+                $crate::parameters::set_field(&[$(stringify!($field)),*], self.fields_mut(), path, value)
+            }
         }
 
         impl $crate::parameters::Field for $name {
@@ -93,6 +101,10 @@ macro_rules! parameters {
 
             fn check(&self, _: &$crate::parameters::Bounds) -> ::core::result::Result<(), (String, String)> {
                 $crate::parameters::Parameters::check_all(self)
+            }
+
+            fn set(&mut self, rest: &str, value: &$crate::parameters::Value) -> ::core::result::Result<(), String> {
+                $crate::parameters::Parameters::set(self, rest, value)
             }
         }
     };
@@ -133,6 +145,14 @@ macro_rules! choices {
             }
 
             fn check(&self, _: &$crate::parameters::Bounds) -> ::core::result::Result<(), (String, String)> {
+                Ok(())
+            }
+
+            fn set(&mut self, _: &str, value: &$crate::parameters::Value) -> ::core::result::Result<(), String> {
+                let chosen = $crate::parameters::choice(&[$($word),+], value)?;
+                if let Some(variant) = Self::ALL.get(chosen) {
+                    *self = *variant;
+                }
                 Ok(())
             }
         }

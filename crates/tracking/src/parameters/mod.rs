@@ -8,15 +8,14 @@ mod declare;
 mod schema;
 mod tables;
 
-pub use schema::{Bounds, Declared, Field, Kind, Parameter, above, check_ranges, schema_of};
+pub use schema::{Bounds, Declared, Field, Kind, Parameter, above, check_ranges, choice, schema_of, set_field};
 pub use tables::{describe, merge, nested, template, template_at};
 pub use toml::Value;
 
 use crate::{Result, TrackingError};
-use serde::{Serialize, de::DeserializeOwned};
 
 /// A struct of parameters that describes itself; made by [`parameters!`](crate::parameters!).
-pub trait Parameters: Clone + Default + Serialize + DeserializeOwned + Send + Sync + 'static {
+pub trait Parameters: Clone + Default + Send + Sync + 'static {
     /// Every parameter in order of declaration, with this value's values for defaults.
     fn schema(&self) -> Vec<Parameter>;
 
@@ -25,6 +24,12 @@ pub trait Parameters: Clone + Default + Serialize + DeserializeOwned + Send + Sy
     /// # Errors
     /// The path of the first parameter that is out of range, and what would be right.
     fn check_all(&self) -> Result<(), (String, String)>;
+
+    /// Takes `value` for the parameter at `path`, whose parts are parted by dots. Ranges are not looked at.
+    ///
+    /// # Errors
+    /// What is wrong with a path that leads nowhere or a value of another type, in words that follow the path.
+    fn set(&mut self, path: &str, value: &Value) -> Result<(), String>;
 
     /// Checks every range and relation; errors name `owner`.
     ///
@@ -39,10 +44,10 @@ pub trait Parameters: Clone + Default + Serialize + DeserializeOwned + Send + Sy
     /// # Errors
     /// [`TrackingError::Parameter`] when a value cannot be written as TOML.
     fn to_table(&self, owner: &str) -> Result<toml::Table> {
-        toml::Table::try_from(self).map_err(|e| TrackingError::Parameter {
+        tables::table(&self.schema()).map_err(|name| TrackingError::Parameter {
             owner: owner.to_owned(),
-            name: String::new(),
-            problem: e.to_string(),
+            name,
+            problem: "cannot be written as TOML".to_owned(),
         })
     }
 
@@ -89,6 +94,8 @@ mod tests {
             pub word: String = "a \"b\"".into();
             /// How.
             pub manner: Manner = Manner::Quick;
+            /// Whether.
+            pub bold: bool = false;
             /// Least area.
             pub least: f64 = 2.0, in above(0.0), unit "px";
             /// Greatest area.
@@ -132,7 +139,8 @@ mod tests {
     #[test]
     fn errors_name_the_parameter_and_what_would_be_right() {
         assert!(
-            error("speed = 1").contains("`speed` of `toy`: there is no such parameter; there are: rate, word, manner")
+            error("speed = 1")
+                .contains("`speed` of `toy`: there is no such parameter; there are: rate, word, manner, bold")
         );
         assert!(
             error("window.size = 1")
@@ -141,6 +149,13 @@ mod tests {
         assert!(error("rate = 2").contains("`rate` of `toy`: must be between 0 and 1, not 2"), "{}", error("rate = 2"));
         assert!(error("rate = nan").contains("`rate` of `toy`: must be between 0 and 1"));
         assert!(error("rate = 'x'").contains("`rate` of `toy`: invalid type"), "{}", error("rate = 'x'"));
+        assert!(error("word = 3").contains("`word` of `toy`: invalid type: integer, expected a text"));
+        assert!(error("manner = 3").contains("`manner` of `toy`: invalid type: integer, expected a word"));
+        assert!(error("window.cells = 1.5").contains("`window.cells` of `toy`: invalid type: float, expected a whole"));
+        assert!(error("window.cells = -1").contains("`window.cells` of `toy`: cannot be -1"));
+        assert!(error("bold = 1").contains("`bold` of `toy`: invalid type: integer, expected true or false"));
+        assert!(with("bold = true").unwrap().bold);
+        assert_eq!(with("rate = 1").unwrap().rate, 1.0, "a whole number is a number");
         assert!(error("window.padding = 9").contains("`window.padding` of `toy`: must be between 0 and 4"));
         assert!(
             error("window.cells = 4")
@@ -148,6 +163,7 @@ mod tests {
         );
         assert!(error("window = 4").contains("`window` of `toy`: is a group"), "{}", error("window = 4"));
         assert!(error("manner = 'x'").contains("`manner` of `toy`: unknown"), "{}", error("manner = 'x'"));
+        assert!(error("manner = 'x'").contains("there are: quick, slow-and-steady"));
         assert!(error("least = 5").contains("`least` of `toy`: must not exceed `most`"), "{}", error("least = 5"));
     }
 
@@ -160,9 +176,9 @@ mod tests {
             "doc": "A rate.", "default": 0.5})
         );
         assert_eq!(schema[2]["choices"], serde_json::json!(["quick", "slow-and-steady"]));
-        assert_eq!(schema[5]["type"], "group");
-        assert_eq!(schema[5]["parameters"][0]["unit"], "target sizes");
-        assert_eq!(schema[5]["parameters"][0]["default"], 2.0);
-        assert!(schema[5].get("default").is_none());
+        assert_eq!(schema[6]["type"], "group");
+        assert_eq!(schema[6]["parameters"][0]["unit"], "target sizes");
+        assert_eq!(schema[6]["parameters"][0]["default"], 2.0);
+        assert!(schema[6].get("default").is_none());
     }
 }

@@ -154,6 +154,16 @@ impl From<RangeFrom<i32>> for Bounds {
     }
 }
 
+/// The word among `choices` that `value` gives, as its place there.
+///
+/// # Errors
+/// What is wrong with any other value, in words that follow the parameter's name.
+pub fn choice(choices: &[&str], value: &toml::Value) -> Result<usize, String> {
+    let word = value.as_str().ok_or_else(|| wrong_type(value, "a word"))?;
+    let unknown = || format!("unknown word `{word}`; there are: {}", choices.join(", "));
+    choices.iter().position(|c| *c == word).ok_or_else(unknown)
+}
+
 /// A type that a parameter may have.
 pub trait Field {
     /// Its kind; `bounds` is the range the declaration gives.
@@ -168,6 +178,12 @@ pub trait Field {
     /// # Errors
     /// The path below this parameter (empty for a plain value) and what would be right.
     fn check(&self, bounds: &Bounds) -> Result<(), (String, String)>;
+
+    /// Takes `value`; `rest` is the path to it below this parameter, empty but for groups. Ranges are not looked at.
+    ///
+    /// # Errors
+    /// What is wrong with a value of another type, in words that follow the parameter's name.
+    fn set(&mut self, rest: &str, value: &toml::Value) -> Result<(), String>;
 }
 
 /// What a declaration says of a parameter beside its value.
@@ -208,6 +224,23 @@ pub fn check_ranges(declared: &[Declared], fields: &[&dyn Field]) -> Result<(), 
     Ok(())
 }
 
+/// Gives the one of `fields`, named like `names`, to which `path` leads the value `value`.
+///
+/// # Errors
+/// As [`Field::set`], and for a path that leads nowhere.
+pub fn set_field(names: &[&str], fields: Vec<&mut dyn Field>, path: &str, value: &toml::Value) -> Result<(), String> {
+    let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+    match names.iter().zip(fields).find(|(name, _)| **name == first) {
+        Some((_, field)) => field.set(rest, value),
+        None => Err(format!("there is no such parameter; there are: {}", names.join(", "))),
+    }
+}
+
+/// The message for a value of another type.
+pub(super) fn wrong_type(value: &toml::Value, expected: &str) -> String {
+    format!("invalid type: {}, expected {expected}", value.type_str())
+}
+
 fn check_number(value: f64, bounds: &Bounds) -> Result<(), (String, String)> {
     if bounds.allow(value) {
         return Ok(());
@@ -217,7 +250,7 @@ fn check_number(value: f64, bounds: &Bounds) -> Result<(), (String, String)> {
 }
 
 macro_rules! number_fields {
-    ($($type:ty => $kind:ident),*) => {$(
+    ($($type:ty => $kind:ident, $read:expr);* $(;)?) => {$(
         impl Field for $type {
             fn kind(&self, bounds: Bounds) -> Kind {
                 Kind::$kind(bounds)
@@ -230,11 +263,31 @@ macro_rules! number_fields {
             fn check(&self, bounds: &Bounds) -> Result<(), (String, String)> {
                 check_number(*self as f64, bounds)
             }
+
+            fn set(&mut self, _: &str, value: &toml::Value) -> Result<(), String> {
+                let read: fn(&toml::Value) -> Result<$type, String> = $read;
+                *self = read(value)?;
+                Ok(())
+            }
         }
     )*};
 }
 
-number_fields! { f64 => Number, usize => Integer, u32 => Integer, u64 => Integer }
+number_fields! {
+    f64 => Number, |value| match value {
+        toml::Value::Float(number) => Ok(*number),
+        toml::Value::Integer(number) => Ok(*number as f64),
+        other => Err(wrong_type(other, "a number")),
+    };
+    usize => Integer, whole;
+    u32 => Integer, whole;
+    u64 => Integer, whole;
+}
+
+fn whole<T: TryFrom<i64>>(value: &toml::Value) -> Result<T, String> {
+    let toml::Value::Integer(number) = value else { return Err(wrong_type(value, "a whole number")) };
+    T::try_from(*number).map_err(|_| format!("cannot be {number}"))
+}
 
 impl Field for bool {
     fn kind(&self, _: Bounds) -> Kind {
@@ -246,6 +299,11 @@ impl Field for bool {
     }
 
     fn check(&self, _: &Bounds) -> Result<(), (String, String)> {
+        Ok(())
+    }
+
+    fn set(&mut self, _: &str, value: &toml::Value) -> Result<(), String> {
+        *self = value.as_bool().ok_or_else(|| wrong_type(value, "true or false"))?;
         Ok(())
     }
 }
@@ -260,6 +318,11 @@ impl Field for String {
     }
 
     fn check(&self, _: &Bounds) -> Result<(), (String, String)> {
+        Ok(())
+    }
+
+    fn set(&mut self, _: &str, value: &toml::Value) -> Result<(), String> {
+        value.as_str().ok_or_else(|| wrong_type(value, "a text"))?.clone_into(self);
         Ok(())
     }
 }

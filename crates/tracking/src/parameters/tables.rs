@@ -118,25 +118,30 @@ fn check_path(schema: &[Parameter], path: &str) -> std::result::Result<(), Strin
     }
 }
 
-pub(super) fn changed<P: Parameters>(params: &P, owner: &str, changes: &Table) -> Result<P> {
-    let bad = |name: &str, problem: String| TrackingError::Parameter {
-        owner: owner.to_owned(),
-        name: name.to_owned(),
-        problem,
+/// The values of a schema, groups as tables.
+///
+/// # Errors
+/// The path of a value that TOML cannot hold.
+pub(super) fn table(schema: &[Parameter]) -> std::result::Result<Table, String> {
+    let entry = |parameter: &Parameter| {
+        let value = match &parameter.kind {
+            Kind::Group { parameters } => Value::Table(table(parameters).map_err(|rest| join(parameter.name, &rest))?),
+            _ => parameter.default.clone().ok_or_else(|| parameter.name.to_owned())?,
+        };
+        Ok((parameter.name.to_owned(), value))
     };
-    let (changes, schema, table) = (nested(changes), params.schema(), params.to_table(owner)?);
+    schema.iter().map(entry).collect()
+}
+
+pub(super) fn changed<P: Parameters>(params: &P, owner: &str, changes: &Table) -> Result<P> {
+    let (mut changed, schema) = (params.clone(), params.schema());
     let mut values = Vec::new();
-    leaves(&changes, "", &mut values);
+    leaves(&nested(changes), "", &mut values);
     for (path, value) in values {
-        check_path(&schema, &path).map_err(|problem| bad(&path, problem))?;
-        // One at a time, so that an error names the parameter it belongs to.
-        let mut alone = table.clone();
-        merge(&mut alone, nested(&Table::from_iter([(path.clone(), value)])));
-        alone.try_into::<P>().map_err(|e| bad(&path, e.message().trim().to_owned()))?;
+        let bad = |problem| TrackingError::Parameter { owner: owner.to_owned(), name: path.clone(), problem };
+        check_path(&schema, &path).map_err(bad)?;
+        changed.set(&path, &value).map_err(bad)?;
     }
-    let mut merged = table;
-    merge(&mut merged, changes);
-    let params: P = merged.try_into().map_err(|e: toml::de::Error| bad("", e.message().to_owned()))?;
-    params.validate(owner)?;
-    Ok(params)
+    changed.validate(owner)?;
+    Ok(changed)
 }
