@@ -26,6 +26,7 @@ pub use paper::Paper;
 pub use result::{Bar, Finding, Reproduction, Row, Spread, Verdict};
 pub use which_filter::{FilterComparison, FilterErrors, which_filter};
 pub use zhai2024::{ClipFigures, depth_clips};
+pub use zhu2014::{AbsenceClip, absence_clips};
 
 use std::path::PathBuf;
 

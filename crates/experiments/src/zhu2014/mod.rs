@@ -9,6 +9,8 @@ mod params;
 mod pictures;
 mod tracking;
 
+pub use tracking::{AbsenceClip, absence_clips};
+
 use super::Paper;
 use super::filters::{Models, Plain, PositionFilter, Trace, position, position_sensor, start, tuned};
 use super::monte_carlo::{decades, mean, over_seeds, quantile_of, root_mean_square, share};

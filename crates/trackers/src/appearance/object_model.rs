@@ -140,10 +140,23 @@ impl ObjectModel {
         }
         let negatives = self.negatives.chunks_exact(self.length).map(|other| dot(patch, other));
         let negative = negatives.reduce(f32::max).unwrap_or(0.0);
-        let similarity = |ncc: f32| (0.5 * (f64::from(ncc) + 1.0)).clamp(0.0, 1.0);
         let similarity =
             Similarity { positive: similarity(positive), early: similarity(early), negative: similarity(negative) };
         Resemblance { similarity, nearest }
+    }
+
+    /// The patch of the object that `patch` is nearest to, of the earliest half alone if `early`.
+    pub fn nearest(&self, patch: &[f32], early: bool) -> Option<usize> {
+        let count = self.positives.len() / self.length;
+        let known = if early { count.div_ceil(2) } else { count };
+        let own = self.positives.chunks_exact(self.length).take(known).map(|own| dot(patch, own));
+        own.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(index, _)| index)
+    }
+
+    /// How much `patch` resembles the patch of the object with that index, in `[0, 1]`; 0 where there is none.
+    pub fn likeness(&self, index: usize, patch: &[f32]) -> f64 {
+        let own = self.positives.chunks_exact(self.length).nth(index);
+        own.map_or(0.0, |own| similarity(dot(patch, own)))
     }
 
     /// Adds a patch of the object. Patches of another length are left out.
@@ -155,6 +168,11 @@ impl ObjectModel {
     pub fn add_negative(&mut self, patch: &[f32]) {
         add(&mut self.negatives, patch, self.length, self.capacity, &mut self.random);
     }
+}
+
+/// A correlation as a similarity.
+fn similarity(ncc: f32) -> f64 {
+    (0.5 * (f64::from(ncc) + 1.0)).clamp(0.0, 1.0)
 }
 
 fn add(set: &mut Vec<f32>, patch: &[f32], length: usize, capacity: usize, random: &mut u64) {

@@ -1,7 +1,7 @@
 use super::cells::{BLOCK, Cells};
 use super::ferns::Ferns;
 use super::grid::{Grid, Part, Scale};
-use super::params::{RefineBy, TldParams};
+use super::params::{RefineBy, RefineParams, TldParams};
 use crate::appearance::{ObjectModel, PatchSampler, Similarity};
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
@@ -175,33 +175,42 @@ impl Cascade {
     }
 
     /// `bbox` moved and resized, a little at a time, to where it resembles the object more, and what it resembles there.
-    pub fn refine(&mut self, gray: ImageView<'_, u8>, known: &Knowledge<'_>, bbox: &BBox) -> (BBox, Similarity) {
-        let p = &known.params.refine;
-        let value = |s: &Similarity| match p.by {
-            RefineBy::Nothing => 0.0,
-            RefineBy::All => s.positive,
-            RefineBy::Early => s.early,
-        };
-        let (mut best, mut similarity) = (*bbox, self.similarity(gray, known, bbox));
+    pub fn refine(
+        &mut self,
+        gray: ImageView<'_, u8>,
+        known: &Knowledge<'_>,
+        p: &RefineParams,
+        bbox: &BBox,
+    ) -> (BBox, Similarity) {
+        let similarity = self.similarity(gray, known, bbox);
         if p.by == RefineBy::Nothing || similarity.conservative(known.params.neighbor.similarity) < p.from {
-            return (best, similarity);
+            return (*bbox, similarity);
         }
+        let mut best = *bbox;
+        let likeness = |this: &mut Self, bbox: &BBox, own: Option<usize>| {
+            this.sampler.normalized(gray, bbox, known.params.neighbor.side, &mut this.patch);
+            let own = own.or_else(|| known.model.nearest(&this.patch, p.by == RefineBy::Early))?;
+            Some((own, known.model.likeness(own, &this.patch)))
+        };
         for _ in 0..p.rounds {
+            // What a round climbs to is one patch of the object, the nearest where it begins.
+            let Some((own, from)) = likeness(self, &best, None) else { break };
             let (dx, dy) = (p.shift * best.width(), p.shift * best.height());
             let (larger, smaller) = (best.scaled(1.0 + p.scale), best.scaled(1.0 / (1.0 + p.scale)));
             let moved = [(dx, 0.0), (-dx, 0.0), (0.0, dy), (0.0, -dy)].map(|(x, y)| best.translated(x, y));
-            let from = value(&similarity);
+            let mut most = from + p.gain;
             for tried in moved.into_iter().chain([larger, smaller]) {
-                let there = self.similarity(gray, known, &tried);
-                if value(&there) > from + p.gain && value(&there) > value(&similarity) {
-                    (best, similarity) = (tried, there);
+                if let Some((_, there)) = likeness(self, &tried, Some(own))
+                    && there > most
+                {
+                    (best, most) = (tried, there);
                 }
             }
-            if value(&similarity) == from {
+            if most <= from + p.gain {
                 break;
             }
         }
-        (best, similarity)
+        (best, self.similarity(gray, known, &best))
     }
 
     /// Variance of the pixels under `bbox`, of the part that was summed up; 0 outside of it.

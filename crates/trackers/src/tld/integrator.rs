@@ -25,6 +25,8 @@ pub(super) struct Joined {
     /// A window, which may be larger than the target.
     pub window: BBox,
     pub similarity: Similarity,
+    /// Conservative similarity once the window was put right, where that was looked at.
+    pub aligned: Option<f64>,
     /// Whether the trajectory goes on being trusted.
     pub valid: bool,
     /// How it was followed there; none: it was detected.
@@ -38,6 +40,8 @@ pub(super) struct Joined {
 pub(super) struct Integrator<'a> {
     pub known: Knowledge<'a>,
     pub trust: &'a Trust,
+    /// Whether the similarity of what was followed is kept to compare others with.
+    pub compares: bool,
 }
 
 impl Integrator<'_> {
@@ -53,15 +57,17 @@ impl Integrator<'_> {
         let (form, integrator) = (params.neighbor.similarity, &params.integrator);
         cascade.judge(gray, known);
         let followed = followed.and_then(|f| {
-            let (window, similarity) = cascade.refine(gray, known, &f.window);
+            let (window, similarity) = cascade.refine(gray, known, &params.refine, &f.window);
             self.is_plausible(&window, &similarity, gray.size()).then_some((Followed { window, ..f }, similarity))
         });
         let detections = detections(cascade.candidates(), params);
         let clusters = clusters.of(detections, form, integrator.same_from);
         let detected = |cascade: &mut Cascade, cluster: &Cluster| {
-            let (window, similarity) = cascade.refine(gray, known, &cluster.bbox);
-            let joined = Joined { window, similarity, valid: false, followed: None, agreed: false };
-            self.trust.is_as_before(similarity.conservative(form), &params.neighbor).then_some(joined)
+            let (window, similarity) = cascade.refine(gray, known, &params.refine, &cluster.bbox);
+            let like = self.aligned(gray, cascade, &window);
+            let aligned = Some(like);
+            let joined = Joined { window, similarity, aligned, valid: false, followed: None, agreed: false };
+            self.trust.is_as_before(like, &params.neighbor).then_some(joined)
         };
         let Some((followed, similarity)) = followed else {
             return detected(cascade, outstanding(clusters, params)?);
@@ -82,7 +88,15 @@ impl Integrator<'_> {
         let all = near().map(|w| (w, 1.0)).chain([(window, integrator.followed_weight)]);
         let window = mean(all).unwrap_or(window);
         let valid = (self.trust.valid || sure > params.neighbor.valid) && sure >= params.neighbor.invalid;
-        Some(Joined { window, similarity, valid, followed: Some(followed), agreed })
+        let aligned = self.compares.then(|| self.aligned(gray, cascade, &window));
+        Some(Joined { window, similarity, aligned, valid, followed: Some(followed), agreed })
+    }
+
+    /// Conservative similarity of what is at `window`, once that was put right.
+    fn aligned(&self, gray: ImageView<'_, u8>, cascade: &mut Cascade, window: &BBox) -> f64 {
+        let params = self.known.params;
+        let (_, similarity) = cascade.refine(gray, &self.known, &params.align, window);
+        similarity.conservative(params.neighbor.similarity)
     }
 
     /// Whether the target may be at `window`, where the points went: enough of that is in the frame, the detector has windows

@@ -20,6 +20,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub struct TldLocalizer {
+    state: State,
+    grid: Grid,
+    scratch: Work,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct State {
     params: TldParams,
     view: View,
     follower: Follower,
@@ -34,8 +41,6 @@ pub struct TldLocalizer {
     turn: usize,
     /// What was believed lately.
     trust: Trust,
-    grid: Grid,
-    scratch: Work,
 }
 
 /// Overwritten at every use.
@@ -51,66 +56,28 @@ struct Work {
 /// What is stored.
 #[derive(Clone, Serialize, Deserialize)]
 struct Raw {
-    params: TldParams,
-    view: View,
-    follower: Follower,
-    ferns: Ferns,
-    model: ObjectModel,
-    least_variance: f64,
-    random: u64,
-    since_restart: usize,
-    turn: usize,
-    trust: Trust,
+    state: State,
     frame: (usize, usize),
 }
 
 impl From<TldLocalizer> for Raw {
     fn from(it: TldLocalizer) -> Self {
-        let TldLocalizer {
-            params,
-            view,
-            follower,
-            ferns,
-            model,
-            least_variance,
-            random,
-            since_restart,
-            turn,
-            trust,
-            ..
-        } = it;
-        let frame = (it.grid.frame().width, it.grid.frame().height);
-        Self { params, view, follower, ferns, model, least_variance, random, since_restart, turn, trust, frame }
+        Self { frame: (it.grid.frame().width, it.grid.frame().height), state: it.state }
     }
 }
 
 impl TryFrom<Raw> for TldLocalizer {
     type Error = String;
 
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, view, follower, ferns, model, least_variance, random, since_restart, turn, trust, frame } =
-            raw;
-        params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
-        let side = params.neighbor.side;
-        if !ferns.fits(&params.ferns) || model.patch_len() != side * side || least_variance.is_nan() {
+    fn try_from(Raw { state, frame }: Raw) -> Result<Self, Self::Error> {
+        state.params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
+        let side = state.params.neighbor.side;
+        let fits = state.ferns.fits(&state.params.ferns) && state.model.patch_len() == side * side;
+        if !fits || state.least_variance.is_nan() {
             return Err("its classifiers do not fit its parameters".to_owned());
         }
-        let grid = Grid::new(Size::new(frame.0, frame.1), view.window_size(), &params.scan);
-        let scratch = Work::default();
-        Ok(Self {
-            params,
-            view,
-            follower,
-            ferns,
-            model,
-            least_variance,
-            random,
-            since_restart,
-            turn,
-            trust,
-            grid,
-            scratch,
-        })
+        let grid = Grid::new(Size::new(frame.0, frame.1), state.view.window_size(), &state.params.scan);
+        Ok(Self { state, grid, scratch: Work::default() })
     }
 }
 
@@ -122,46 +89,36 @@ impl LocalizerRecipe for TldParams {
         let grid = Grid::new(frame.size(), view.window_size(), &self.scan);
         let follower = Follower::new(self.flow.clone(), frame, bbox)?;
         let mut random = self.learning.seed;
-        let mut ferns = Ferns::new(&self.ferns, &mut random);
+        let ferns = Ferns::new(&self.ferns, &mut random);
         let side = self.neighbor.side;
-        let mut model = ObjectModel::new(side * side, self.neighbor.capacity, random);
+        let model = ObjectModel::new(side * side, self.neighbor.capacity, random);
         let mut scratch = Work::default();
         let (gray, window) = (frame.gray(), view.window(&bbox));
         scratch.cascade.prepare(gray, &window, 1.0);
         let least_variance = self.ferns.variance * scratch.cascade.variance(&window);
-        let mut learner = Learner {
-            params: self,
-            grid: &grid,
-            ferns: &mut ferns,
-            model: &mut model,
-            least_variance,
-            random: &mut random,
-            scratch: &mut scratch.learning,
-        };
-        learner.bootstrap(&mut scratch.cascade, gray, &window);
-        let params = self.clone();
-        let (since_restart, turn, trust) = (0, 0, Trust::new());
-        Ok(TldLocalizer {
-            params,
+        let state = State {
+            params: self.clone(),
             view,
             follower,
             ferns,
             model,
             least_variance,
             random,
-            since_restart,
-            turn,
-            trust,
-            grid,
-            scratch,
-        })
+            since_restart: 0,
+            turn: 0,
+            trust: Trust::new(),
+        };
+        let mut localizer = TldLocalizer { state, grid, scratch };
+        let (mut learner, cascade) = localizer.learner();
+        learner.bootstrap(cascade, gray, &window);
+        Ok(localizer)
     }
 }
 
 impl TldLocalizer {
     /// What the object looks like, and what does not.
     pub const fn model(&self) -> &ObjectModel {
-        &self.model
+        &self.state.model
     }
 
     /// Number of windows of a whole scan.
@@ -169,27 +126,35 @@ impl TldLocalizer {
         self.grid.windows()
     }
 
+    /// What learns, and the cascade whose last scan it learns from.
+    fn learner(&mut self) -> (Learner<'_>, &mut Cascade) {
+        let Self { state: State { params, ferns, model, least_variance, random, .. }, grid, scratch } = self;
+        let (least_variance, scratch, cascade) = (*least_variance, &mut scratch.learning, &mut scratch.cascade);
+        (Learner { params, grid, ferns, model, least_variance, random, scratch }, cascade)
+    }
+
     /// Scans what `search` says and joins that with where the points went.
     fn join(&mut self, frame: &Frame, search: &Search) -> Result<Option<Joined>> {
-        let motion = self.follower.follow(frame)?;
+        let motion = self.state.follower.follow(frame)?;
         let followed = motion.map(|m| {
-            let window = self.view.window(&m.bbox);
+            let window = self.state.view.window(&m.bbox);
             Followed { window, correlation: m.correlation, error: m.forward_backward_px / window.area().sqrt() }
         });
-        let Self { params, view, ferns, model, least_variance, trust, turn, grid, scratch, .. } = self;
+        let Self { state: State { params, view, ferns, model, least_variance, trust, turn, .. }, grid, scratch } = self;
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
         let (region, expected) = (view.region(&search.region), view.window(&search.expected));
         let at = Place { region, expected, turn: Some(*turn) };
         scratch.cascade.scan(frame.gray(), &known, &at, params.ferns.most_windows);
-        let integrator = Integrator { known, trust };
+        let compares = turn.is_multiple_of(params.neighbor.compare_every);
+        let integrator = Integrator { known, trust, compares };
         Ok(integrator.join(frame.gray(), followed, &mut scratch.cascade, &mut scratch.clusters))
     }
 
     fn measurement(&self, joined: &Joined) -> Measurement {
-        let form = self.params.neighbor.similarity;
+        let form = self.state.params.neighbor.similarity;
         let (conservative, relative) = (joined.similarity.conservative(form), joined.similarity.relative(form));
-        let log_odds = self.params.score.bias + self.params.score.conservative * conservative;
-        let (positives, negatives) = self.model.len();
+        let log_odds = self.state.params.score.bias + self.state.params.score.conservative * conservative;
+        let (positives, negatives) = self.state.model.len();
         let cascade = &self.scratch.cascade;
         Measurement {
             valid: joined.valid,
@@ -204,7 +169,7 @@ impl TldLocalizer {
                 .with("windows", cascade.windows() as f64)
                 .with("candidates", cascade.candidates().len() as f64)
                 .with("patches", (positives + negatives) as f64),
-            ..Measurement::new(self.view.bbox(&joined.window), probability(log_odds))
+            ..Measurement::new(self.state.view.bbox(&joined.window), probability(log_odds))
         }
     }
 }
@@ -220,31 +185,23 @@ impl Localizer for TldLocalizer {
         if !measurement.valid || bbox.clipped_to(frame.size()).is_none() {
             return Ok(());
         }
-        let window = self.view.window(&bbox);
-        let mut learner = Learner {
-            params: &self.params,
-            grid: &self.grid,
-            ferns: &mut self.ferns,
-            model: &mut self.model,
-            least_variance: self.least_variance,
-            random: &mut self.random,
-            scratch: &mut self.scratch.learning,
-        };
-        learner.update(&mut self.scratch.cascade, frame.gray(), &window);
+        let window = self.state.view.window(&bbox);
+        let (mut learner, cascade) = self.learner();
+        learner.update(cascade, frame.gray(), &window);
         Ok(())
     }
 
     /// Whether the filtered box is to replace the one followed, or the filter is to start anew (zhu2014, claim 3).
     fn weigh(&mut self, frame: &Frame, _: &Measurement, filtered: &BBox) -> Result<Weighed> {
-        let guide = &self.params.guide;
-        if guide.restart_every > 0 && self.since_restart >= guide.restart_every {
-            self.since_restart = 0;
+        let guide = &self.state.params.guide;
+        if guide.restart_every > 0 && self.state.since_restart >= guide.restart_every {
+            self.state.since_restart = 0;
             return Ok(Weighed::Restarted);
         }
         if guide.replace_above > 1.0 && guide.restart_below <= 0.0 {
             return Ok(Weighed::Measured);
         }
-        let Self { params, view, ferns, model, least_variance, grid, scratch, .. } = self;
+        let Self { state: State { params, view, ferns, model, least_variance, .. }, grid, scratch } = self;
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
         let similarity = scratch.cascade.similarity(frame.gray(), &known, &view.window(filtered));
         let sure = similarity.conservative(params.neighbor.similarity);
@@ -253,7 +210,7 @@ impl Localizer for TldLocalizer {
         Ok(if sure > params.guide.replace_above && sure >= least {
             Weighed::Filtered
         } else if sure < params.guide.restart_below {
-            self.since_restart = 0;
+            self.state.since_restart = 0;
             Weighed::Restarted
         } else {
             Weighed::Measured
@@ -261,21 +218,21 @@ impl Localizer for TldLocalizer {
     }
 
     fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
-        self.since_restart = self.since_restart.saturating_add(1);
-        self.turn = self.turn.wrapping_add(1);
+        self.state.since_restart = self.state.since_restart.saturating_add(1);
+        self.state.turn = self.state.turn.wrapping_add(1);
         let followed = outcome.found.and(outcome.followed);
         let joined = self.scratch.joined.take();
-        self.trust.take(
+        self.state.trust.take(
             joined.as_ref().filter(|_| followed.is_some()),
             outcome.state,
             outcome.dt_s,
-            &self.params.neighbor,
+            &self.state.params.neighbor,
         );
-        followed.map_or(Ok(()), |bbox| self.follower.keep(frame, bbox))
+        followed.map_or(Ok(()), |bbox| self.state.follower.keep(frame, bbox))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
-        *self = self.params.localizer(frame, bbox)?;
+        *self = self.state.params.localizer(frame, bbox)?;
         Ok(())
     }
 }

@@ -82,6 +82,13 @@ pursuit_tracking::parameters! {
     }
 }
 
+impl RefineParams {
+    /// In small steps, for comparing similarities: windows of the grid lie a few hundredths beside the target.
+    fn fine() -> Self {
+        Self { shift: 0.02, scale: 0.02, rounds: 8, gain: 0.001, ..Self::default() }
+    }
+}
+
 pursuit_tracking::parameters! {
     /// The nearest-neighbour classifier.
     pub struct NeighborParams {
@@ -108,6 +115,8 @@ pursuit_tracking::parameters! {
         pub as_before: f64 = 0.45, in 0.0.., source "ours; kalal2012: no limit";
         /// How long ago "lately" is.
         pub memory_s: f64 = 0.5, in above(0.0), unit "s", source "ours";
+        /// What is seen is put right, for that, in one frame of so many.
+        pub compare_every: usize = 5, in 1..=1000, unit "frames", source "ours";
         /// Of several places detected the best one counts if its conservative similarity exceeds that of the next by this.
         pub margin: f64 = 0.1, in 0.0..=1.0, source "ours; kalal2012: none counts";
         /// Patches of the object are added up to this relative similarity.
@@ -222,6 +231,8 @@ pursuit_tracking::parameters! {
         pub integrator: IntegratorParams = IntegratorParams::default();
         /// Small moves to where the box resembles the object more.
         pub refine: RefineParams = RefineParams::default();
+        /// The same, of the boxes whose similarity is compared with that of what was seen lately (`neighbor.as_before`).
+        pub align: RefineParams = RefineParams::fine();
         /// What is learned.
         pub learning: LearningParams = LearningParams::default();
         /// What a filtered box must prove.

@@ -9,49 +9,52 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Trust {
     /// Whether the trajectory is trusted enough to be learned from (kalal2012, section 5.6).
     pub valid: bool,
-    /// Conservative similarity of what was seen lately, averaged.
+    /// Conservative similarity of what was seen lately, put right and averaged.
     pub level: f64,
+    /// Seconds since `level` took anything in.
+    pub level_s: f64,
     /// Seconds since the target was last reported as seen.
     pub unseen_s: f64,
 }
 
-/// What is stored: `valid`, `level`, `unseen_s`.
+/// What is stored: `valid`, `level`, `level_s`, `unseen_s`.
 #[derive(Clone, Serialize, Deserialize)]
-struct Raw(bool, f64, f64);
+struct Raw(bool, f64, f64, f64);
 
 impl From<Trust> for Raw {
     fn from(it: Trust) -> Self {
-        Self(it.valid, it.level, it.unseen_s)
+        Self(it.valid, it.level, it.level_s, it.unseen_s)
     }
 }
 
 impl TryFrom<Raw> for Trust {
     type Error = &'static str;
 
-    fn try_from(Raw(valid, level, unseen_s): Raw) -> Result<Self, Self::Error> {
-        let whole = unseen_s >= 0.0 && (0.0..=1.0).contains(&level);
-        if whole { Ok(Self { valid, level, unseen_s }) } else { Err("its trust is out of range") }
+    fn try_from(Raw(valid, level, level_s, unseen_s): Raw) -> Result<Self, Self::Error> {
+        let whole = level_s >= 0.0 && unseen_s >= 0.0 && (0.0..=1.0).contains(&level);
+        if whole { Ok(Self { valid, level, level_s, unseen_s }) } else { Err("its trust is out of range") }
     }
 }
 
 impl Trust {
     /// In the frame that the target is shown in.
     pub const fn new() -> Self {
-        Self { valid: true, level: 0.5, unseen_s: 0.0 }
+        Self { valid: true, level: 0.5, level_s: 0.0, unseen_s: 0.0 }
     }
 
     /// Takes what became of a frame that came `dt_s` after the one before: the trajectory goes on from `joined`, if from
     /// anything.
     pub fn take(&mut self, joined: Option<&Joined>, state: TrackState, dt_s: f64, params: &NeighborParams) {
         self.valid = joined.is_some_and(|j| j.valid);
+        self.level_s += dt_s;
         if state != TrackState::Tracking {
             self.unseen_s += dt_s;
             return;
         }
         self.unseen_s = 0.0;
-        if let Some(joined) = joined {
-            let now = joined.similarity.conservative(params.similarity);
-            self.level += (dt_s / params.memory_s).min(1.0) * (now - self.level);
+        if let Some(aligned) = joined.and_then(|j| j.aligned) {
+            self.level += (self.level_s / params.memory_s).min(1.0) * (aligned - self.level);
+            self.level_s = 0.0;
         }
     }
 
@@ -69,26 +72,30 @@ mod tests {
     use crate::appearance::Similarity;
     use pursuit_geometry::BBox;
 
-    fn joined(valid: bool) -> Joined {
+    fn joined(valid: bool, aligned: Option<f64>) -> Joined {
         let similarity = Similarity { positive: 0.9, early: 0.9, negative: 0.5 };
         let window = BBox::from_ltwh(1.0, 2.0, 30.0, 20.0);
-        Joined { window, similarity, valid, followed: None, agreed: false }
+        Joined { window, similarity, aligned, valid, followed: None, agreed: false }
     }
 
     #[test]
     fn trust_ends_with_the_trajectory_and_time_unseen_is_counted() {
         let params = NeighborParams { memory_s: 1.0, ..NeighborParams::default() };
         let mut trust = Trust::new();
-        assert_eq!(trust, Trust { valid: true, level: 0.5, unseen_s: 0.0 });
-        trust.take(Some(&joined(true)), TrackState::Occluded, 0.5, &params);
-        trust.take(Some(&joined(false)), TrackState::Occluded, 0.25, &params);
-        assert_eq!(trust, Trust { valid: false, level: 0.5, unseen_s: 0.75 });
-        // 0.5 / (0.5 + 0.1) is seen for a quarter of the memory.
-        trust.take(Some(&joined(true)), TrackState::Tracking, 0.25, &params);
-        assert!(trust.valid && trust.unseen_s == 0.0);
-        assert!((trust.level - (0.5 + 0.25 * (0.5 / 0.6 - 0.5))).abs() < 1e-12);
-        trust.take(Some(&joined(true)), TrackState::Tracking, 7.0, &params);
-        assert!((trust.level - 0.5 / 0.6).abs() < 1e-12, "no more than all of what is seen");
+        let at = |valid, level, level_s, unseen_s| Trust { valid, level, level_s, unseen_s };
+        assert_eq!(trust, at(true, 0.5, 0.0, 0.0));
+        trust.take(Some(&joined(true, Some(0.9))), TrackState::Occluded, 0.5, &params);
+        trust.take(Some(&joined(false, Some(0.9))), TrackState::Occluded, 0.25, &params);
+        assert_eq!(trust, at(false, 0.5, 0.75, 0.75));
+        trust.take(Some(&joined(true, None)), TrackState::Tracking, 0.125, &params);
+        assert_eq!(trust, at(true, 0.5, 0.875, 0.0));
+        // What was unlike for seven eighths of the memory and an eighth more is forgotten whole.
+        trust.take(Some(&joined(true, Some(0.75))), TrackState::Tracking, 0.125, &params);
+        assert_eq!(trust, at(true, 0.75, 0.0, 0.0));
+        trust.take(Some(&joined(true, Some(0.25))), TrackState::Tracking, 0.25, &params);
+        assert_eq!(trust, at(true, 0.625, 0.0, 0.0));
+        trust.take(Some(&joined(true, Some(1.0))), TrackState::Tracking, 7.0, &params);
+        assert_eq!(trust.level, 1.0, "no more than all of what is seen");
         trust.take(None, TrackState::Lost, 2.0, &params);
         assert!(!trust.valid && trust.unseen_s == 2.0);
     }
@@ -96,7 +103,7 @@ mod tests {
     #[test]
     fn of_a_close_match_a_poor_one_is_another() {
         let params = NeighborParams { as_before: 3f64.ln(), ..NeighborParams::default() };
-        let trust = Trust { valid: true, level: 0.9, unseen_s: 0.0 };
+        let trust = Trust { valid: true, level: 0.9, level_s: 0.0, unseen_s: 0.0 };
         // Odds of nine, a third of them, and a little less.
         assert!(
             trust.is_as_before(0.9, &params) && trust.is_as_before(0.7501, &params) && trust.is_as_before(1.0, &params)
@@ -107,10 +114,10 @@ mod tests {
 
     #[test]
     fn saved_trust_is_the_same_and_senseless_ones_are_refused() {
-        let trust = Trust { valid: true, level: 0.8, unseen_s: 1.5 };
+        let trust = Trust { valid: true, level: 0.8, level_s: 0.25, unseen_s: 1.5 };
         let saved = serde_json::to_string(&trust).unwrap();
         assert_eq!(serde_json::from_str::<Trust>(&saved).unwrap(), trust);
-        for bad in ["[true,0.8,-0.5]", "[true,1.5,0.0]"] {
+        for bad in ["[true,0.8,0.0,-0.5]", "[true,0.8,-0.5,0.0]", "[true,1.5,0.0,0.0]"] {
             assert!(serde_json::from_str::<Trust>(bad).is_err(), "{bad}");
         }
     }
