@@ -5,14 +5,16 @@ usage (from the repository): cargo xtask peers streams; needs, from PyPI: aio-rt
 
 WATCH names `watch` (an example of pursuit-media), built with the feature `rtsp` or without: then everything goes through
 ffmpeg. The servers play, freeze (SIGSTOP) and thaw, are killed and started again, are killed for good, come back with
-another size, are slow, and send garbage. What is asked of us: time and numbers go on, the counts are right, what fails ends
+another size, are slow, and send garbage; a door before the RTSP server asks for passwords, and ffmpeg writes a live playlist
+that Python's server hands out. What is asked of us: time and numbers go on, the counts are right, what fails ends
 with status 3 in bounded time, and no process is left.
 """
-import concurrent.futures, contextlib, functools, os, shutil, signal, socket, subprocess, sys, tempfile, threading, time
+import base64, concurrent.futures, contextlib, functools, hashlib, os, re, secrets, shutil, signal, socket, subprocess, sys, tempfile, threading, time, urllib.parse
 import imageio_ffmpeg
 
 WATCH, FFMPEG = os.environ['WATCH'], imageio_ffmpeg.get_ffmpeg_exe()
 FPS, SECONDS = 25, 30
+USER, PASSWORD = 'watch', 's3same/@ :x'
 
 
 def free_port():
@@ -187,6 +189,100 @@ def speaker(answer):
     return listener.getsockname()[1]
 
 
+def guarded(port, scheme):
+    """Asks for user and password (RFC 2617) before it lets RTSP through to the server on `port`."""
+    listener, nonce = socket.create_server(('127.0.0.1', 0)), secrets.token_hex(8)
+    md5 = lambda text: hashlib.md5(text.encode()).hexdigest()
+
+    def knows(method, header):
+        kind, _, rest = header.partition(' ')
+        if kind == 'Basic' == scheme:
+            return base64.b64decode(rest) == f'{USER}:{PASSWORD}'.encode()
+        fields = dict(re.findall(r'(\w+)="?([^",]*)"?', rest))
+        middle = ''.join(fields[k] + ':' for k in ('nc', 'cnonce', 'qop')) if 'qop' in fields else ''
+        wanted = md5(f'{md5(f"{USER}:camera:{PASSWORD}")}:{nonce}:{middle}{md5(method + ":" + fields.get("uri", ""))}')
+        return kind == 'Digest' == scheme and fields.get('response') == wanted
+
+    def pipe(source, sink):
+        with contextlib.suppress(OSError):
+            while data := source.recv(1 << 16):
+                sink.sendall(data)
+        for end in (source, sink):
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+    def serve(client):
+        with contextlib.suppress(OSError), client, socket.create_connection(('127.0.0.1', port)) as server:
+            threading.Thread(target=pipe, args=(server, client), daemon=True).start()
+            data, playing = b'', False
+            while not playing:
+                while b'\r\n\r\n' not in data:
+                    more = client.recv(4096)
+                    if not more:
+                        return
+                    data += more
+                request, _, data = data.partition(b'\r\n\r\n')
+                lines = request.decode().split('\r\n')
+                fields = {k.lower(): v.strip() for k, _, v in (line.partition(':') for line in lines[1:])}
+                method = lines[0].split()[0]
+                if knows(method, fields.get('authorization', '')):
+                    server.sendall(request + b'\r\n\r\n')
+                    playing = method == 'PLAY'
+                else:
+                    asked = f'{scheme} realm="camera"' + (f', nonce="{nonce}"' if scheme == 'Digest' else '')
+                    client.sendall(f'RTSP/1.0 401 Unauthorized\r\nCSeq: {fields["cseq"]}\r\nWWW-Authenticate: {asked}\r\n\r\n'.encode())
+            server.sendall(data)
+            pipe(client, server)
+
+    def listen():
+        while True:
+            threading.Thread(target=serve, args=(listener.accept()[0],), daemon=True).start()
+    threading.Thread(target=listen, daemon=True).start()
+    return listener.getsockname()[1]
+
+
+def password(small, _):
+    said = []
+    with rtsp(small) as server:
+        for scheme in ('Basic', 'Digest'):
+            port = guarded(server.port, scheme)
+            known = Watch(f'rtsp://{USER}:{urllib.parse.quote(PASSWORD, safe="")}@127.0.0.1:{port}/clip.mp4', 8)
+            time.sleep(3)
+            listed = subprocess.run(['ps', '-eo', 'ppid,args'], capture_output=True, text=True).stdout.splitlines()
+            children = [line for line in listed if line.split()[0] == str(known.process.pid)]
+            check('tells no other process', not any('s3same' in line for line in children), children)
+            known.end()
+            check(f'{scheme} plays', known.status == 0 and len(known.frames) > 3 * FPS, (known.status, len(known.frames), known.errors))
+            other = Watch(f'rtsp://{USER}:s3same-wrong@127.0.0.1:{port}/clip.mp4', 8, 1, 0).end()
+            check(f'{scheme} refuses', other.status == 3 and not other.frames, (other.status, other.errors))
+            shown = known.head + known.errors + other.errors
+            check('shows no password', 's3same' not in shown, shown)
+            said.append(f'{scheme} {len(known.frames)} frames')
+    return ', '.join(said) + '; ' + other.errors.strip()[-120:]
+
+
+def live_playlist(small, _):
+    with tempfile.TemporaryDirectory() as folder, web(folder) as server:
+        record = [FFMPEG, '-nostdin', '-v', 'error', '-re', '-stream_loop', '-1', '-i', f'{small}/clip.mp4', '-c', 'copy', '-f', 'hls', '-hls_time', '1',
+                  '-hls_list_size', '4', '-hls_flags', 'delete_segments', f'{folder}/live.m3u8']
+        camera = subprocess.Popen(record)
+        try:
+            while not os.path.exists(f'{folder}/live.m3u8'):
+                time.sleep(0.1)
+            time.sleep(4)
+            w = Watch(f'http://127.0.0.1:{server.port}/live.m3u8', 60, 4, 6)
+            time.sleep(10)
+            camera.kill()
+            server.kill()
+            w.end()
+        finally:
+            camera.kill()
+            camera.wait()
+    check('is live', 'live=true' in w.head and len(w.frames) > 4 * FPS, (w.head, len(w.frames), w.errors))
+    check('says that nothing comes any more', w.status == 3 and w['stalls'] + w['breaks'] >= 1, (w.status, w.counts, w.errors))
+    return f'{len(w.frames)} frames; {w.errors.strip()[-120:]}'
+
+
 def slow_web_file(small, _):
     content = open(f'{small}/clip.mp4', 'rb').read()
 
@@ -237,7 +333,7 @@ def main():
             os.mkdir(at)
             film(f'{at}/clip.mp4', size, '-movflags', '+faststart')
         film(f'{small}/clip.mkv', '320x240')
-        tests = [playing, frozen, restarted, killed, at_once, another_size, web_file, slow_web_file, cut_web_file, garbage, silence]
+        tests = [playing, frozen, restarted, killed, at_once, another_size, web_file, slow_web_file, cut_web_file, garbage, silence, password, live_playlist]
         failed = 0
         with concurrent.futures.ThreadPoolExecutor(4) as pool:
             for test, run in [(t, pool.submit(functools.partial(t, small, big))) for t in tests]:

@@ -90,8 +90,15 @@ pub enum Command {
         /// The shell
         shell: Shell,
     },
-    /// Print the manual page
-    Man,
+    /// Print the manual: of everything, or the page of one command
+    Man {
+        /// The command, for example `track` or `ptz follow`
+        #[arg(value_name = "COMMAND")]
+        path: Vec<String>,
+        /// Write a page for each command into this folder instead (`man -l DIR/pursuit-track.1`)
+        #[arg(long, value_name = "DIR", conflicts_with = "path")]
+        out: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -162,6 +169,10 @@ pub struct Track {
     /// Replace the run in pursuit-out/INPUT in place of making a new folder
     #[arg(long)]
     pub overwrite: bool,
+    /// Go on with a run that was interrupted, by the same method on the same input, in the folder `--out` or the newest of
+    /// the input's name
+    #[arg(long, conflicts_with = "overwrite")]
+    pub resume: bool,
     /// Write no overlay video
     #[arg(long)]
     pub no_video: bool,
@@ -186,6 +197,12 @@ pub struct Track {
     /// Look at one of so many frames; numbers and times stay those of the input
     #[arg(long, value_name = "N")]
     pub stride: Option<NonZeroU64>,
+    /// Look at this part of the picture alone; boxes given and written stay those of the whole picture
+    #[arg(long, value_name = "L,T,W,H")]
+    pub region: Option<String>,
+    /// Bring pictures to this size before they are looked at: WIDTHxHEIGHT or a factor; boxes stay those of the input
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
+    pub resize: Option<String>,
     /// Take the input for one that runs in real time: frames that come while a frame is looked at are dropped
     #[arg(long, overrides_with = "no_live")]
     pub live: bool,

@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod console;
+mod memory;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -23,6 +24,9 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     if cli.version {
         return commands::version::run(cli.global.verbose > 0);
     }
+    if !matches!(cli.command, Some(Command::Licences | Command::Completions { .. } | Command::Man { .. })) {
+        memory::check(0)?;
+    }
     let Some(command) = &cli.command else {
         return Err(RunError::usage("say what to do: a command is missing; `pursuit --help` lists them").into());
     };
@@ -36,7 +40,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Licences => commands::licences::run(),
         Command::Completions { shell } => commands::completions(*shell),
-        Command::Man => commands::man(),
+        Command::Man { path, out } => commands::man(path, out.as_deref()),
     }
 }
 

@@ -123,6 +123,97 @@ fn strides_keep_numbers_and_times_and_overlays_have_styles() {
 }
 
 #[test]
+fn a_part_looked_at_at_another_size_is_told_in_the_input_s_pixels() {
+    let (_folder, images, out) = folders();
+    film(&images, &["1.png", "2.png", "3.png"]);
+    let place = |more: &[&str]| {
+        let output = track(&images, &out, more);
+        assert!(output.status.success(), "{more:?} {}", stderr(&output));
+        let last = rows(&out.join("trajectory.csv")).pop().unwrap();
+        ["x", "y", "w", "h"].map(|c| last[c].parse::<f64>().unwrap())
+    };
+    let whole = place(&["--no-video"]);
+    for more in [&["--region", "9,7,60,50"][..], &["--resize", "192x128"], &["--region", "10,8,60,50", "--resize", "2"]]
+    {
+        let there = place(more);
+        assert!(there.iter().zip(whole).all(|(a, b)| (a - b).abs() < 1.0), "{more:?} {there:?} {whole:?}");
+    }
+    let facts: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+    assert_eq!(facts["input"]["width"], 96);
+    assert_eq!(facts["input"]["view"], serde_json::json!({"region": [10, 8, 60, 50], "size": [120, 100]}));
+    for (more, words) in [
+        (["--region", "90,0,20,20"], "region 90,0,20,20 is no part of 96x64"),
+        (["--region", "1,2,3"], "is not 4 finite numbers"),
+        (["--resize", "-2"], "neither WIDTHxHEIGHT"),
+        (["--resize", "1e9"], "cannot be resized"),
+    ] {
+        fails(&track(&images, &out, &more), 2, &[words]);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_run_that_was_interrupted_goes_on_as_if_it_had_not_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, broken) = (folder.path().join("whole"), folder.path().join("broken"));
+    let scene = "scene:drift?seed=7&duration=40";
+    let run = |out: &Path, more: &[&str]| {
+        let args =
+            ["track", scene, "--tracker", "mosse", "--no-video", "--format", "jsonl", "--out", out.to_str().unwrap()];
+        pursuit(&[&args[..], more].concat())
+    };
+    assert!(run(&whole, &[]).status.success());
+    assert!(!whole.join("state.bin").exists(), "nothing is left of a run that is done");
+    fails(&run(&whole, &["--resume"]), 2, &["cannot be resumed: it is done"]);
+    let mut cut = command(&["track", scene, "--tracker", "mosse", "--no-video", "--format", "jsonl", "--out"])
+        .arg(&broken)
+        .spawn()
+        .unwrap();
+    let text = || std::fs::read_to_string(broken.join("trajectory.csv")).unwrap_or_default();
+    while text().lines().count() < 50 {
+        assert!(cut.try_wait().unwrap().is_none(), "it is over already");
+    }
+    let killed = std::process::Command::new("kill").args(["-INT", &cut.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(cut.wait().unwrap().code(), Some(130));
+    assert!(broken.join("state.bin").exists());
+    fails(&run(&broken, &["--resume", "--set", "motion.model=imm"]), 2, &["its recipe had the parameters"]);
+    let resumed = run(&broken, &["--resume"]);
+    assert!(resumed.status.success(), "{}", stderr(&resumed));
+    let without_timing = |out: &Path| -> Vec<Vec<String>> {
+        let columns = ["frame", "time_s", "target", "state", "x", "y", "w", "h", "score", "pred_x", "meas_x"];
+        rows(&out.join("trajectory.csv")).iter().map(|row| columns.map(|c| row[c].clone()).to_vec()).collect()
+    };
+    assert_eq!(without_timing(&broken), without_timing(&whole));
+    let lines = |out: &Path| std::fs::read_to_string(out.join("trajectory.jsonl")).unwrap().lines().count();
+    assert_eq!((lines(&broken), lines(&whole)), (1200, 1200));
+    let facts = |out: &Path| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap()
+    };
+    let (a, b) = (facts(&broken), facts(&whole));
+    assert!(a["resumed_at"].as_u64().is_some_and(|at| (49..1200).contains(&at)), "{a}");
+    for key in ["status", "frame_count", "states"] {
+        assert_eq!(a[key], b[key], "{key}");
+    }
+    assert!((a["accuracy"]["mean_iou"].as_f64().unwrap() - b["accuracy"]["mean_iou"].as_f64().unwrap()).abs() < 1e-4);
+}
+
+#[test]
+fn every_command_has_a_page_of_the_manual() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = pursuit(&["man", "--out", folder.path().to_str().unwrap()]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    for page in ["pursuit", "pursuit-track", "pursuit-eval", "pursuit-man", "pursuit-ptz", "pursuit-ptz-follow"] {
+        let text = std::fs::read_to_string(folder.path().join(format!("{page}.1"))).unwrap();
+        assert!(text.contains(&format!(".TH {page} 1")), "{page}");
+    }
+    let one = stdout(&pursuit(&["man", "ptz", "follow"]));
+    assert!(one.contains(".TH pursuit-ptz-follow 1") && one.contains("pursuit ptz follow"), "{one}");
+    assert!(stdout(&pursuit(&["man"])).contains("pursuit\\-ptz\\-follow"));
+    fails(&pursuit(&["man", "ptz", "dance"]), 2, &["pursuit ptz has no command `dance`", "follow"]);
+}
+
+#[test]
 fn several_inputs_are_several_runs() {
     let (folder, images, out) = folders();
     film(&images, &["1.png", "2.png"]);
@@ -147,4 +238,45 @@ fn v_tells_what_happens() {
     let text = stderr(&output);
     assert!(text.contains("read by image folder (built in)") && text.contains("target 1 found at"), "{text}");
     assert_eq!(stderr(&track(&images, &out, &["--no-video"])), "");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn too_low_a_limit_on_memory_is_an_error() {
+    let (_folder, images, out) = folders();
+    film(&images, &["1.png"]);
+    let track = format!("track '{}' --box 20,20,24,24 --tracker mosse --out '{}'", images.display(), out.display());
+    for limit in [60_000, 250_000, 440_000] {
+        let limited = format!("ulimit -v {limit}; exec '{}' {track}", env!("CARGO_BIN_EXE_pursuit"));
+        let output = std::process::Command::new("sh").args(["-c", &limited]).output().unwrap();
+        fails(&output, 2, &["limit on memory (ulimit -v)", "raise it"]);
+        assert!(!out.exists());
+    }
+}
+
+#[test]
+fn pixels_that_are_not_square_stay_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (clip, out, again) = (folder.path().join("wide.y4m"), folder.path().join("a"), folder.path().join("b"));
+    let mut film = b"YUV4MPEG2 W96 H64 F25:1 A16:11 C420\n".to_vec();
+    for _ in 0..3 {
+        film.extend(b"FRAME\n");
+        let square = |i: usize| if (22..42).contains(&(i % 96)) && (22..42).contains(&(i / 96)) { 200 } else { 40 };
+        film.extend((0..96 * 64).map(|i| square(i) + (i % 7) as u8));
+        film.extend([128; 48 * 32 * 2]);
+    }
+    std::fs::write(&clip, film).unwrap();
+    let aspect = |input: &Path, out: &Path, more: &[&str]| {
+        let output = track(input, out, more);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let facts: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+        facts["input"]["pixel_aspect"].clone()
+    };
+    assert_eq!(aspect(&clip, &out, &[]), serde_json::json!([16, 11]));
+    let last = rows(&out.join("trajectory.csv")).pop().unwrap();
+    assert!((last["x"].parse::<f64>().unwrap() - 20.0).abs() < 1.0, "boxes are in pixels");
+    // What the overlay says of itself is read back.
+    assert_eq!(aspect(&out.join("overlay.mp4"), &again, &["--no-video"]), serde_json::json!([16, 11]));
+    assert_eq!(aspect(&clip, &out, &["--resize", "192x64"]), serde_json::json!([16, 11]));
+    assert_eq!(aspect(&out.join("overlay.mp4"), &again, &["--no-video"]), serde_json::json!([8, 11]));
 }

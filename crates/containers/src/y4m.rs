@@ -25,6 +25,8 @@ pub struct Header {
     pub size: Extent,
     /// Frames per second, where it says so. > 0.
     pub fps: Option<f64>,
+    /// Width against height of a pixel, where it says so.
+    pub pixel_aspect: Option<(u32, u32)>,
     layout: Layout,
     /// Whether samples use their full range, where it says so.
     pub full_range: Option<bool>,
@@ -45,19 +47,20 @@ impl Header {
             return Err(ContainerError::malformed("it does not begin with a Y4M header"));
         }
         let (mut width, mut height, mut fps) = (0, 0, None);
-        let (mut layout, mut full_range) = (Layout::Yuv420, None);
+        let (mut layout, mut full_range, mut pixel_aspect) = (Layout::Yuv420, None, None);
         for word in words {
             match word.split_at_checked(1) {
                 Some(("W", v)) => width = number(v)?,
                 Some(("H", v)) => height = number(v)?,
                 Some(("F", v)) => fps = rate(v),
+                Some(("A", v)) => pixel_aspect = aspect(v),
                 Some(("C", v)) => layout = layout_of(v)?,
                 Some(("X", "COLORRANGE=FULL")) => full_range = Some(true),
                 Some(("X", "COLORRANGE=LIMITED")) => full_range = Some(false),
-                _ => {} // interlacing, pixel aspect, comments: nothing a tracker uses
+                _ => {} // interlacing, comments: nothing a tracker uses
             }
         }
-        Ok(Self { size: check_size(width, height)?, fps, layout, full_range, len: line.len() as u64 + 1 })
+        Ok(Self { size: check_size(width, height)?, fps, pixel_aspect, layout, full_range, len: line.len() as u64 + 1 })
     }
 
     /// Bytes of one frame's samples.
@@ -87,6 +90,12 @@ fn rate(text: &str) -> Option<f64> {
     let (numerator, denominator) = text.split_once(':')?;
     let fps = numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?;
     (fps.is_finite() && fps > 0.0).then_some(fps)
+}
+
+/// A ratio of whole numbers; `0:0` says that it is not known.
+fn aspect(text: &str) -> Option<(u32, u32)> {
+    let (width, height) = text.split_once(':')?;
+    Some((width.parse().ok()?, height.parse().ok()?)).filter(|&(w, h)| w > 0 && h > 0)
 }
 
 fn layout_of(text: &str) -> Result<Layout> {

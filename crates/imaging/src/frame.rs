@@ -162,6 +162,11 @@ impl Frame {
         }
     }
 
+    /// Whether colour was made of the pixels already.
+    pub(crate) fn has_derived_color(&self) -> bool {
+        matches!(self.derived.color.get(), Some(Some(_)))
+    }
+
     /// Bytes that the frame keeps alive: pixels and depth as delivered, without what is derived from them.
     pub fn source_bytes(&self) -> usize {
         self.pixels.bytes() + self.depth_mm.as_ref().map_or(0, |depth| 2 * depth.size().area())

@@ -8,6 +8,7 @@ mod error;
 mod frame;
 mod image;
 mod pixels;
+mod reduce;
 mod shared;
 mod yuv;
 

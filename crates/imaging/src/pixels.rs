@@ -25,6 +25,18 @@ impl Pixels {
         }
     }
 
+    /// The part of `width` × `height` pixels whose top left pixel is `(x, y)`, sharing the pixels; `None` unless it lies
+    /// inside and, where colour belongs to pairs of pixels, `x` and `y` are even.
+    #[must_use]
+    pub fn crop(&self, x: usize, y: usize, width: usize, height: usize) -> Option<Self> {
+        Some(match self {
+            Self::Gray8(image) => Self::Gray8(image.crop(x, y, width, height)?),
+            Self::Gray16(image) => Self::Gray16(image.crop(x, y, width, height)?),
+            Self::Rgb8(image) => Self::Rgb8(image.crop(x, y, width, height)?),
+            Self::Yuv420(image) => Self::Yuv420(image.crop(x, y, width, height)?),
+        })
+    }
+
     /// Bytes of all pixels, without gaps between rows.
     pub(crate) fn bytes(&self) -> usize {
         let area = self.size().area();

@@ -80,6 +80,15 @@ impl Yuv420 {
         self.matrix
     }
 
+    /// The part of `width` × `height` pixels whose top left pixel is `(x, y)`, sharing the planes; `None` unless it lies
+    /// inside and `x` and `y` are even.
+    #[must_use]
+    pub fn crop(&self, x: usize, y: usize, width: usize, height: usize) -> Option<Self> {
+        let y_plane = self.y.crop(x, y, width, height).filter(|_| x.is_multiple_of(2) && y.is_multiple_of(2))?;
+        let half = |plane: &SharedImage<u8>| plane.crop(x / 2, y / 2, width.div_ceil(2), height.div_ceil(2));
+        Some(Self { y: y_plane, u: half(&self.u)?, v: half(&self.v)?, ..*self })
+    }
+
     /// Luma stretched to 0–255, or `None` when the stored plane already is (then borrow [`luma`](Self::luma)).
     pub(crate) fn expanded_luma(&self) -> Option<Image<u8>> {
         (self.range == ColorRange::Limited).then(|| {
@@ -87,6 +96,11 @@ impl Yuv420 {
             expand_limited(gray.as_mut_slice());
             gray
         })
+    }
+
+    /// The colours of a run of samples, chroma as many as luma.
+    pub(crate) fn convert(&self, y: &[u8], u: &[u8], v: &[u8], out: &mut [Rgb8]) {
+        samples_to_rgb(y, u, v, &Coefficients::new(self.matrix, self.range), out);
     }
 
     /// Converts to red, green, blue (chroma replicated, as fast decoders do).
@@ -174,6 +188,17 @@ fn row_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) 
 }
 
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
+fn samples_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) {
+    let half = 1 << (FRACTION_BITS - 1);
+    let clamp = |value: i32| (value >> FRACTION_BITS).clamp(0, 255) as u8;
+    for (((out, &y), &u), &v) in out.iter_mut().zip(y).zip(u).zip(v) {
+        let luma = (i32::from(y) - c.luma_offset) * c.luma_gain + half;
+        let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
+        *out = [clamp(luma + c.red_v * v), clamp(luma - c.green_u * u - c.green_v * v), clamp(luma + c.blue_u * u)];
+    }
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
 fn expand_limited(codes: &mut [u8]) {
     for code in codes {
         // (code - 16) · 255 / 219, rounded: 298 / 256 is 255 / 219 to 4 digits.
@@ -244,6 +269,20 @@ mod tests {
         let yuv = Yuv420::new(plane(5, 3), plane(3, 2), plane(3, 2), ColorMatrix::Bt601, ColorRange::Full).unwrap();
         assert!(yuv.to_rgb().as_slice().iter().all(|p| *p == [128; 3]));
         assert!(Yuv420::new(plane(5, 3), plane(2, 1), plane(3, 2), ColorMatrix::Bt601, ColorRange::Full).is_err());
+    }
+
+    #[test]
+    fn a_part_keeps_its_colours_and_starts_at_even_pixels() {
+        let plane = |w, h, k: usize| Image::from_fn(w, h, |x, y| (40 + k * x + 9 * y) as u8).unwrap();
+        let (matrix, range) = (ColorMatrix::Bt709, ColorRange::Limited);
+        let yuv = Yuv420::new(plane(9, 7, 5), plane(5, 4, 11), plane(5, 4, 23), matrix, range).unwrap();
+        let (whole, part) = (yuv.to_rgb(), yuv.crop(2, 4, 7, 3).unwrap());
+        let (rgb, size) = (part.to_rgb(), part.size());
+        assert_eq!((size.width, size.height, part.matrix(), part.range()), (7, 3, matrix, range));
+        assert!((0..3).all(|row| rgb.row(row) == &whole.row(row + 4)[2..9]));
+        for (x, y, w, h) in [(1, 0, 2, 2), (0, 1, 2, 2), (4, 0, 6, 2), (0, 6, 2, 2), (0, 0, 0, 2)] {
+            assert_eq!(yuv.crop(x, y, w, h), None, "{x} {y} {w} {h}");
+        }
     }
 
     #[test]

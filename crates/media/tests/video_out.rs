@@ -165,7 +165,11 @@ fn a_full_disk_costs_nothing_that_was_written() {
 #[test]
 fn strange_times_and_sizes() {
     let disk = Disk::new(u64::MAX);
-    let mut writer = Mp4Writer::new(Box::new(disk.clone()), Path::new("a.mp4"), VideoOptions { nominal_fps: f64::NAN });
+    let mut writer = Mp4Writer::new(
+        Box::new(disk.clone()),
+        Path::new("a.mp4"),
+        VideoOptions { nominal_fps: f64::NAN, ..VideoOptions::default() },
+    );
     for (k, time) in [f64::NAN, 0.0, -3.0, 1.0, 1.0, f64::INFINITY, 1e300].into_iter().enumerate() {
         writer.write(picture(7, 5, k).view(), time).expect("written");
     }

@@ -1,13 +1,21 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
+use crate::view::{View, Viewed};
 use crate::{RunConfig, RunError};
+use pursuit_geometry::Size;
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, StreamStats, Strided, Trimmed};
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use pursuit_scenes::{SceneQuery, SceneSource};
+use std::num::NonZeroU64;
 
 /// Frames decoded ahead of the tracker.
 const AHEAD_FRAMES: usize = 8;
+
+/// Fewer of large pictures: these are to take no more than this.
+const AHEAD_BYTES: usize = 40 << 20;
+/// Of colour as it comes from most inputs.
+const BYTES_A_PIXEL: usize = 2;
 
 /// One frame in a quarter of an hour, and what the fastest cameras deliver: outside of it times lose their meaning.
 const SENSIBLE_FPS: std::ops::RangeInclusive<f64> = 0.001..=1_000_000.0;
@@ -18,6 +26,12 @@ pub(crate) struct OpenedInput {
     pub source: Prefetch,
     /// What is known of it.
     pub info: SourceInfo,
+    /// The size of its pictures, before a part is taken or they are resized.
+    pub input_size: Size,
+    /// What of them is looked at, where that is not all.
+    pub view: Option<View>,
+    /// Width against height of a pixel, where they are not square.
+    pub pixel_aspect: Option<(u32, u32)>,
     /// What was found out about its depth, where it has some.
     pub depth: Option<DepthFacts>,
     /// Counts what was decoded and what a live source dropped.
@@ -26,32 +40,50 @@ pub(crate) struct OpenedInput {
     pub stream: Option<StreamStats>,
 }
 
-/// Opens the input of `config`.
+/// Opens the input of `config`; of one that was followed up to the frame `seen`, what comes after it.
 ///
 /// # Errors
 /// Senseless options, or an input that cannot be read.
-pub(crate) fn open(name: &Locator, config: &RunConfig, options: &OpenOptions) -> Result<OpenedInput, RunError> {
+pub(crate) fn open(
+    name: &Locator,
+    config: &RunConfig,
+    seen: Option<u64>,
+    options: &OpenOptions,
+) -> Result<OpenedInput, RunError> {
     check(config)?;
     let default_fps = config.fps.unwrap_or(options.default_fps);
     let options = &OpenOptions { depth: config.depth_options, default_fps, ..options.clone() };
     let mut source = open_both(name, config.depth.as_deref(), options)?;
     // Truth is numbered as the frames of the whole input are.
     let truth = source.info().truth.clone();
+    let pixel_aspect = source.pixel_aspect();
     let (depth, stream) = (source.depth_facts().cloned(), source.stream_stats());
     // An input without times of its own has been given this rate already, and knows of its gaps.
     if let Some(fps) = config.fps.filter(|&fps| source.info().fps != Some(fps)) {
         source = Box::new(Retimed::new(source, fps)?);
     }
-    if config.from.is_some() || config.to.is_some() {
-        source = Box::new(Trimmed::new(source, config.from.unwrap_or(0), config.to)?);
+    if seen.is_some() && source.info().live {
+        return Err(RunError::usage("what a live source has shown does not come again; a run of it cannot be resumed"));
+    }
+    let stride = config.stride.map_or(1, NonZeroU64::get);
+    // The next frame of the same stride.
+    let from = seen.map_or(config.from, |seen| Some(seen.saturating_add(stride)));
+    if from.is_some() || config.to.is_some() {
+        source = Box::new(Trimmed::new(source, from.unwrap_or(0), config.to)?);
     }
     if let Some(stride) = config.stride {
         source = Box::new(Strided::new(source, stride));
     }
+    // Cut first and decoded ahead afterwards, so that this happens on the decoder's thread.
+    let (input_size, view) = (source.info().size, View::new(source.info().size, config.region, config.resize)?);
+    if let Some(view) = view {
+        source = Box::new(Viewed::new(source, view));
+    }
     let info = SourceInfo { truth, ..source.info().clone() };
-    let source = Prefetch::new(source, AHEAD_FRAMES)?;
+    let ahead = (AHEAD_BYTES / (BYTES_A_PIXEL * info.size.area()).max(1)).clamp(2, AHEAD_FRAMES);
+    let source = Prefetch::new(source, ahead)?;
     tracing::info!("{}: {} pixels, read by {}", info.name, info.size, info.decoder);
-    Ok(OpenedInput { stats: source.stats(), source, info, depth, stream })
+    Ok(OpenedInput { stats: source.stats(), source, info, input_size, view, pixel_aspect, depth, stream })
 }
 
 /// Opens an input and, where it is named, its depth.

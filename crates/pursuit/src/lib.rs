@@ -28,6 +28,7 @@ mod features;
 mod follow;
 mod input;
 mod record;
+mod resume;
 pub mod run;
 mod run_folder;
 pub mod session;
@@ -35,6 +36,7 @@ pub mod sinks;
 mod timing;
 mod track;
 mod trajectory_plots;
+mod view;
 
 pub use config::RunConfig;
 pub use demo::Demo;
@@ -47,6 +49,7 @@ pub use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker};
 pub use record::Record;
 pub use session::{Command, Outcome, Progress, Remote, Session};
 pub use track::{Finished, Run};
+pub use view::{Resize, View};
 
 pub use pursuit_charts as charts;
 pub use pursuit_estimation as estimation;

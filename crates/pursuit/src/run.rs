@@ -1,7 +1,7 @@
 //! What `run.json` holds: what was run, with what, on what, and how it went.
 
-use crate::RunError;
 pub use crate::timing::{Timing, TimingSummary};
+use crate::{RunError, View};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::StreamCounts;
@@ -25,6 +25,10 @@ pub struct RunFile {
     pub recipe: RecipeFacts,
     /// The machine.
     pub host: HostFacts,
+    /// The first frame looked at since the run was resumed, where it was; `timing`, `damage` and `dropped_frames` are of
+    /// the part from there on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resumed_at: Option<u64>,
     /// Frames looked at.
     pub frame_count: u64,
     /// Frames that a live source dropped because they came faster than they could be followed.
@@ -57,6 +61,12 @@ pub struct InputFacts {
     pub width: usize,
     /// Rows.
     pub height: usize,
+    /// What of its pictures was looked at, where that was not all as it came.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<View>,
+    /// Width against height of a pixel, where the input says that they are not square. Boxes are in pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixel_aspect: Option<(u32, u32)>,
     /// Frames per second that the input claims, where it does.
     pub nominal_fps: Option<f64>,
     /// How its depth is read, where it has depth images.
@@ -143,6 +153,15 @@ pub struct StateCounts {
 }
 
 impl StateCounts {
+    /// Of both.
+    pub(crate) const fn with(self, other: Self) -> Self {
+        Self {
+            tracking: self.tracking + other.tracking,
+            occluded: self.occluded + other.occluded,
+            lost: self.lost + other.lost,
+        }
+    }
+
     /// Counts one more.
     pub const fn add(&mut self, state: TrackState) {
         match state {

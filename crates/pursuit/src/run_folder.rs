@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 pub(crate) const FACTS: &str = "run.json";
 /// The overlay video.
 pub(crate) const OVERLAY: &str = "overlay.mp4";
+/// What the targets know, of a run that was interrupted.
+pub(crate) const STATE: &str = "state.bin";
 /// The folder of plots.
 pub(crate) const PLOTS: &str = "plots";
 /// The link to the newest of the numbered folders, beside them.
@@ -56,6 +58,11 @@ impl Destination {
         Ok(destination)
     }
 
+    /// The folder, or the first that is tried.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Whether an earlier run may be replaced.
     fn check(&self) -> Result<(), RunError> {
         let path = &self.path;
@@ -80,6 +87,15 @@ impl Destination {
             ))),
             _ => Ok(()),
         }
+    }
+
+    /// Takes the folder as it is, to go on with the run in it.
+    ///
+    /// # Errors
+    /// When another run is writing into it.
+    pub fn reopen(self) -> Result<RunFolder, RunError> {
+        let lock = lock(&self.path)?;
+        Ok(RunFolder { path: self.path, _lock: lock })
     }
 
     /// Makes the folder, takes it, and removes what an earlier run left there.
@@ -116,17 +132,34 @@ impl RunFolder {
     }
 }
 
+/// The folder of the run of `input` to go on with: the one named, else the newest of those that its name gives.
+pub(crate) fn earlier(out: Option<&Path>, overwrite: bool, input: &Locator) -> PathBuf {
+    let first = out.map_or_else(|| default_folder(input), Path::to_path_buf);
+    if out.is_some() || overwrite {
+        return first;
+    }
+    let numbered = |n: u64| {
+        let mut name = first.as_os_str().to_owned();
+        name.push(format!("-{n}"));
+        PathBuf::from(name)
+    };
+    let newest = (2..).map(numbered).take_while(|path| path.exists()).last();
+    newest.unwrap_or(first)
+}
+
 /// The files in `folder` that have the names of a run's results; links that lead nowhere are there too, devices and pipes
 /// hold nothing that could be lost.
 fn results_in(folder: &Path) -> Vec<PathBuf> {
-    let fixed = [FACTS, OVERLAY].into_iter().chain(Format::ALL.map(Format::file_name)).map(|name| folder.join(name));
+    let fixed =
+        [FACTS, OVERLAY, STATE].into_iter().chain(Format::ALL.map(Format::file_name)).map(|name| folder.join(name));
     let plots = std::fs::read_dir(folder.join(PLOTS)).into_iter().flatten().flatten();
     let plots = plots.filter(|e| e.file_name().to_str().is_some_and(trajectory_plots::is_plot)).map(|e| e.path());
     let holds = |file: &PathBuf| match file.metadata() {
         Ok(target) => target.is_file() || target.is_dir(),
         Err(_) => file.is_symlink(),
     };
-    fixed.chain(plots).filter(holds).collect()
+    let numbered = (2..).map(|n| folder.join(format!("overlay-{n}.mp4"))).take_while(|path| path.exists());
+    fixed.chain(plots).chain(numbered).filter(holds).collect()
 }
 
 fn holds_a_run(folder: &Path) -> bool {

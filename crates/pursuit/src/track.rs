@@ -2,16 +2,21 @@
 
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
+use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
-use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder};
-use crate::session::{Outcome, Progress, Remote, Session};
+use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
+use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, JsonlSink, Sink};
-use crate::{RunError, trajectory_plots};
-use pursuit_geometry::{BBox, Truth};
+use crate::view::{InInput, View};
+use crate::{RunError, run_folder, trajectory_plots};
+use pursuit_geometry::{BBox, Size, Truth};
 use pursuit_media::depth::DepthFacts;
+use pursuit_media::output::VideoOptions;
 use pursuit_media::wrappers::{PrefetchStats, StreamStats};
 use pursuit_media::{Locator, OpenOptions, SourceInfo};
-use pursuit_tracking::many::Associating;
+use pursuit_trackers::registry;
+use pursuit_tracking::MultiTracker;
+use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
 use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +24,11 @@ use std::path::{Path, PathBuf};
 pub struct Run {
     session: Session,
     info: SourceInfo,
+    /// The size of its pictures, and what of them is looked at.
+    input_size: Size,
+    view: Option<View>,
+    /// Width against height of a pixel of the input, where they are not square.
+    pixel_aspect: Option<(u32, u32)>,
     stats: PrefetchStats,
     /// Counts what befell a live input.
     stream: Option<StreamStats>,
@@ -28,6 +38,8 @@ pub struct Run {
     config: RunConfig,
     /// None for standard output.
     destination: Option<Destination>,
+    /// What is gone on with.
+    earlier: Option<Earlier>,
     /// Where results go besides the files.
     further: Vec<Box<dyn Sink>>,
 }
@@ -46,6 +58,19 @@ enum Start {
     Boxes(Vec<BBox>, u64),
     Detector,
     Many(Vec<BBox>),
+}
+
+impl Start {
+    /// The same, boxes in the pixels of what is looked at.
+    fn seen_through(self, view: Option<View>) -> Self {
+        let Some(view) = view else { return self };
+        let seen = |boxes: Vec<BBox>| boxes.into_iter().map(|bbox| view.of_input(bbox)).collect();
+        match self {
+            Self::Boxes(boxes, frame) => Self::Boxes(seen(boxes), frame),
+            Self::Many(boxes) => Self::Many(seen(boxes)),
+            Self::Detector => Self::Detector,
+        }
+    }
 }
 
 /// What a run left behind.
@@ -77,11 +102,36 @@ impl Run {
         let methods = config.methods()?;
         formats(&config)?;
         let destination = destination(&config, name)?;
-        let OpenedInput { source, info, stats, depth, stream } = input::open(name, &config, options)?;
+        let earlier = earlier(&config, destination.as_ref())?;
+        let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
+            input::open(name, &config, earlier.as_ref().map(|e| e.last), options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
-        let session = begin(Session::new(Box::new(source), methods.recipe.boxed_clone()), start, methods, &config)?;
-        Ok(Self { session, info, stats, stream, depth, recipe, config, destination, further: Vec::new() })
+        let start = start.seen_through(view);
+        let session = Session::new(Box::new(source), methods.recipe.boxed_clone());
+        let session = match &earlier {
+            Some(earlier) => go_on(session, &earlier.state, &start, methods)?,
+            None => begin(session, start, methods, &config)?,
+        };
+        let run = Self {
+            session,
+            info,
+            input_size,
+            view,
+            pixel_aspect,
+            stats,
+            stream,
+            depth,
+            recipe,
+            config,
+            destination,
+            earlier,
+            further: Vec::new(),
+        };
+        if let Some(earlier) = &run.earlier {
+            earlier.check(&run.input_facts(), &run.recipe)?;
+        }
+        Ok(run)
     }
 
     /// Results also go to `sink`, such as a pan-tilt head; it comes before the files.
@@ -91,7 +141,9 @@ impl Run {
         self
     }
 
-    /// What is known of the input: the size of its frames, whether it is live.
+    /// What is known of the input: the size of the frames that are looked at, whether it is live. Its truth is in pixels of
+    /// the whole input, as what is written is; what [`run`](Self::run) hands to its observer and to further sinks is in
+    /// pixels of the frames.
     pub const fn input(&self) -> &SourceInfo {
         &self.info
     }
@@ -119,24 +171,43 @@ impl Run {
     pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
         self.session.start()?;
         let mut facts = self.facts();
-        let folder = self.destination.map(Destination::open).transpose()?;
+        let folder = match (self.destination.take(), &self.earlier) {
+            (Some(destination), None) => Some(destination.open()?),
+            (Some(destination), Some(_)) => Some(destination.reopen()?),
+            (None, _) => None,
+        };
         let mut sinks = std::mem::take(&mut self.further);
         match &folder {
             Some(folder) => {
                 facts.write(&folder.file(FACTS))?;
-                sinks.extend(create_sinks(&self.config, &self.info, folder)?);
+                sinks.extend(create_sinks(
+                    &self.config,
+                    &self.info,
+                    self.view,
+                    self.pixel_aspect,
+                    folder,
+                    self.earlier.as_ref(),
+                )?);
+                // What a live source has shown does not come again.
+                let checkpoint = (!self.info.live).then(|| Checkpoint::new(folder.file(STATE)));
+                self.session = self.session.kept_in(checkpoint);
             }
-            None => sinks.push(Box::new(JsonlSink::standard_output())),
+            None => sinks.push(InInput::around(Box::new(JsonlSink::standard_output()), self.view)),
         }
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
-        let info = self.info;
+        let (info, view) = (self.info, self.view);
+        let kept = self.earlier.map(|earlier| earlier.kept).unwrap_or_default();
+        if info.truth.is_some() {
+            kept.first.iter().for_each(|(frame, estimate)| meter.add(info.truth_at(*frame), estimate.as_ref()));
+        }
         let mut outcome = self.session.with_sinks(sinks).run(|progress| {
             if info.truth.is_some() {
                 // The truth is of one target: the first.
                 let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
-                meter.add(info.truth_at(progress.frame.index()), estimate);
+                let estimate = estimate.map(|e| view.map_or_else(|| e.clone(), |view| view.estimate_in_input(e)));
+                meter.add(info.truth_at(progress.frame.index()), estimate.as_ref());
             }
             observe(progress);
         });
@@ -147,12 +218,13 @@ impl Run {
             (None, false) => "done",
         };
         facts.error = outcome.failure.as_ref().map(ToString::to_string);
-        facts.frame_count = outcome.frames;
+        facts.resumed_at = kept.first.last().map(|(frame, _)| frame + 1);
+        facts.frame_count = kept.frames + outcome.frames;
         facts.damage = std::mem::take(&mut outcome.damage.messages);
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
-        facts.states = outcome.states;
+        facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
         if let Some(folder) = &folder {
@@ -162,21 +234,28 @@ impl Run {
         Ok(Finished { out: folder.map(|f| f.path().to_path_buf()), files, facts, outcome })
     }
 
+    fn input_facts(&self) -> InputFacts {
+        InputFacts {
+            name: self.info.name.clone(),
+            decoder: self.info.decoder.clone(),
+            width: self.input_size.width,
+            height: self.input_size.height,
+            view: self.view,
+            pixel_aspect: self.pixel_aspect,
+            nominal_fps: self.info.fps,
+            depth: self.depth.clone(),
+        }
+    }
+
     fn facts(&self) -> RunFile {
         RunFile {
             version: env!("CARGO_PKG_VERSION"),
             status: "running",
             error: None,
-            input: InputFacts {
-                name: self.info.name.clone(),
-                decoder: self.info.decoder.clone(),
-                width: self.info.size.width,
-                height: self.info.size.height,
-                nominal_fps: self.info.fps,
-                depth: self.depth.clone(),
-            },
+            input: self.input_facts(),
             recipe: self.recipe.clone(),
             host: HostFacts::here(),
+            resumed_at: None,
             frame_count: 0,
             dropped_frames: 0,
             stream: None,
@@ -189,14 +268,42 @@ impl Run {
     }
 }
 
-fn create_sinks(config: &RunConfig, info: &SourceInfo, folder: &RunFolder) -> Result<Vec<Box<dyn Sink>>, RunError> {
-    let mut all = vec![Format::Csv.create(folder.path())?];
-    for format in formats(config)?.into_iter().filter(|f| *f != Format::Csv) {
-        all.push(format.create(folder.path())?);
+fn create_sinks(
+    config: &RunConfig,
+    info: &SourceInfo,
+    view: Option<View>,
+    pixel_aspect: Option<(u32, u32)>,
+    folder: &RunFolder,
+    earlier: Option<&Earlier>,
+) -> Result<Vec<Box<dyn Sink>>, RunError> {
+    let mut formats = formats(config)?;
+    formats.retain(|f| *f != Format::Csv);
+    formats.insert(0, Format::Csv);
+    let video = earlier.map_or_else(|| Ok(folder.file(OVERLAY)), |earlier| earlier.cut(&formats))?;
+    let mut all = Vec::new();
+    for format in formats {
+        let sink = if earlier.is_some() { format.append(folder.path()) } else { format.create(folder.path()) };
+        all.push(InInput::around(sink?, view));
     }
-    let fps = config.fps.or(info.fps);
-    all.extend(sinks::overlay(&folder.file(OVERLAY), fps, config.video, config.overlay.unwrap_or_default())?);
+    let options = video_options(config, info, view, pixel_aspect);
+    all.extend(sinks::overlay(&video, options, config.video, config.overlay.unwrap_or_default())?);
     Ok(all)
+}
+
+/// How the overlay is shown: at the input's rate, with pixels of the shape that those looked at have.
+fn video_options(
+    config: &RunConfig,
+    info: &SourceInfo,
+    view: Option<View>,
+    pixel_aspect: Option<(u32, u32)>,
+) -> VideoOptions {
+    let own = VideoOptions::default();
+    let aspect = pixel_aspect.unwrap_or((1, 1));
+    let shown = view.map_or(aspect, |view| view.pixel_aspect(aspect));
+    VideoOptions {
+        nominal_fps: config.fps.or(info.fps).unwrap_or(own.nominal_fps),
+        pixel_aspect: Some(shown).filter(|(width, height)| width != height),
+    }
 }
 
 /// Writes what is known at the end.
@@ -214,7 +321,12 @@ fn conclude(facts: &RunFile, folder: &RunFolder, plots: bool, files: &mut Vec<Pa
 fn destination(config: &RunConfig, input: &Locator) -> Result<Option<Destination>, RunError> {
     let out = config.out.as_deref();
     if out != Some(Path::new("-")) {
-        return Destination::new(out, config.overwrite == Some(true), input, config.files()).map(Some);
+        let overwrite = config.overwrite == Some(true);
+        if config.resume == Some(true) {
+            let folder = run_folder::earlier(out, overwrite, input);
+            return Destination::new(Some(&folder), true, input, config.files()).map(Some);
+        }
+        return Destination::new(out, overwrite, input, config.files()).map(Some);
     }
     if config.plots == Some(true) || config.video == Some(true) || !config.formats.is_empty() {
         return Err(RunError::usage(
@@ -241,6 +353,26 @@ fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<
         many: many.transpose()?,
         boxes: boxes.iter().map(|b| b.ltwh().into()).collect(),
     })
+}
+
+/// The run to go on with, where that is asked for and there is something left of it.
+fn earlier(config: &RunConfig, destination: Option<&Destination>) -> Result<Option<Earlier>, RunError> {
+    match destination {
+        _ if config.resume != Some(true) => Ok(None),
+        Some(destination) => Earlier::find(destination.path(), config),
+        None => Err(RunError::usage("what went to standard output cannot be resumed; name a folder with `--out DIR`")),
+    }
+}
+
+/// Gives the session the targets of an earlier one.
+fn go_on(session: Session, state: &[u8], start: &Start, methods: Methods) -> Result<Session, RunError> {
+    let recipe_of = |name: &str| registry::tracker(name).map(|entry| entry.default_recipe());
+    let targets: Box<dyn MultiTracker> = match (start, methods.detector) {
+        (Start::Detector, Some(detector)) => Box::new(Acquiring::restore(state, detector, &recipe_of)?),
+        (Start::Many(_), Some(detector)) => Box::new(Associating::restore(state, detector, &recipe_of)?),
+        _ => Box::new(TargetSet::restore(state, &recipe_of)?),
+    };
+    Ok(session.continuing(targets, !matches!(start, Start::Many(_))))
 }
 
 /// Tells the session what to follow.

@@ -16,6 +16,7 @@ use clap_complete::Shell;
 use pursuit::RunError;
 use pursuit::config::parse_setting;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// `pursuit completions SHELL`.
@@ -25,21 +26,66 @@ pub fn completions(shell: Shell) -> anyhow::Result<ExitCode> {
     print(&script)
 }
 
-/// `pursuit man`: the manual page, those of all commands after one another.
-pub fn man() -> anyhow::Result<ExitCode> {
-    let mut command = Cli::command();
-    command.build();
+/// `pursuit man`: the manual; of all commands after one another, of one, or each in a file of its own.
+pub fn man(path: &[String], out: Option<&Path>) -> anyhow::Result<ExitCode> {
+    let mut root = Cli::command();
+    root.build();
+    if let Some(folder) = out {
+        std::fs::create_dir_all(folder).map_err(RunError::output(folder))?;
+        return write_pages(&named(&root, "pursuit"), folder).map(|()| ExitCode::SUCCESS);
+    }
+    let mut page = Vec::new();
+    if path.is_empty() {
+        clap_mangen::Man::new(root.clone()).render(&mut page)?;
+        subcommands(&root).try_for_each(|sub| section(&named(sub, "pursuit"), &mut page))?;
+        return print(&page);
+    }
+    let (mut command, mut whole) = (root.clone(), "pursuit".to_owned());
+    for word in path {
+        let Some(found) = subcommands(&command).find(|c| c.get_name() == word) else {
+            let names: Vec<&str> = subcommands(&command).map(clap::Command::get_name).collect();
+            return Err(RunError::usage(format!("{whole} has no command `{word}`; it has {}", names.join(", "))).into());
+        };
+        command = named(found, &whole);
+        whole = format!("{whole} {word}");
+    }
+    clap_mangen::Man::new(command).render(&mut page)?;
+    print(&page)
+}
+
+/// The commands of `command` that have a page: `help` has none.
+fn subcommands(command: &clap::Command) -> impl Iterator<Item = &clap::Command> {
+    command.get_subcommands().filter(|c| c.get_name() != "help")
+}
+
+/// `command` under its whole name.
+fn named(command: &clap::Command, parent: &str) -> clap::Command {
+    if command.get_name() == parent {
+        return command.clone();
+    }
+    let words = format!("{parent} {}", command.get_name());
+    command.clone().display_name(words.replace(' ', "-")).bin_name(words)
+}
+
+/// The sections of a command, and of those below it, for the manual of everything.
+fn section(command: &clap::Command, page: &mut Vec<u8>) -> anyhow::Result<()> {
+    let man = clap_mangen::Man::new(command.clone());
+    man.render_name_section(page)?;
+    man.render_synopsis_section(page)?;
+    man.render_description_section(page)?;
+    man.render_options_section(page)?;
+    let name = command.get_bin_name().unwrap_or_default();
+    subcommands(command).try_for_each(|sub| section(&named(sub, name), page))
+}
+
+/// A page for `command` and for each below it.
+fn write_pages(command: &clap::Command, folder: &Path) -> anyhow::Result<()> {
+    let name = command.get_bin_name().unwrap_or("pursuit");
+    let path = folder.join(format!("{}.1", name.replace(' ', "-")));
     let mut page = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut page)?;
-    for sub in command.get_subcommands().filter(|c| c.get_name() != "help") {
-        let named = sub.clone().display_name(format!("pursuit {}", sub.get_name()));
-        let man = clap_mangen::Man::new(named);
-        man.render_name_section(&mut page)?;
-        man.render_synopsis_section(&mut page)?;
-        man.render_description_section(&mut page)?;
-        man.render_options_section(&mut page)?;
-    }
-    print(&page)
+    std::fs::write(&path, page).map_err(RunError::output(&path))?;
+    subcommands(command).try_for_each(|sub| write_pages(&named(sub, name), folder))
 }
 
 /// What `--set` says, in every command.

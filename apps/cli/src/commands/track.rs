@@ -1,6 +1,6 @@
 use super::{print, settings};
 use crate::args::{Global, Overlay, Track};
-use crate::console;
+use crate::{console, memory};
 use pursuit::config::parse_box;
 use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
@@ -32,6 +32,7 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
 
 fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
     let run = Run::prepare(config, &open_options(args))?;
+    memory::check(run.input().size.area())?;
     let video = !(args.no_video || args.overlay == Some(Overlay::None));
     carry_out(run, global, |finished| match (&finished.out, args.json) {
         // Standard output belongs to the results.
@@ -114,6 +115,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         many: flag(args.many, true),
         out: args.out.clone(),
         overwrite: flag(args.overwrite, true),
+        resume: flag(args.resume, true),
         video: flag(args.no_video || args.overlay == Some(Overlay::None), false),
         overlay: args.overlay.and_then(|style| match style {
             Overlay::Minimal => Some(OverlayStyle::Minimal),
@@ -125,6 +127,8 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         from: args.from,
         to: args.to,
         stride: args.stride,
+        region: args.region.as_deref().map(|text| numbers(text, "--region")).transpose()?,
+        resize: args.resize.as_deref().map(str::parse).transpose()?,
         fps: args.fps,
         parameters: settings(&args.settings)?,
         read_from: None,

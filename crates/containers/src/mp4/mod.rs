@@ -46,6 +46,8 @@ pub struct AvcConfig {
     pub pps: Vec<Vec<u8>>,
     /// What the container says about colour.
     pub color: ColorTags,
+    /// Width against height of a pixel, where the container says so (`pasp`).
+    pub pixel_aspect: Option<(u32, u32)>,
 }
 
 /// What a container says about colours; `None` where it says nothing.

@@ -173,6 +173,7 @@ fn codec_of(stsd: &[u8]) -> Option<Result<Codec>> {
         return Some(Err(ContainerError::malformed("the MP4's H.264 configuration is damaged")));
     };
     config.color = child(boxes, b"colr").and_then(color_info).unwrap_or_default();
+    config.pixel_aspect = child(boxes, b"pasp").and_then(pixel_aspect);
     // The real size comes from the stream; this one only has to be sane.
     Some(check_size(width.into(), height.into()).map(|_| Codec::Avc(config)))
 }
@@ -190,7 +191,13 @@ fn avc_config(body: &[u8]) -> Option<AvcConfig> {
             })
             .collect::<Option<Vec<_>>>()
     };
-    Some(AvcConfig { length_bytes, sps: sets(31)?, pps: sets(255)?, color: ColorTags::default() })
+    Some(AvcConfig { length_bytes, sps: sets(31)?, pps: sets(255)?, color: ColorTags::default(), pixel_aspect: None })
+}
+
+/// `pasp`: horizontal and vertical spacing.
+fn pixel_aspect(body: &[u8]) -> Option<(u32, u32)> {
+    let mut fields = Fields(body);
+    Some((fields.u32()?, fields.u32()?)).filter(|&(w, h)| w > 0 && h > 0)
 }
 
 /// `colr` of type `nclx` (MP4) or `nclc` (QuickTime).

@@ -51,6 +51,10 @@ impl<S: Source> Source for WithDepthFolder<S> {
         self.reader.add(frame, file).map(Some).map_err(|fault| fault.broken(&name(), index))
     }
 
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        self.source.pixel_aspect()
+    }
+
     fn is_seekable(&self) -> bool {
         self.source.is_seekable()
     }

@@ -2,6 +2,7 @@ use super::fault::{Fault, Trouble};
 use super::h264::PictureDecoder;
 use super::limits::MAX_SAMPLE_BYTES;
 use super::orientation::Orientation;
+use super::source::not_square;
 use crate::{Result, Source, SourceInfo};
 use pursuit_containers::bytes::{RandomAccess, ReadSeek};
 use pursuit_containers::mp4::{Codec, Movie, Sample};
@@ -204,6 +205,10 @@ impl Mp4Source {
 impl Source for Mp4Source {
     fn info(&self) -> &SourceInfo {
         &self.info
+    }
+
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        not_square(self.decoder.pixel_aspect())
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {

@@ -34,6 +34,11 @@ pub trait Source: Send {
         Err(MediaError::not_seekable(&self.info().name, index, "it can only be read from front to back"))
     }
 
+    /// Width against height of a pixel, where the input says that they are not square. Boxes are in pixels all the same.
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        None
+    }
+
     /// What was found out about its depth, of sources that have any of their own.
     fn depth_facts(&self) -> Option<&DepthFacts> {
         None
@@ -49,6 +54,11 @@ pub trait Source: Send {
     fn stop_handle(&self) -> Option<StopHandle> {
         None
     }
+}
+
+/// An aspect of pixels; `None` for square ones.
+pub(crate) fn not_square(aspect: Option<(u32, u32)>) -> Option<(u32, u32)> {
+    aspect.filter(|(width, height)| width != height)
 }
 
 /// Ends a source from another thread; its `next_frame` then returns promptly.
@@ -88,6 +98,10 @@ impl<S: Source + ?Sized> Source for Box<S> {
 
     fn seek(&mut self, index: u64) -> Result<()> {
         (**self).seek(index)
+    }
+
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        (**self).pixel_aspect()
     }
 
     fn depth_facts(&self) -> Option<&DepthFacts> {

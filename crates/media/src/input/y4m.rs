@@ -1,5 +1,6 @@
 use super::color::ColorInfo;
 use super::fault::Fault;
+use super::source::not_square;
 use crate::{Result, Source, SourceInfo};
 use pursuit_containers::limits::Extent;
 use pursuit_containers::y4m::{Planes, Y4mReader};
@@ -52,6 +53,10 @@ impl<R: BufRead + Send> Y4mSource<R> {
 impl<R: BufRead + Send> Source for Y4mSource<R> {
     fn info(&self) -> &SourceInfo {
         &self.info
+    }
+
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        not_square(self.reader.header.pixel_aspect)
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {

@@ -123,7 +123,7 @@ impl Stream {
             planes: I420::default(),
             encoded: EncodedSample::default(),
             // The encoder takes no larger pictures than fit.
-            container: Writer::new(width as u16, height as u16, origin_s),
+            container: Writer::new(width as u16, height as u16, origin_s).with_pixel_aspect(options.pixel_aspect),
         })
     }
 

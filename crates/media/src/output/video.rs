@@ -28,11 +28,13 @@ pub struct VideoOptions {
     /// Frames per second, about: how long the last picture of a very short video is shown, and what the stream declares.
     /// Shown times are those of the frames.
     pub nominal_fps: f64,
+    /// Width against height of a pixel, where they are not square.
+    pub pixel_aspect: Option<(u32, u32)>,
 }
 
 impl Default for VideoOptions {
     fn default() -> Self {
-        Self { nominal_fps: 30.0 }
+        Self { nominal_fps: 30.0, pixel_aspect: None }
     }
 }
 

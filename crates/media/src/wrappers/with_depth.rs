@@ -69,6 +69,10 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
         frame.map(Some).map_err(|e| MediaError::broken(&self.depth.info().name, index, e.to_string()))
     }
 
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        self.source.pixel_aspect()
+    }
+
     fn is_seekable(&self) -> bool {
         self.source.is_seekable() && self.depth.is_seekable()
     }

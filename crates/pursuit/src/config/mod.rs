@@ -4,8 +4,8 @@ mod settings;
 
 pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, Settings};
 
-use crate::RunError;
 use crate::sinks::OverlayStyle;
+use crate::{Resize, RunError};
 use pursuit_geometry::BBox;
 use pursuit_media::Locator;
 use pursuit_media::depth::DepthOptions;
@@ -57,6 +57,9 @@ pub struct RunConfig {
     /// Whether a run without a folder named replaces the last of its name, in place of making a new folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub overwrite: Option<bool>,
+    /// Whether to go on with the run in the folder, which was interrupted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resume: Option<bool>,
     /// Whether to write the overlay video.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub video: Option<bool>,
@@ -78,6 +81,12 @@ pub struct RunConfig {
     /// Of how many frames one is looked at.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stride: Option<NonZeroU64>,
+    /// The part of the picture to look at, `[left, top, width, height]` in pixels of the input.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<[f64; 4]>,
+    /// To what size pictures are brought before they are looked at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resize: Option<Resize>,
     /// Frames per second to assume instead of the input's own times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
@@ -131,6 +140,7 @@ impl RunConfig {
             many: over.many.or(self.many),
             out: over.out.or(self.out),
             overwrite: over.overwrite.or(self.overwrite),
+            resume: over.resume.or(self.resume),
             read_from: over.read_from.or(self.read_from),
             video: over.video.or(self.video),
             overlay: over.overlay.or(self.overlay),
@@ -139,6 +149,8 @@ impl RunConfig {
             from: over.from.or(self.from),
             to: over.to.or(self.to),
             stride: over.stride.or(self.stride),
+            region: over.region.or(self.region),
+            resize: over.resize.or(self.resize),
             fps: over.fps.or(self.fps),
             parameters,
         }
@@ -295,6 +307,7 @@ mod tests {
             many: Some(n == 1),
             out: Some(format!("out {n}").into()),
             overwrite: Some(n == 1),
+            resume: Some(n == 1),
             video: Some(n == 1),
             overlay: Some(if n == 1 { OverlayStyle::Full } else { OverlayStyle::Minimal }),
             plots: Some(n == 1),
@@ -302,6 +315,8 @@ mod tests {
             from: Some(n),
             to: Some(n),
             stride: NonZeroU64::new(n),
+            region: Some([n as f64; 4]),
+            resize: Some(crate::Resize::By(n as f64)),
             fps: Some(n as f64),
             parameters: toml::Table::from_iter([("n".to_owned(), toml::Value::Integer(n as i64))]),
             read_from: None,

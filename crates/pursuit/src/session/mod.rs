@@ -1,14 +1,18 @@
 //! The one run loop, by steps.
 
 mod age;
+mod checkpoint;
 mod command;
 mod damage;
+mod outcome;
 mod story;
 
+pub(crate) use checkpoint::Checkpoint;
 pub use command::{Command, Remote, Reply};
 pub use damage::Damage;
+pub use outcome::{Outcome, Progress};
 
-use crate::run::{StateCounts, Timing, TimingFacts, TimingSummary};
+use crate::run::{StateCounts, Timing, TimingFacts};
 use crate::sinks::Sink;
 use crate::{Record, RunError};
 use age::Age;
@@ -67,36 +71,8 @@ pub struct Session {
     counts: Counts,
     damage: Damage,
     story: Story,
-}
-
-/// What is known after a step.
-#[derive(Debug, Clone, Copy)]
-pub struct Progress<'a> {
-    /// Frames looked at so far.
-    pub frames: u64,
-    /// The frame looked at.
-    pub frame: &'a Arc<Frame>,
-    /// What is known of each target in this frame, in order of their ids.
-    pub records: &'a [Record],
-}
-
-/// How a session ended.
-#[derive(Debug)]
-pub struct Outcome {
-    /// Frames looked at.
-    pub frames: u64,
-    /// Frames of all targets by state.
-    pub states: StateCounts,
-    /// How long things took.
-    pub timing: TimingFacts,
-    /// How much later than the promptest frame, by their own times, frames were taken up; of live sources alone.
-    pub age_ms: TimingSummary,
-    /// Whether it was stopped from outside.
-    pub interrupted: bool,
-    /// What was damaged in the input and left out.
-    pub damage: Damage,
-    /// What ended it early – a broken input, an output that cannot be written –, else the first damage.
-    pub failure: Option<RunError>,
+    /// Where what the targets know is written down.
+    checkpoint: Option<Checkpoint>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,6 +120,7 @@ impl Session {
             counts: Counts::default(),
             damage: Damage::default(),
             story: Story::default(),
+            checkpoint: None,
         }
     }
 
@@ -173,6 +150,16 @@ impl Session {
     #[must_use]
     pub fn following(self, targets: Box<dyn MultiTracker>) -> Self {
         Self { targets, by_recipe: false, ..self }
+    }
+
+    /// Goes on with targets whose trackers the recipe made in an earlier session.
+    pub(crate) fn continuing(self, targets: Box<dyn MultiTracker>, by_recipe: bool) -> Self {
+        Self { targets, by_recipe, ..self }
+    }
+
+    /// Writes down what the targets know now and then, and when it is interrupted.
+    pub(crate) fn kept_in(self, checkpoint: Option<Checkpoint>) -> Self {
+        Self { checkpoint, ..self }
     }
 
     /// Where results go, in this order.
@@ -223,7 +210,11 @@ impl Session {
         if self.ended.is_some() || !(std::mem::take(&mut self.ready) || self.advance()?) {
             return Ok(None);
         }
-        self.emit().inspect_err(|_| self.ended = Some(Ended::Failed))?;
+        if let Err(failure) = self.emit() {
+            // A frame whose results are not whole is looked at again, by whoever goes on from what was written down before.
+            (self.ended, self.checkpoint) = (Some(Ended::Failed), None);
+            return Err(failure);
+        }
         Ok(self.progress())
     }
 
@@ -260,6 +251,11 @@ impl Session {
     }
 
     fn close(mut self, mut failure: Option<RunError>) -> Outcome {
+        match (&mut self.checkpoint, &self.frame) {
+            (Some(checkpoint), _) if failure.is_none() && self.ended == Some(Ended::Input) => checkpoint.discard(),
+            (Some(checkpoint), Some(frame)) if !self.ready => checkpoint.write(frame.index(), &*self.targets),
+            _ => {}
+        }
         for sink in &mut self.sinks {
             // The first thing that went wrong is the one to report; a sink that failed before fails again here.
             let finished = sink.finish();
@@ -325,7 +321,12 @@ impl Session {
     /// Hands the results to the sinks.
     fn emit(&mut self) -> Result<(), RunError> {
         let Some(frame) = &self.frame else { return Ok(()) };
-        self.sinks.iter_mut().try_for_each(|sink| sink.write(frame, &self.records))
+        self.sinks.iter_mut().try_for_each(|sink| sink.write(frame, &self.records))?;
+        // Only of frames whose results have been handed on, so that no line is missing later.
+        if let Some(checkpoint) = &mut self.checkpoint {
+            checkpoint.keep(frame.index(), &*self.targets);
+        }
+        Ok(())
     }
 
     /// Starts or moves a target in this frame, and says so in place of what the step said of it.

@@ -41,6 +41,14 @@ impl CsvSink {
         Self::start(LineFile::create(path)?)
     }
 
+    /// Goes on with a file that is there.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub(crate) fn append(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { file: LineFile::append(path)? })
+    }
+
     /// Writes to anything instead of a file, under the name `path`.
     ///
     /// # Errors

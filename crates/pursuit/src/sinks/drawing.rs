@@ -2,7 +2,7 @@ use super::overlay::Trails;
 use super::{OverlayStyle, depth_inset};
 use crate::Record;
 use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image, Rgb8};
+use pursuit_imaging::{Frame, Image, ImagingError, Rgb8};
 use pursuit_media::output::{Canvas, Stroke};
 use pursuit_tracking::{Estimate, TargetId, TrackState};
 
@@ -24,9 +24,17 @@ struct Detail {
     many: bool,
 }
 
-/// The picture with what is known drawn into it.
-pub(super) fn draw(frame: &Frame, records: &[Record], trails: &Trails, style: OverlayStyle) -> Image<Rgb8> {
-    let mut picture = frame.color().to_image();
+/// The picture, every `step` × `step` pixels one, with what is known drawn into it; boxes are in pixels of the result.
+pub(super) fn draw(
+    frame: &Frame,
+    step: usize,
+    records: &[Record],
+    trails: &Trails,
+    style: OverlayStyle,
+) -> Result<Image<Rgb8>, ImagingError> {
+    let (size, mut picture) = (frame.size(), Image::filled(1, 1, [0; 3])?);
+    // Converted for this one picture: a frame that is waited for elsewhere is not to keep its colour as well.
+    frame.reduced_color([0, 0, size.width, size.height], step, &mut picture)?;
     if let Some(depth) = frame.depth_mm() {
         depth_inset::draw(&mut picture, depth, records.iter().filter_map(|r| r.estimate.as_ref().map(|e| e.bbox)));
     }
@@ -39,7 +47,7 @@ pub(super) fn draw(frame: &Frame, records: &[Record], trails: &Trails, style: Ov
             None => canvas.label(&BBox::from_ltwh(0.0, 0.0, 1.0, 1.0), "looking for a target", COASTING),
         }
     }
-    canvas.into_image()
+    Ok(canvas.into_image())
 }
 
 fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, detail: Detail, trail: &[Option<Point>]) {
@@ -99,7 +107,7 @@ mod tests {
     /// The colours that a black picture has after drawing: those of at least 10 pixels.
     fn colors(records: &[Record], style: OverlayStyle) -> Vec<Rgb8> {
         let frame = Frame::new(0, 0.0, Image::filled(640, 200, [0_u8; 3]).unwrap());
-        let picture = draw(&frame, records, &Trails::default(), style);
+        let picture = draw(&frame, 1, records, &Trails::default(), style).unwrap();
         let mut counts = std::collections::BTreeMap::new();
         picture.view().rows().flatten().for_each(|&p| *counts.entry(p).or_insert(0) += 1);
         counts.into_iter().filter(|(_, count)| *count >= 10).map(|(color, _)| color).collect()

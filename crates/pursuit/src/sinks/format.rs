@@ -75,6 +75,24 @@ impl Format {
     }
 }
 
+impl Format {
+    /// Goes on with its file in `folder`.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written, [`RunError::Usage`] for a format that cannot be added to.
+    pub(crate) fn append(self, folder: &Path) -> Result<Box<dyn Sink>, RunError> {
+        let path = folder.join(self.file_name());
+        Ok(match self {
+            Self::Csv => Box::new(CsvSink::append(&path)?),
+            Self::Jsonl => Box::new(JsonlSink::append(&path)?),
+            Self::Mot => Box::new(MotSink::append(&path)?),
+            Self::Parquet | Self::Predictions => {
+                return Err(RunError::usage(format!("nothing can be added to a file of the format {self}")));
+            }
+        })
+    }
+}
+
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

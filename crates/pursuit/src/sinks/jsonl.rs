@@ -23,6 +23,14 @@ impl JsonlSink {
         Ok(Self { file: LineFile::create(path)?, path: Some(path.to_path_buf()) })
     }
 
+    /// Goes on with a file that is there.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub(crate) fn append(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { file: LineFile::append(path)?, path: Some(path.to_path_buf()) })
+    }
+
     /// Writes to standard output instead.
     pub fn standard_output() -> Self {
         Self { file: LineFile::new(Path::new("standard output"), Box::new(std::io::stdout())), path: None }

@@ -26,6 +26,7 @@ pub use predictions::PredictionsSink;
 
 use crate::{Record, RunError};
 use pursuit_imaging::Frame;
+use pursuit_media::output::VideoOptions;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Write;
@@ -70,7 +71,7 @@ pub trait Sink: Send {
 /// When the file cannot be written, or the video is asked for by name and this build has no encoder.
 pub(crate) fn overlay(
     path: &Path,
-    nominal_fps: Option<f64>,
+    options: VideoOptions,
     wanted: Option<bool>,
     style: OverlayStyle,
 ) -> Result<Option<Box<dyn Sink>>, RunError> {
@@ -78,9 +79,9 @@ pub(crate) fn overlay(
         return Ok(None);
     }
     #[cfg(feature = "encode")]
-    return Ok(Some(Box::new(OverlaySink::create(path, nominal_fps, style)?)));
+    return Ok(Some(Box::new(OverlaySink::create_with(path, options, style)?)));
     #[cfg(not(feature = "encode"))]
-    match (path, nominal_fps, style, wanted, crate::NO_OVERLAY) {
+    match (path, options, style, wanted, crate::NO_OVERLAY) {
         (.., Some(true), Some(why)) => Err(RunError::usage(why)),
         _ => Ok(None),
     }
@@ -101,6 +102,12 @@ struct LineFile {
 impl LineFile {
     fn create(path: &Path) -> Result<Self, RunError> {
         Ok(Self::new(path, Box::new(create(path)?)))
+    }
+
+    /// Goes on with a file that is there.
+    fn append(path: &Path) -> Result<Self, RunError> {
+        let file = File::options().append(true).open(path).map_err(RunError::output(path))?;
+        Ok(Self::new(path, Box::new(file)))
     }
 
     fn new(path: &Path, out: Box<dyn Write + Send>) -> Self {

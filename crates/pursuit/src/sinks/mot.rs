@@ -20,6 +20,14 @@ impl MotSink {
     pub fn create(path: &Path) -> Result<Self, RunError> {
         Ok(Self { file: LineFile::create(path)? })
     }
+
+    /// Goes on with a file that is there.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written.
+    pub(crate) fn append(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { file: LineFile::append(path)? })
+    }
 }
 
 impl Sink for MotSink {

@@ -1,10 +1,10 @@
 use super::drawing::draw;
 use super::{OverlayStyle, Sink};
 use crate::{Record, RunError};
-use pursuit_geometry::Point;
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_media::output::{Mp4Writer, VideoOptions, VideoWriter};
-use pursuit_tracking::{TargetId, TrackState};
+use pursuit_tracking::{Estimate, TargetId, TrackState};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +12,10 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 /// Frames waiting to be drawn and encoded before the run has to wait.
-const QUEUED_FRAMES: usize = 4;
+const QUEUED_FRAMES: usize = 2;
+
+/// Larger pictures are halved, thirded …, so that drawing and encoding keep up with them.
+const MOST_PIXELS: usize = 2560 * 1440;
 
 /// How much of a target's past is drawn, in seconds.
 const TRAIL_S: f64 = 1.5;
@@ -32,14 +35,27 @@ impl OverlaySink {
     /// # Errors
     /// When it cannot be written.
     pub fn create(path: &Path, nominal_fps: Option<f64>, style: OverlayStyle) -> Result<Self, RunError> {
-        let options = nominal_fps.map_or_else(VideoOptions::default, |nominal_fps| VideoOptions { nominal_fps });
+        let own = VideoOptions::default();
+        Self::create_with(path, VideoOptions { nominal_fps: nominal_fps.unwrap_or(own.nominal_fps), ..own }, style)
+    }
+
+    /// The same, with pixels that need not be square.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_with(path: &Path, options: VideoOptions, style: OverlayStyle) -> Result<Self, RunError> {
         let mut video = Mp4Writer::create(path, options)?;
         let (queue, frames) = sync_channel::<(Arc<Frame>, Vec<Record>)>(QUEUED_FRAMES);
+        let own_path = path.to_path_buf();
         let encode = move || {
             let mut trails = Trails::default();
-            for (frame, records) in frames {
+            for (frame, mut records) in frames {
+                let step = step(frame.size());
+                records.iter_mut().filter_map(|r| r.estimate.as_mut()).for_each(|e| shrink(e, step as f64));
                 trails.extend(frame.time_s(), &records);
-                video.write(draw(&frame, &records, &trails, style).view(), frame.time_s())?;
+                let picture = draw(&frame, step, &records, &trails, style);
+                let picture = picture.map_err(|e| RunError::output(&own_path)(std::io::Error::other(e)))?;
+                video.write(picture.view(), frame.time_s())?;
             }
             Ok(video.finish()?)
         };
@@ -77,6 +93,19 @@ impl Sink for OverlaySink {
     }
 }
 
+/// How many pixels each way one of the video shows: pictures up to [`MOST_PIXELS`] are shown as they are.
+fn step(size: Size) -> usize {
+    (1..).find(|step| (size.width / step) * (size.height / step) <= MOST_PIXELS).unwrap_or(1)
+}
+
+/// Boxes in pixels of the video.
+fn shrink(estimate: &mut Estimate, step: f64) {
+    let boxes = std::iter::once(&mut estimate.bbox).chain(&mut estimate.prediction).chain(&mut estimate.measurement);
+    for b in boxes {
+        *b = BBox::from_ltwh(b.left() / step, b.top() / step, b.width() / step, b.height() / step);
+    }
+}
+
 /// Where each target has been lately.
 #[derive(Default)]
 pub(super) struct Trails(BTreeMap<TargetId, VecDeque<(f64, Option<Point>)>>);
@@ -96,5 +125,23 @@ impl Trails {
 
     pub fn of(&self, target: TargetId) -> Vec<Option<Point>> {
         self.0.get(&target).into_iter().flatten().map(|(_, p)| *p).collect()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_pictures_are_shown_smaller_with_their_boxes() {
+        let steps =
+            [(640, 480), (2560, 1440), (3840, 2160), (2160, 3840), (7680, 4320)].map(|(w, h)| step(Size::new(w, h)));
+        assert_eq!(steps, [1, 1, 2, 2, 3]);
+        let bbox = BBox::from_ltwh(300.0, 60.0, 30.0, 90.0);
+        let mut estimate = Estimate { prediction: Some(bbox), ..Estimate::started(0.0, bbox, 1.0) };
+        shrink(&mut estimate, 3.0);
+        let wanted = BBox::from_ltwh(100.0, 20.0, 10.0, 30.0);
+        assert_eq!((estimate.bbox, estimate.prediction, estimate.measurement), (wanted, Some(wanted), Some(wanted)));
     }
 }

@@ -1,7 +1,7 @@
 //! What is looked at: from a frame to regions of a colour (the paper's detection stage).
 
-use pursuit_geometry::{BBox, Point};
-use pursuit_imaging::{Frame, Image};
+use pursuit_geometry::{BBox, Point, Size};
+use pursuit_imaging::{Frame, Image, ImagingError, Pixels, Rgb8};
 use pursuit_tracking::{Result, TrackingError};
 use pursuit_vision::PixelWindow;
 use pursuit_vision::color::{Hsv8, HsvRange, rgb_to_hsv};
@@ -13,6 +13,8 @@ use pursuit_vision::segmentation::in_range;
 use pursuit_vision::smoothing::SmoothedColor;
 use std::ops::Range;
 
+/// Pixels on either side that smoothing takes in.
+const SMOOTHING_REACH: usize = 2;
 /// Half axes of a disk in its bounding box are sampled at this many directions.
 const DIRECTIONS: usize = 48;
 
@@ -39,6 +41,11 @@ pub(super) struct Candidate {
 #[derive(Debug, Clone)]
 pub(super) struct ColorBlobFinder {
     smoothed: SmoothedColor,
+    /// The part looked at, in the frame, and how many of its pixels each way are one of those looked at.
+    window: PixelWindow,
+    step: usize,
+    /// The picture of that part, where it was not looked at as it is.
+    reduced: Image<Rgb8>,
     /// Pixels in the colour range, before the opening.
     raw: Image<u8>,
     opened: Image<u8>,
@@ -56,6 +63,9 @@ impl Default for ColorBlobFinder {
         let empty = || Image::filled(1, 1, 0u8).unwrap_or_else(|_| unreachable!("one pixel is a valid size"));
         Self {
             smoothed: SmoothedColor::new(),
+            window: PixelWindow { x: 0, y: 0, width: 1, height: 1 },
+            step: 1,
+            reduced: Image::filled(1, 1, [0; 3]).unwrap_or_else(|_| unreachable!("one pixel is a valid size")),
             raw: empty(),
             opened: empty(),
             morphology: MorphologyScratch::default(),
@@ -70,9 +80,45 @@ impl Default for ColorBlobFinder {
 }
 
 impl ColorBlobFinder {
-    /// Smooths the part `window` of the frame.
-    pub fn look(&mut self, frame: &Frame, window: PixelWindow) -> Result<()> {
-        self.smoothed.smooth(frame.color(), window).map_err(|e| failed(frame, e))
+    /// Smooths the part `window` of the frame, every `step` × `step` pixels taken for one.
+    pub fn look(&mut self, frame: &Frame, window: PixelWindow, step: usize) -> Result<()> {
+        let window = window.intersection(&PixelWindow::full(frame.size())).unwrap_or(window);
+        (self.window, self.step) = (window, step.max(1));
+        // Of large video that is looked at in part, the rest need not be converted to colour.
+        let part = matches!(frame.pixels(), Pixels::Yuv420(_)) && 4 * window.size().area() < frame.size().area();
+        if self.step == 1 && !part {
+            return self.smoothed.smooth(frame.color(), window).map_err(|e| failed(frame, e));
+        }
+        // As the smoothing of the part alone would see it, as far as there is something beyond it.
+        let around = self.around(frame.size());
+        let PixelWindow { x, y, width, height } = around;
+        let step = self.step;
+        if !frame.reduced_color([x, y, width, height], step, &mut self.reduced).map_err(|e| failed(frame, e))? {
+            return Err(failed(frame, ImagingError::Size { width, height }));
+        }
+        let inner = PixelWindow {
+            x: (window.x - x) / step,
+            y: (window.y - y) / step,
+            width: (window.width / step).max(1),
+            height: (window.height / step).max(1),
+        };
+        self.smoothed.smooth(self.reduced.view(), inner).map_err(|e| failed(frame, e))
+    }
+
+    /// The part looked at and what smoothing sees about it.
+    fn around(&self, frame: Size) -> PixelWindow {
+        let (window, margin) = (self.window, SMOOTHING_REACH * self.step);
+        let before = |from: usize| from.min(margin) / self.step * self.step;
+        let (left, top) = (before(window.x), before(window.y));
+        let after = |end: usize, whole: usize| (whole - end).min(margin);
+        let right = after(window.x + window.width, frame.width);
+        let bottom = after(window.y + window.height, frame.height);
+        PixelWindow {
+            x: window.x - left,
+            y: window.y - top,
+            width: window.width + left + right,
+            height: window.height + top + bottom,
+        }
     }
 
     /// Finds regions of at least `least_area` pixels in the part looked at, whose bounding rectangle `keep` accepts:
@@ -99,18 +145,21 @@ impl ColorBlobFinder {
     ) -> Result<&[Candidate]> {
         self.opened.resize_for_overwrite(self.raw.size(), 0).map_err(|e| failed(frame, e))?;
         self.opened.as_mut_slice().copy_from_slice(self.raw.as_slice());
+        // At least one pixel of those looked at, unless none was asked for.
+        let radius = (radius as f64 / self.step as f64).round().max(radius.min(1) as f64) as usize;
+        let (step, block) = (self.step as f64, (self.step * self.step) as f64);
         erode(&mut self.opened, radius, &mut self.morphology).map_err(|e| failed(frame, e))?;
         dilate(&mut self.opened, radius, &mut self.morphology).map_err(|e| failed(frame, e))?;
 
         self.candidates.clear();
         self.areas.clear();
-        let offset = self.smoothed.window();
-        for region in self.finder.find(self.opened.view(), least_area.max(1.0) as usize) {
-            self.areas.push(region.area as f64);
-            if keep(&region.bounds.to_bbox()) {
+        let offset = (self.window.x as f64, self.window.y as f64);
+        for region in self.finder.find(self.opened.view(), (least_area / block).max(1.0) as usize) {
+            self.areas.push(region.area as f64 * block);
+            if keep(&enlarged(&region.bounds.to_bbox(), step)) {
                 trace(self.opened.view(), region.first, &mut self.outline);
                 pixel_hull(&self.outline, &mut self.hull, &mut self.points);
-                self.candidates.push(candidate(region, &self.outline, &self.hull, offset));
+                self.candidates.push(candidate(region, &self.outline, &self.hull, offset, step));
             }
         }
         Ok(&self.candidates)
@@ -156,7 +205,7 @@ impl ColorBlobFinder {
 
     fn polar(&self, bbox: &BBox, radii: Range<f64>, mut with: impl FnMut(usize, usize)) {
         const RINGS: usize = 10;
-        let window = self.smoothed.window();
+        let (window, step) = (self.smoothed.window(), self.step as f64);
         let center = bbox.center();
         for ring in 0..RINGS {
             // Equal areas: uniform in the squared radius.
@@ -164,8 +213,8 @@ impl ColorBlobFinder {
             let radius = (radii.start * radii.start * (1.0 - t) + radii.end * radii.end * t).sqrt();
             for direction in 0..DIRECTIONS {
                 let angle = (direction as f64 + 0.5 * (ring % 2) as f64) * std::f64::consts::TAU / DIRECTIONS as f64;
-                let x = center.x + radius * bbox.width() / 2.0 * angle.cos() - window.x as f64;
-                let y = center.y + radius * bbox.height() / 2.0 * angle.sin() - window.y as f64;
+                let x = (center.x + radius * bbox.width() / 2.0 * angle.cos() - self.window.x as f64) / step;
+                let y = (center.y + radius * bbox.height() / 2.0 * angle.sin() - self.window.y as f64) / step;
                 if x >= 0.0 && y >= 0.0 && x < window.width as f64 && y < window.height as f64 {
                     with(x as usize, y as usize);
                 }
@@ -174,8 +223,20 @@ impl ColorBlobFinder {
     }
 }
 
-fn candidate(region: &Region, outline: &[(usize, usize)], hull: &[Point], offset: PixelWindow) -> Candidate {
-    let (dx, dy) = (offset.x as f64, offset.y as f64);
+/// A box of the pixels looked at in those of the frame, from the same corner.
+fn enlarged(bbox: &BBox, step: f64) -> BBox {
+    BBox::from_ltwh(step * bbox.left(), step * bbox.top(), step * bbox.width(), step * bbox.height())
+}
+
+/// A region of the pixels looked at, each as large as `step` × `step` of the frame, in whose part at `(dx, dy)` they lie.
+fn candidate(
+    region: &Region,
+    outline: &[(usize, usize)],
+    hull: &[Point],
+    (dx, dy): (f64, f64),
+    step: f64,
+) -> Candidate {
+    let place = |p: Point| Point::new(step * p.x + dx, step * p.y + dy);
     let perimeter = perimeter(outline);
     let through_centres = enclosed_area(outline);
     // Pick's theorem: pixels inside the outline, its own ones included.
@@ -187,10 +248,10 @@ fn candidate(region: &Region, outline: &[(usize, usize)], hull: &[Point], offset
         angle_rad: 0.0,
     });
     Candidate {
-        bbox: region.bounds.to_bbox().translated(dx, dy),
-        centroid: Point::new(region.centroid.x + dx, region.centroid.y + dy),
-        area,
-        perimeter,
+        bbox: enlarged(&region.bounds.to_bbox(), step).translated(dx, dy),
+        centroid: place(region.centroid),
+        area: area * step * step,
+        perimeter: perimeter * step,
         solidity: (area / polygon_area(hull).max(1.0)).min(1.0),
         circularity: if perimeter > 0.0 {
             4.0 * std::f64::consts::PI * through_centres / (perimeter * perimeter)
@@ -198,7 +259,9 @@ fn candidate(region: &Region, outline: &[(usize, usize)], hull: &[Point], offset
             0.0
         },
         rectangle: RotatedRectangle {
-            center: Point::new(rectangle.center.x + dx, rectangle.center.y + dy),
+            center: place(rectangle.center),
+            width: step * rectangle.width,
+            height: step * rectangle.height,
             ..rectangle
         },
     }

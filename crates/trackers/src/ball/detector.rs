@@ -3,11 +3,13 @@
 use super::color_blobs::{Candidate, ColorBlobFinder};
 use super::palette::{BallColor, SATURATED};
 use super::params::BallDetectorParams;
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
 use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
 use pursuit_vision::PixelWindow;
 
+/// As much is made of one pixel at most.
+const MOST_STEP: usize = 16;
 /// Distance in RGB codes between the ball and its surroundings at which the border is plain.
 const PLAIN_STEP: f64 = 40.0;
 /// 4π area / perimeter² of a disk of pixels, outline through their centres.
@@ -36,13 +38,12 @@ impl Detector for BallDetector {
                 index: frame.index(),
             });
         }
-        self.blobs.look(frame, PixelWindow::full(frame.size()))?;
+        self.blobs.look(frame, PixelWindow::full(frame.size()), self.step(frame.size()))?;
         let colors: &[BallColor] = if self.params.color == BallColor::Auto { &SATURATED } else { &[self.params.color] };
         let mut found: Vec<Detection> = Vec::new();
+        // However convincing a thing of one colour is, the ball may be of another: both are followed until it is known.
         for color in colors {
-            if self.search(frame, *color, &mut found)? {
-                break;
-            }
+            self.search(frame, *color, &mut found)?;
         }
         found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         let mut believed: Vec<Detection> = Vec::new();
@@ -59,8 +60,14 @@ impl Detector for BallDetector {
 }
 
 impl BallDetector {
-    /// Adds what looks at least half like a ball of that colour; true when one convinces.
-    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<bool> {
+    /// How many pixels each way may be taken for one, so that the smallest ball sought has as many as it takes to be known.
+    fn step(&self, size: Size) -> usize {
+        let smallest = (self.params.min_area * size.area() as f64 * 4.0 / std::f64::consts::PI).sqrt();
+        ((smallest / self.params.pixels_across) as usize).clamp(1, MOST_STEP)
+    }
+
+    /// Adds what looks at least half like a ball of that colour, up to the first that convinces.
+    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<()> {
         let pixels = frame.size().area() as f64;
         let side = frame.size().width.min(frame.size().height) as f64;
         for range in color.ladder() {
@@ -92,7 +99,7 @@ impl BallDetector {
                 if self.blobs.count_of_at_least(0.0) == 0 {
                     // Stricter ranges and wider openings leave less still.
                     if step == 0 {
-                        return Ok(false);
+                        return Ok(());
                     }
                     break;
                 }
@@ -105,12 +112,12 @@ impl BallDetector {
                         found.push(Detection { bbox: candidate.bbox, confidence: likeness });
                     }
                     if likeness >= self.params.convincing {
-                        return Ok(true);
+                        return Ok(());
                     }
                 }
             }
         }
-        Ok(false)
+        Ok(())
     }
 }
 

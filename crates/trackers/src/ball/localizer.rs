@@ -111,6 +111,14 @@ impl BallLocalizer {
         (self.params.sight.least_area * bbox.area()).max(4.0)
     }
 
+    /// How many pixels each way are taken for one when a ball of this size is sought in a part of a picture: the larger the
+    /// part and the ball, the more.
+    fn step(&self, ball: &BBox, part: PixelWindow) -> usize {
+        let s = &self.params.sight;
+        let (side, area) = (ball.width().min(ball.height()), part.size().area() as f64);
+        ((side / s.pixels_across).min((area / s.whole_below).sqrt()) as usize).clamp(1, 16)
+    }
+
     fn opening(&self, bbox: &BBox) -> usize {
         let side = bbox.width().min(bbox.height());
         // At least one pixel, unless that would eat a tiny ball.
@@ -236,7 +244,7 @@ impl Localizer for BallLocalizer {
         let Some(window) = self.scratch.looked_at else { return Ok(None) };
         let radius = self.opening(&search.expected);
         let least = self.least_area(&search.expected);
-        self.scratch.blobs.look(frame, window)?;
+        self.scratch.blobs.look(frame, window, self.step(&search.expected, window))?;
         self.scratch.blobs.find(frame, &self.range, radius, least, |_| true)?;
         self.scratch.sightings.clear();
         self.sight_all(search, frame.size());
@@ -290,8 +298,9 @@ impl Localizer for BallLocalizer {
         self.appearance = Appearance::default();
         self.distractors.clear();
         (self.margins, self.solidity) = ([0.0; 4], 1.0);
-        self.scratch.looked_at = Some(PixelWindow::full(frame.size()));
-        self.scratch.blobs.look(frame, PixelWindow::full(frame.size()))?;
+        let whole = PixelWindow::full(frame.size());
+        self.scratch.looked_at = Some(whole);
+        self.scratch.blobs.look(frame, whole, self.step(&bbox, whole))?;
         let prior = self.params.color.range();
         self.range = match prior {
             Some(range) if !self.params.learn_range => range,

@@ -29,6 +29,10 @@ pursuit_tracking::parameters! {
 pursuit_tracking::parameters! {
     /// How regions of the ball's colour are judged near the prediction and far from it.
     pub struct SightParams {
+        /// Pixels that the ball keeps across when a large part of a picture is searched at a fraction of its size.
+        pub pixels_across: f64 = 16.0, in 4.0.., unit "px", source "ours";
+        /// Parts of a picture up to this many pixels are looked at as they are.
+        pub whole_below: f64 = 921_600.0, in 1024.0.., unit "px", source "ours";
         /// Regions smaller than this share of the expected box are noise.
         pub least_area: f64 = 0.02, in 0.0..=1.0, source "ours";
         /// A region this much longer than wide, against the box started on, is a streak: the ball moved during the exposure.
@@ -105,13 +109,15 @@ pursuit_tracking::parameters! {
         pub min_squareness: f64 = 0.75, in 0.0..=1.0, source "ball";
         /// Least area (0.0003: a ball of 11 pixels in 640x480).
         pub min_area: f64 = 0.0003, in 0.0..=1.0, unit "share of the frame", source "ours";
+        /// Pixels that the smallest ball sought keeps across when large pictures are searched at a fraction of their size.
+        pub pixels_across: f64 = 16.0, in 4.0.., unit "px", source "ours";
         /// Greatest area.
         pub max_area: f64 = 0.25, in 0.0..=1.0, unit "share of the frame", source "ours";
         /// Least likeness to a ball (roundness, solidity, contrast to its surroundings) to be believed at once.
         pub min_likeness: f64 = 0.6, in 0.0..=1.0, source "ours";
         /// Least likeness of one that has been seen in the frame before too.
         pub min_likeness_again: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// A detection this convincing ends the search.
+        /// A detection this convincing ends the search among things of its colour.
         pub convincing: f64 = 0.85, in 0.0..=1.0, source "ours";
         /// Radius of the first opening; 0.004 is the paper's two iterations at 480 rows.
         pub opening: f64 = 0.004, in 0.0..=0.1, unit "shorter sides", source "ball";

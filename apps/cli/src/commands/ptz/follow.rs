@@ -21,6 +21,11 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
         return Err(RunError::usage("a head follows one input; give no more than one").into());
     }
     let mut config = track::config(&args.track)?;
+    if config.region.is_some() {
+        return Err(
+            RunError::usage("a head aims with the whole picture; leave `--region` out (`--resize` may stay)").into()
+        );
+    }
     // A picture of everything that was seen is made when asked for.
     config.video = config.video.or(Some(false));
     let run = Run::prepare(config, &track::open_options(&args.track))?;

@@ -59,6 +59,8 @@ const MATRIX: [u32; 9] = [0x1_0000, 0, 0, 0, 0x1_0000, 0, 0, 0, 0x4000_0000];
 pub(super) struct Track<'a> {
     pub(super) width: u16,
     pub(super) height: u16,
+    /// Width against height of a pixel.
+    pub(super) pixel_aspect: Option<(u32, u32)>,
     /// Sequence and picture parameter set.
     pub(super) sequence: &'a [u8],
     pub(super) pictures: &'a [u8],
@@ -153,6 +155,9 @@ fn avc1(out: &mut Vec<u8>, track: &Track<'_>) {
         put16(out, &[track.pictures.len() as u16]);
         out.extend_from_slice(track.pictures);
     });
+    if let Some((width, height)) = track.pixel_aspect {
+        boxed(out, b"pasp", |out| put32(out, &[width, height]));
+    }
     boxed(out, b"colr", |out| {
         // BT.709 primaries, transfer and matrix; limited range.
         out.extend_from_slice(b"nclx");

@@ -33,6 +33,8 @@ pub struct EncodedSample {
 pub struct Writer {
     width: u16,
     height: u16,
+    /// Width against height of a pixel.
+    pixel_aspect: Option<(u32, u32)>,
     /// Time of the first picture, and of the latest in ticks after it.
     origin_s: f64,
     latest: u64,
@@ -60,6 +62,7 @@ impl Writer {
         Self {
             width,
             height,
+            pixel_aspect: None,
             origin_s,
             latest: 0,
             usual: 0,
@@ -74,6 +77,13 @@ impl Writer {
             duration_at: 0,
             buffer: Vec::new(),
         }
+    }
+
+    /// The same, of pixels that are not square: width against height of one.
+    #[must_use]
+    pub const fn with_pixel_aspect(mut self, aspect: Option<(u32, u32)>) -> Self {
+        self.pixel_aspect = aspect;
+        self
     }
 
     /// Whether the picture at `time_s` should be one that decoding can begin with: two seconds have passed since the last.
@@ -148,7 +158,8 @@ impl Writer {
             return Err(ContainerError::unwritable("the encoder's first frame came without parameter sets"));
         };
         let (width, height) = (self.width, self.height);
-        let (header, duration_at) = boxes::header(&boxes::Track { width, height, sequence, pictures });
+        let (header, duration_at) =
+            boxes::header(&boxes::Track { width, height, pixel_aspect: self.pixel_aspect, sequence, pictures });
         self.duration_at = duration_at;
         self.append(&header, storage)
     }

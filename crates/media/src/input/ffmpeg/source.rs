@@ -184,6 +184,10 @@ impl Source for FfmpegSource {
         &self.info
     }
 
+    fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        crate::input::source::not_square(self.reader.header.pixel_aspect)
+    }
+
     fn next_frame(&mut self) -> Result<Option<Frame>> {
         if self.finished {
             return Ok(None);

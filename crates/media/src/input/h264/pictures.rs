@@ -49,6 +49,13 @@ impl PictureDecoder {
         self.orientation.turned_size(self.sequence.size)
     }
 
+    /// Width against height of a pixel as it is shown, where the stream or the container says so.
+    pub fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        let (width, height) = self.sequence.pixel_aspect.or(self.config.pixel_aspect)?;
+        let turned = self.orientation.turned_size(Size::new(1, 2)) != Size::new(1, 2);
+        Some(if turned { (height, width) } else { (width, height) })
+    }
+
     /// Forgets every picture, to go on with the next one that needs none.
     pub fn restart(&mut self) {
         (self.decoder, self.started) = (Decoder::new(), false);

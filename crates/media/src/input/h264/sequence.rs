@@ -19,6 +19,8 @@ pub(super) struct Sequence {
     /// Width and height that are shown.
     pub size: Size,
     pub color: ColorInfo,
+    /// Width against height of a pixel, where it says so.
+    pub pixel_aspect: Option<(u32, u32)>,
 }
 
 /// Profiles whose parameter sets carry chroma format and bit depth (ITU-T H.264 §7.3.2.1.1).
@@ -81,9 +83,11 @@ fn sequence(bits: &mut Bits<'_>) -> Option<Result<Sequence, Fault>> {
         return Some(Err(Fault::malformed("its H.264 picture is cropped to nothing")));
     }
     let size = Size::new((width - left - right) as usize, (height - top - bottom) as usize);
-    let color = if bits.flag()? { usability_color(bits).unwrap_or_default() } else { ColorInfo::default() };
+    let described = bits.flag()?;
+    let pixel_aspect = if described { usability_aspect(bits).flatten() } else { None };
+    let color = if described { usability_color(bits).unwrap_or_default() } else { ColorInfo::default() };
     let crop_origin = (left as usize, top as usize);
-    Some(Ok(Sequence { macroblocks, crop_origin, size, color }))
+    Some(Ok(Sequence { macroblocks, crop_origin, size, color, pixel_aspect }))
 }
 
 /// Skips what high profiles add; names the feature when the decoder cannot do it.
@@ -142,11 +146,39 @@ fn picture_order_fields(bits: &mut Bits<'_>) -> Option<bool> {
     })
 }
 
-/// Range and matrix from the video usability information (ITU-T H.264 annex E.1.1).
-fn usability_color(bits: &mut Bits<'_>) -> Option<ColorInfo> {
-    if bits.flag()? && bits.unsigned(8)? == 255 {
-        bits.unsigned(32)?; // sample aspect ratio
+/// `sample_aspect_ratio` of indices 1 to 16 (ITU-T H.264 table E-1).
+const ASPECTS: [(u32, u32); 16] = [
+    (1, 1),
+    (12, 11),
+    (10, 11),
+    (16, 11),
+    (40, 33),
+    (24, 11),
+    (20, 11),
+    (32, 11),
+    (80, 33),
+    (18, 11),
+    (15, 11),
+    (64, 33),
+    (160, 99),
+    (4, 3),
+    (3, 2),
+    (2, 1),
+];
+
+/// Width against height of a pixel, which come first in the video usability information; `None` where the bits end early.
+fn usability_aspect(bits: &mut Bits<'_>) -> Option<Option<(u32, u32)>> {
+    if !bits.flag()? {
+        return Some(None);
     }
+    Some(match bits.unsigned(8)? {
+        255 => Some((bits.unsigned(16)?, bits.unsigned(16)?)).filter(|&(w, h)| w > 0 && h > 0),
+        index => (index as usize).checked_sub(1).and_then(|at| ASPECTS.get(at)).copied(),
+    })
+}
+
+/// Range and matrix from what follows them (ITU-T H.264 annex E.1.1).
+fn usability_color(bits: &mut Bits<'_>) -> Option<ColorInfo> {
     if bits.flag()? {
         bits.flag()?; // overscan
     }

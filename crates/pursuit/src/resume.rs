@@ -1,0 +1,227 @@
+//! `--resume`: a run that was interrupted goes on where it was, into the same files.
+
+use crate::RunError;
+use crate::config::RunConfig;
+use crate::run::{InputFacts, RecipeFacts, StateCounts};
+use crate::run_folder::{FACTS, OVERLAY, STATE};
+use crate::session::Checkpoint;
+use crate::sinks::Format;
+use pursuit_geometry::BBox;
+use pursuit_tracking::{Estimate, TrackState};
+use serde_json::Value;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+/// What is left of an earlier run.
+pub(crate) struct Earlier {
+    folder: PathBuf,
+    facts: Value,
+    /// The frame looked at last.
+    pub last: u64,
+    /// What the targets knew after it, as saved.
+    pub state: Vec<u8>,
+    pub kept: Kept,
+}
+
+/// What the trajectory says up to the frame looked at last.
+#[derive(Debug, Default)]
+pub(crate) struct Kept {
+    pub frames: u64,
+    pub states: StateCounts,
+    /// Of the first target, by frame.
+    pub first: Vec<(u64, Option<Estimate>)>,
+}
+
+impl Earlier {
+    /// The run in `folder`; `None` where nothing is left to go on from, so that it begins anew.
+    ///
+    /// # Errors
+    /// [`RunError::Usage`] for a folder without a run, a run that is done, or formats that cannot be added to.
+    pub fn find(folder: &Path, config: &RunConfig) -> Result<Option<Self>, RunError> {
+        let no = |why: String| RunError::usage(format!("{} cannot be resumed: {why}", folder.display()));
+        let text = std::fs::read_to_string(folder.join(FACTS)).map_err(|e| no(format!("{FACTS}: {e}")))?;
+        let facts: Value = serde_json::from_str(&text).map_err(|e| no(format!("{FACTS}: {e}")))?;
+        if facts["status"] == "done" {
+            return Err(no("it is done".to_owned()));
+        }
+        for name in &config.formats {
+            if !matches!(name.parse()?, Format::Csv | Format::Jsonl | Format::Mot) {
+                return Err(no(format!("nothing can be added to a file of the format {name}")));
+            }
+        }
+        let Some((last, state)) = Checkpoint::read(&folder.join(STATE))? else {
+            tracing::warn!("{}: the run was interrupted before its state was saved; it begins anew", folder.display());
+            return Ok(None);
+        };
+        let kept =
+            Kept::read(&folder.join(Format::Csv.file_name()), last).map_err(|e| no(format!("its trajectory: {e}")))?;
+        Ok(Some(Self { folder: folder.to_path_buf(), facts, last, state, kept }))
+    }
+
+    /// Whether it was a run of the same method on the same input.
+    ///
+    /// # Errors
+    /// [`RunError::Usage`] naming what differs.
+    pub fn check(&self, input: &InputFacts, recipe: &RecipeFacts) -> Result<(), RunError> {
+        let now = serde_json::json!({ "input": input, "recipe": recipe });
+        for (part, key) in [
+            ("input", "name"),
+            ("input", "width"),
+            ("input", "height"),
+            ("input", "view"),
+            ("recipe", "tracker"),
+            ("recipe", "parameters"),
+            ("recipe", "detector"),
+            ("recipe", "detector_parameters"),
+            ("recipe", "acquire"),
+            ("recipe", "many"),
+            ("recipe", "boxes"),
+        ] {
+            let (then, now) = (&self.facts[part][key], &now[part][key]);
+            if !same(then, now) {
+                return Err(RunError::usage(format!(
+                    "{} cannot be resumed: its {part} had the {key} {then}, and now it is {now}",
+                    self.folder.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Cuts off what text files say of later frames, and names the video of what comes: the first, `overlay-2.mp4` … that is
+    /// not there yet.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when a file cannot be written.
+    pub fn cut(&self, formats: &[Format]) -> Result<PathBuf, RunError> {
+        for format in formats {
+            let path = self.folder.join(format.file_name());
+            cut(&path, *format, self.last).map_err(RunError::output(&path))?;
+        }
+        let numbered = (2_u32..).map(|n| self.folder.join(format!("overlay-{n}.mp4")));
+        let mut names = std::iter::once(self.folder.join(OVERLAY)).chain(numbered);
+        Ok(names.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(OVERLAY)))
+    }
+}
+
+/// Numbers may have come back from text with another last digit.
+fn same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
+            a == b || (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+        }
+        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b)),
+        (Value::Object(a), Value::Object(b)) => {
+            a.len() == b.len() && a.iter().all(|(k, a)| b.get(k).is_some_and(|b| same(a, b)))
+        }
+        (a, b) => a == b,
+    }
+}
+
+/// The frame that a line of a text file is about; none of a header.
+fn frame_of(line: &str, format: Format) -> Option<u64> {
+    match format {
+        Format::Jsonl => serde_json::from_str::<Value>(line).ok()?["frame"].as_u64(),
+        // Counted from 1.
+        Format::Mot => line.split(',').next()?.trim().parse::<u64>().ok()?.checked_sub(1),
+        _ => line.split(',').next()?.parse().ok(),
+    }
+}
+
+/// Leaves whole lines up to frame `last`.
+fn cut(path: &Path, format: Format, last: u64) -> std::io::Result<()> {
+    let mut kept = Vec::new();
+    for (number, line) in BufReader::new(File::open(path)?).split(b'\n').enumerate() {
+        let line = line?;
+        let header = number == 0 && format == Format::Csv;
+        if header || frame_of(&String::from_utf8_lossy(&line), format).is_some_and(|frame| frame <= last) {
+            kept.extend(line);
+            kept.push(b'\n');
+        }
+    }
+    let temporary = path.with_extension("part");
+    File::create(&temporary)?.write_all(&kept)?;
+    std::fs::rename(temporary, path)
+}
+
+impl Kept {
+    fn read(path: &Path, last: u64) -> Result<Self, csv::Error> {
+        let mut kept = Self::default();
+        let mut before = None;
+        for row in csv::Reader::from_path(path)?.records().map_while(Result::ok) {
+            let number = |column: usize| row.get(column).and_then(|cell| cell.parse::<f64>().ok());
+            let Some(frame) = row.get(0).and_then(|c| c.parse().ok()).filter(|frame: &u64| *frame <= last) else {
+                break;
+            };
+            let state = match row.get(3) {
+                Some("tracking") => TrackState::Tracking,
+                Some("occluded") => TrackState::Occluded,
+                _ => TrackState::Lost,
+            };
+            kept.states.add(state);
+            if before.replace(frame) == Some(frame) {
+                continue;
+            }
+            kept.frames += 1;
+            let bbox =
+                |at: usize| Some(BBox::from_ltwh(number(at)?, number(at + 1)?, number(at + 2)?, number(at + 3)?));
+            let estimate = bbox(4).map(|own| Estimate {
+                state,
+                prediction: bbox(9),
+                measurement: bbox(13),
+                ..Estimate::started(number(1).unwrap_or_default(), own, number(8).unwrap_or_default())
+            });
+            kept.first.push((frame, estimate));
+        }
+        Ok(kept)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_cut_after_the_last_frame_and_torn_lines_go() {
+        let folder = tempfile::tempdir().unwrap();
+        for (format, text, wanted) in [
+            (Format::Csv, "frame,x\n0,1\n1,1\n2,1\n1", "frame,x\n0,1\n1,1\n1\n"),
+            (Format::Jsonl, "{\"frame\":1}\n{\"frame\":2}\n{\"fra", "{\"frame\":1}\n"),
+            (Format::Mot, "1,1,5\n2,1,5\n3,1,5\n", "1,1,5\n2,1,5\n"),
+        ] {
+            let path = folder.path().join("file");
+            std::fs::write(&path, text).unwrap();
+            cut(&path, format, 1).unwrap();
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted, "{format}");
+        }
+    }
+
+    #[test]
+    fn what_was_kept_is_counted_up_to_the_last_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let header = crate::sinks::TRAJECTORY_COLUMNS.join(",");
+        let row =
+            |frame: u32, target: u32, state: &str| format!("{frame},0.5,{target},{state},1,2,3,4,0.5,,,,,5,6,7,8,1\n");
+        let rows = [row(0, 1, "tracking"), row(0, 2, "lost"), row(1, 1, "occluded"), row(2, 1, "tracking")].concat();
+        std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
+        let kept = Kept::read(&path, 1).unwrap();
+        assert_eq!((kept.frames, kept.states), (2, StateCounts { tracking: 1, occluded: 1, lost: 1 }));
+        let (frame, second) = kept.first[1].clone();
+        let second = second.unwrap();
+        assert_eq!((frame, second.state, second.bbox.ltwh()), (1, TrackState::Occluded, (1.0, 2.0, 3.0, 4.0)));
+        assert_eq!((second.prediction, second.measurement.unwrap().left()), (None, 5.0));
+    }
+
+    #[test]
+    fn numbers_that_went_through_text_are_the_same() {
+        let value = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+        assert!(same(&value("{\"a\": [1.0, 0.1]}"), &value("{\"a\": [1, 0.10000000000000002]}")));
+        for (a, b) in [("1", "2"), ("[1]", "[1, 1]"), ("{\"a\": 1}", "{\"b\": 1}"), ("\"1\"", "1"), ("null", "0")] {
+            assert!(!same(&value(a), &value(b)), "{a} {b}");
+        }
+    }
+}
