@@ -34,6 +34,12 @@ pub enum Backend {
     Rten,
 }
 
+/// Whether these bytes are a file that would be handed to a library; for fuzz targets, not part of the interface.
+#[doc(hidden)]
+pub fn is_sound(bytes: &[u8]) -> bool {
+    Model::parse("fuzz".to_owned(), bytes, &OnnxOptions::default()).is_ok()
+}
+
 /// How a file is opened.
 #[derive(Debug, Clone)]
 pub struct OnnxOptions {

@@ -41,9 +41,10 @@ impl Detector for BallDetector {
         self.blobs.look(frame, PixelWindow::full(frame.size()), self.step(frame.size()))?;
         let colors: &[BallColor] = if self.params.color == BallColor::Auto { &SATURATED } else { &[self.params.color] };
         let mut found: Vec<Detection> = Vec::new();
-        // However convincing a thing of one colour is, the ball may be of another: both are followed until it is known.
         for color in colors {
-            self.search(frame, *color, &mut found)?;
+            if self.search(frame, *color, &mut found)? {
+                break;
+            }
         }
         found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         let mut believed: Vec<Detection> = Vec::new();
@@ -66,8 +67,8 @@ impl BallDetector {
         ((smallest / self.params.pixels_across) as usize).clamp(1, MOST_STEP)
     }
 
-    /// Adds what looks at least half like a ball of that colour, up to the first that convinces.
-    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<()> {
+    /// Adds what looks at least half like a ball of that colour; true when one convinces.
+    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<bool> {
         let pixels = frame.size().area() as f64;
         let side = frame.size().width.min(frame.size().height) as f64;
         for range in color.ladder() {
@@ -99,7 +100,7 @@ impl BallDetector {
                 if self.blobs.count_of_at_least(0.0) == 0 {
                     // Stricter ranges and wider openings leave less still.
                     if step == 0 {
-                        return Ok(());
+                        return Ok(false);
                     }
                     break;
                 }
@@ -112,12 +113,12 @@ impl BallDetector {
                         found.push(Detection { bbox: candidate.bbox, confidence: likeness });
                     }
                     if likeness >= self.params.convincing {
-                        return Ok(());
+                        return Ok(true);
                     }
                 }
             }
         }
-        Ok(())
+        Ok(false)
     }
 }
 

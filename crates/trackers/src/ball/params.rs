@@ -117,7 +117,7 @@ pursuit_tracking::parameters! {
         pub min_likeness: f64 = 0.6, in 0.0..=1.0, source "ours";
         /// Least likeness of one that has been seen in the frame before too.
         pub min_likeness_again: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// A detection this convincing ends the search among things of its colour.
+        /// A detection this convincing ends the search.
         pub convincing: f64 = 0.85, in 0.0..=1.0, source "ours";
         /// Radius of the first opening; 0.004 is the paper's two iterations at 480 rows.
         pub opening: f64 = 0.004, in 0.0..=0.1, unit "shorter sides", source "ball";
