@@ -1,4 +1,5 @@
-//! Compares trackers on clips with depth in which something nearer hides the target:
+//! Compares trackers on clips with depth in which something nearer hides the target, and names the clips in which it was
+//! lost, called hidden in sight or found late:
 //! `cargo run --release -p pursuit-experiments --example depth_clips -- 1..20 'hidden=22' depth-occlusion kcf-depth?policy.model=always`
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,7 +16,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             table.insert(key.to_owned(), parsed.unwrap_or_else(|| toml::Value::String(value.to_owned())));
         }
         let recipe = pursuit_trackers::registry::tracker(name)?.recipe(&table)?;
-        println!("{tracker:60} {}", pursuit_experiments::depth_clips(&*recipe, seeds.clone(), &keys)?);
+        let clips = pursuit_experiments::depth_clips(&*recipe, seeds.clone(), &keys)?;
+        println!("{tracker:60} {}", clips.all);
+        let fails = |f: &pursuit_experiments::ClipFigures| f.missed > 0.0 || f.false_alarms > 0.01 || f.relocked < 1.0;
+        for (seed, figures) in clips.each.iter().filter(|(_, figures)| fails(figures)) {
+            println!("    seed {seed}: {figures}");
+        }
     }
     Ok(())
 }

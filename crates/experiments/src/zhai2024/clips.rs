@@ -58,14 +58,24 @@ pub(crate) fn clip(recipe: &dyn Recipe, seed: u64, keys: &str) -> Result<Followe
     follow(recipe, scene_frames(&format!("scene:rgbd-occlusion?seed={seed}{more}"))?)
 }
 
+/// The clips of some seeds, followed by one tracker: all together, and each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthClips {
+    /// Of all clips.
+    pub all: ClipFigures,
+    /// Of each clip, by its seed.
+    pub each: Vec<(u64, ClipFigures)>,
+}
+
 /// Follows the target of `rgbd-occlusion` for each of `seeds`, with further `keys` (`key=value&key=value`) of the scene, or
 /// with those of the paper's comparison (`mixed`).
 ///
 /// # Errors
 /// A key or value that the scene does not have, or an error of the tracker.
-pub fn depth_clips(recipe: &dyn Recipe, seeds: Range<u64>, keys: &str) -> Result<ClipFigures, ExperimentError> {
-    let clips = seeds.into_par_iter().map(|seed| clip(recipe, seed, keys)).collect::<Result<Vec<_>, _>>()?;
-    Ok(figures(&clips))
+pub fn depth_clips(recipe: &dyn Recipe, seeds: Range<u64>, keys: &str) -> Result<DepthClips, ExperimentError> {
+    let clips = seeds.clone().into_par_iter().map(|seed| clip(recipe, seed, keys)).collect::<Result<Vec<_>, _>>()?;
+    let each = seeds.zip(&clips).map(|(seed, clip)| (seed, figures(std::slice::from_ref(clip)))).collect();
+    Ok(DepthClips { all: figures(&clips), each })
 }
 
 /// The figures of several clips; each clip weighs the same where a share is of clips, each frame where it is of frames.

@@ -11,7 +11,7 @@ mod pictures;
 mod toy;
 mod tracking;
 
-pub use clips::{ClipFigures, depth_clips};
+pub use clips::{ClipFigures, DepthClips, depth_clips};
 
 use super::Paper;
 use super::monte_carlo::{mean, over_seeds};
