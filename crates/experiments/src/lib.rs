@@ -25,8 +25,8 @@ pub use error::ExperimentError;
 pub use paper::Paper;
 pub use result::{Bar, Finding, Reproduction, Row, Spread, Verdict};
 pub use which_filter::{FilterComparison, FilterErrors, which_filter};
-pub use zhu2014::{AbsenceClip, absence_clips};
 pub use zhai2024::{ClipFigures, DepthClips, depth_clips};
+pub use zhu2014::{AbsenceClip, absence_clips};
 
 use std::path::PathBuf;
 

@@ -38,7 +38,7 @@ fn run(motion: BallMotion, filter: impl Fn(BBox) -> Box<dyn MotionFilter>) -> Ou
         for k in 1..track.truth.len() {
             let (truth, bbox) = (track.truth[k].center(), track.measured[k]);
             let prior = filter.predict(track.time_s[k] - track.time_s[k - 1]).unwrap();
-            filter.correct(&Sight { bbox, sigma_px: None }).unwrap();
+            filter.correct(&Sight::of(bbox, None)).unwrap();
             if k < params.settled_after {
                 continue;
             }

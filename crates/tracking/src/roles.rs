@@ -77,6 +77,9 @@ pub struct Measurement {
     pub place: Option<Place>,
     /// Standard deviation of the box's centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
+    /// Share of its correction that the velocity takes, `[0, 1]`: less than 1 where the box is the best there is, but slides over
+    /// the target, as when something comes to cover it.
+    pub velocity_share: f64,
     /// Squared distance from the expectation as a share of the gate's limit, `[0, 1]`, where there was a gate.
     pub gate_share: Option<f64>,
     /// Height of the response's peak, of localizers that have one.
@@ -99,6 +102,7 @@ impl Measurement {
             strength: confidence,
             place: None,
             sigma_px: None,
+            velocity_share: 1.0,
             gate_share: None,
             peak: None,
             psr: None,

@@ -62,7 +62,7 @@ fn follow(track: &BallTrack, filter: Filter, dt_s: f64) -> Result<Boxes, Experim
     let mut boxes = Boxes { predicted: vec![*first], filtered: vec![*first] };
     for bbox in track.measured.iter().skip(1) {
         boxes.predicted.push(filter.predict(dt_s)?.bbox);
-        filter.correct(&Sight { bbox: *bbox, sigma_px: None })?;
+        filter.correct(&Sight::of(*bbox, None))?;
         boxes.filtered.push(filter.bbox());
     }
     Ok(boxes)

@@ -48,7 +48,7 @@ const COMPARED: [Compared; 6] = [
     (
         "depth-occlusion, the paper alone",
         "depth-occlusion",
-        "min_clear = 0.2\ndrop_clear = 0.2\ncover_weight = 0.0\nlearn_covered = 1.0\noccluder_edges = false\nscale_from_depth = false",
+        "min_clear = 0.2\ndrop_clear = 0.2\ncover_weight = 0.0\nlearn_covered = 1.0\nvelocity_doubt = 0.0\noccluder_edges = false\nscale_from_depth = false",
         None,
     ),
     ("depth-occlusion-fused", "depth-occlusion-fused", "", None),

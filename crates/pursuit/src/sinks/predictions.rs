@@ -100,7 +100,7 @@ mod tests {
             let mut estimate = Estimate::started(frame.time_s(), seen, 1.0);
             if k > 0 {
                 estimate.prediction = Some(motion.predict(0.04).unwrap().bbox);
-                motion.correct(&Sight { bbox: seen, sigma_px: None }).unwrap();
+                motion.correct(&Sight::of(seen, None)).unwrap();
                 estimate.next = motion.next_sample();
             }
             let track =

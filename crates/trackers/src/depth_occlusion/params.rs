@@ -32,6 +32,8 @@ pursuit_tracking::parameters! {
         pub half_depth: f64 = 0.3, in above(0.0), unit "m", source "ours";
         /// A target of which more than this share is covered is not learned.
         pub learn_covered: f64 = 0.15, in 0.0..=1.0, source "ours";
+        /// The velocity takes of its correction the share to which the response is left, to this power; 0: the paper.
+        pub velocity_doubt: f64 = 4.0, in 0.0..=20.0, source "ours";
         /// Change of the response that changes the odds of the score by e.
         pub softness: f64 = 0.05, in above(0.0), source "ours";
         /// Particles, N.
@@ -83,6 +85,7 @@ impl DepthOcclusionParams {
             drop_clear: 0.2,
             cover_weight: 0.0,
             learn_covered: 1.0,
+            velocity_doubt: 0.0,
             occluder_edges: false,
             scale_from_depth: false,
             ..Self::default()

@@ -102,6 +102,13 @@ impl TargetDepth {
         Candidate { depth: seen, covered, judged: Judged { response, threshold } }
     }
 
+    /// Share of its correction that the velocity takes of something seen with `response`: while the target is being covered, the
+    /// response falls and its peak slides off the cover.
+    pub fn velocity_share(&self, params: &DepthOcclusionParams, response: f64) -> f64 {
+        let left = self.0.usual.map_or(1.0, |usual| response.max(0.0) / usual.max(f64::EPSILON));
+        left.min(1.0).powf(params.velocity_doubt)
+    }
+
     /// Whether most of what is in `bbox` is as far away as the target was: then it may be the target that looks different.
     fn is_here(&self, params: &DepthOcclusionParams, depth: ImageView<'_, u16>, bbox: &BBox) -> bool {
         let near = Surface::near(&params.region, depth, bbox, self.0.surface_m, params.nearer_by);
@@ -214,6 +221,17 @@ mod tests {
         // Never more than a metre's worth.
         let far = judge(&target, 8000, false, true).judged.response;
         assert!((far - (0.6 - 0.3)).abs() < 1e-9, "{far}");
+    }
+
+    #[test]
+    fn the_velocity_takes_the_less_the_lower_the_response() {
+        let params = DepthOcclusionParams { velocity_doubt: 2.0, ..params() };
+        let mut target = TargetDepth::new(&params, image(2000, false).view(), &region()).unwrap();
+        assert_eq!(target.velocity_share(&params, 0.1), 1.0, "no response is usual yet");
+        target.learn(&params, image(2000, false).view(), &region(), 0.6);
+        let share = |response| target.velocity_share(&params, response);
+        assert!((share(0.3) - 0.25).abs() < 1e-12 && share(0.6) == 1.0 && share(0.9) == 1.0 && share(-0.2) == 0.0);
+        assert_eq!(target.velocity_share(&DepthOcclusionParams { velocity_doubt: 0.0, ..params }, 0.3), 1.0);
     }
 
     #[test]

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 
 /// Where the size stands in the state `[x, y, vx, vy, w, h]`.
 const SIZE: usize = 4;
+/// Where the velocity stands in it.
+const VELOCITY: std::ops::Range<usize> = 2..4;
 
 /// How well a localizer measures: standard deviations, relative to the box, with a floor in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -134,6 +136,18 @@ fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
     Gaussian::from_variances(mean, SVector::from(variances))
 }
 
+/// `after` with the velocity kept as it was `before` by the share `kept` (partial-update Schmidt-Kalman filter: Brink 2017, γ
+/// of the velocity `kept`, of the rest 0).
+fn partly(before: &Gaussian<6>, after: &Gaussian<6>, kept: f64) -> Result<Gaussian<6>> {
+    let kept_of = |i: usize| if VELOCITY.contains(&i) { kept } else { 0.0 };
+    let mean = SVector::from_fn(|i, _| before.mean()[i] * kept_of(i) + after.mean()[i] * (1.0 - kept_of(i)));
+    let covariance = SMatrix::from_fn(|i, j| {
+        let kept = kept_of(i) * kept_of(j);
+        before.covariance()[(i, j)] * kept + after.covariance()[(i, j)] * (1.0 - kept)
+    });
+    Gaussian::new(mean, covariance)
+}
+
 impl MotionFilter for BoxFilter {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
         let belief = self.belief.predicted(&self.transition(dt_s)?)?;
@@ -145,7 +159,12 @@ impl MotionFilter for BoxFilter {
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
         let sensor = self.sensor(sight.sigma_px)?;
-        self.belief.update(&sensor, &measured(&sight.bbox))?;
+        let mut corrected = self.belief;
+        corrected.update(&sensor, &measured(&sight.bbox))?;
+        if sight.velocity_share < 1.0 {
+            corrected = partly(&self.belief, &corrected, 1.0 - sight.velocity_share)?;
+        }
+        self.belief = corrected;
         Ok(())
     }
 
@@ -167,5 +186,32 @@ impl MotionFilter for BoxFilter {
     fn velocity(&self) -> Option<Velocity> {
         let mean = self.belief.mean();
         Some(Velocity { x: mean[2], y: mean[3] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_velocity_takes_its_share_of_a_correction_and_the_place_all() {
+        let at = |x: f64| BBox::from_ltwh(x, 20.0, 40.0, 30.0);
+        let filter = |share: f64| {
+            let mut filter = BoxFilter::new(BoxNoise::Relative((&MotionParams::default()).into()), at(10.0)).unwrap();
+            filter.predict(0.1).unwrap();
+            let before = filter.clone();
+            filter.correct(&Sight { velocity_share: share, ..Sight::of(at(18.0), None) }).unwrap();
+            (before, filter)
+        };
+        let ((before, whole), (_, half), (_, none)) = (filter(1.0), filter(0.5), filter(0.0));
+        let speed = |f: &BoxFilter| f.velocity().unwrap().x;
+        assert!(speed(&whole) > 10.0 && speed(&none) == speed(&before));
+        assert!((speed(&half) - 0.5 * speed(&whole)).abs() < 1e-12);
+        assert!(whole.bbox() == half.bbox() && whole.bbox() == none.bbox() && whole.bbox() != before.bbox());
+        let variance = |f: &BoxFilter, i: usize| f.belief().covariance()[(i, i)];
+        // γ² of the variance before, the rest of that after; of the place all is that after.
+        assert!((variance(&half, 2) - (0.25 * variance(&before, 2) + 0.75 * variance(&whole, 2))).abs() < 1e-9);
+        assert_eq!((variance(&none, 2), variance(&none, 0)), (variance(&before, 2), variance(&whole, 0)));
+        assert_eq!(none.belief().covariance()[(0, 2)], whole.belief().covariance()[(0, 2)]);
     }
 }

@@ -34,11 +34,20 @@ pub struct Sight {
     pub bbox: BBox,
     /// Standard deviation of its centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
+    /// Share of its correction that the velocity takes, `[0, 1]`.
+    pub velocity_share: f64,
+}
+
+impl Sight {
+    /// A box, and the standard deviation of its centre in pixels where that is known; the velocity takes all of its correction.
+    pub const fn of(bbox: BBox, sigma_px: Option<f64>) -> Self {
+        Self { bbox, sigma_px, velocity_share: 1.0 }
+    }
 }
 
 impl From<&Measurement> for Sight {
     fn from(m: &Measurement) -> Self {
-        Self { bbox: m.bbox, sigma_px: m.sigma_px }
+        Self { velocity_share: m.velocity_share.clamp(0.0, 1.0), ..Self::of(m.bbox, m.sigma_px) }
     }
 }
 

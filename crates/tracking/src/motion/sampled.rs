@@ -229,7 +229,7 @@ mod tests {
 
     fn go(filter: &mut SampledBox, dt_s: f64, x: f64, y: f64) {
         filter.predict(dt_s).unwrap();
-        filter.correct(&Sight { bbox: at(x, y), sigma_px: None }).unwrap();
+        filter.correct(&Sight::of(at(x, y), None)).unwrap();
     }
 
     /// Table 1 of the paper: what it prints as predicted, for the positions that can be recovered.
@@ -313,7 +313,7 @@ mod tests {
         assert!((unseen[0] - 605.0).abs() < 12.0, "{unseen:?}");
         assert!(steps.windows(2).all(|w| (w[1] - w[0]).abs() < 1e-9), "at a steady speed: {steps:?}");
         assert!(filter.predict(0.0).is_err() && filter.predict(f64::NAN).is_err());
-        assert!(filter.correct(&Sight { bbox: at(f64::NAN, 0.0), sigma_px: None }).is_err());
+        assert!(filter.correct(&Sight::of(at(f64::NAN, 0.0), None)).is_err());
         let before = filter.clone();
         filter.restart(at(f64::INFINITY, 0.0));
         assert_eq!(filter, before);

@@ -27,7 +27,7 @@ fn at(x: f64, y: f64) -> BBox {
 }
 
 fn sight(bbox: BBox) -> Sight {
-    Sight { bbox, sigma_px: None }
+    Sight::of(bbox, None)
 }
 
 /// Follows `path` (seconds to centre) at steps of `dt_s`; the predictions' errors in pixels.
@@ -122,7 +122,7 @@ fn what_a_localizer_says_of_its_error_counts() {
         let gain = |sigma_px| {
             let mut motion = motion(model, at(50.0, 50.0));
             motion.predict(0.04).unwrap();
-            motion.correct(&Sight { bbox: at(60.0, 50.0), sigma_px }).unwrap();
+            motion.correct(&Sight::of(at(60.0, 50.0), sigma_px)).unwrap();
             motion.bbox().center().x - 50.0
         };
         assert!(gain(None) > 9.0 && gain(Some(200.0)) < 1.0, "{model:?}: {} {}", gain(None), gain(Some(200.0)));

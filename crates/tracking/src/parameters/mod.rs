@@ -163,7 +163,7 @@ mod tests {
         );
         assert!(error("window = 4").contains("`window` of `toy`: is a group"), "{}", error("window = 4"));
         assert!(error("manner = 'x'").contains("`manner` of `toy`: unknown"), "{}", error("manner = 'x'"));
-        assert!(error("manner = 'x'").contains("there are: quick, slow-and-steady"));
+        assert!(error("manner = 'x'").contains("expected one of quick, slow-and-steady"));
         assert!(error("least = 5").contains("`least` of `toy`: must not exceed `most`"), "{}", error("least = 5"));
     }
 

@@ -160,7 +160,7 @@ impl From<RangeFrom<i32>> for Bounds {
 /// What is wrong with any other value, in words that follow the parameter's name.
 pub fn choice(choices: &[&str], value: &toml::Value) -> Result<usize, String> {
     let word = value.as_str().ok_or_else(|| wrong_type(value, "a word"))?;
-    let unknown = || format!("unknown word `{word}`; there are: {}", choices.join(", "));
+    let unknown = || format!("unknown variant `{word}`, expected one of {}", choices.join(", "));
     choices.iter().position(|c| *c == word).ok_or_else(unknown)
 }
 
