@@ -133,7 +133,7 @@ impl DepthLocalizer {
         let confidence = seen.judged.probability(self.params.softness);
         Ok(Some(Measurement {
             confidence,
-            strength: confidence,
+            strength: seen.judged.response,
             velocity_share: target.velocity_share(&self.params, seen.judged.response),
             peak: Some(seen.judged.response),
             diagnostics: Diagnostics::default()
