@@ -87,8 +87,11 @@ impl Locator {
     /// Every secret in it, from left to right.
     fn secrets(&self) -> Vec<&str> {
         let Some((_, rest)) = self.text.split_once("://") else { return Vec::new() };
-        let password = user_information(rest).and_then(|u| u.split_once(':')).map(|(_, password)| password);
-        let query = rest.split_once('?').map_or("", |(_, query)| query);
+        let user = user_information(rest);
+        let password = user.and_then(|u| u.split_once(':')).map(|(_, password)| password);
+        // A password may look like a query itself.
+        let behind = user.and_then(|u| rest.get(u.len()..)).unwrap_or(rest);
+        let query = behind.split_once('?').map_or("", |(_, query)| query);
         let values = query.split(['&', ';', '#']).filter_map(|pair| pair.split_once('=')).filter(|(name, _)| {
             let name = name.to_ascii_lowercase();
             SECRETS.iter().any(|word| name.contains(word))
@@ -184,6 +187,8 @@ mod tests {
             ("rtsp://user:@camera", "rtsp://user:@camera"),
             ("rtsp://user:se@same/x?y@camera/1", "rtsp://user:***@camera/1"),
             ("rtsp://user:s/s@camera/1", "rtsp://user:***@camera/1"),
+            ("rtsp://user:s1?token=2@camera/1?token=3", "rtsp://user:***@camera/1?token=***"),
+            ("rtsp://user?token=2@camera/1", "rtsp://user?token=***"),
             ("http://h/v?a=1&Access_Token=abc&sig=d;e=f#key=g", "http://h/v?a=1&Access_Token=***&sig=***;e=f#key=***"),
             ("http://u:p@h/v?password=p", "http://u:***@h/v?password=***"),
         ] {
