@@ -173,8 +173,8 @@ fn a_run_that_was_interrupted_goes_on_as_if_it_had_not_been() {
     while text().lines().count() < 50 {
         assert!(cut.try_wait().unwrap().is_none(), "it is over already");
     }
-    let killed = std::process::Command::new("kill").args(["-INT", &cut.id().to_string()]).status().unwrap();
-    assert!(killed.success());
+    let process = rustix::process::Pid::from_child(&cut);
+    rustix::process::kill_process(process, rustix::process::Signal::INT).unwrap();
     assert_eq!(cut.wait().unwrap().code(), Some(130));
     assert!(broken.join("state.bin").exists());
     fails(&run(&broken, &["--resume", "--set", "motion.model=imm"]), 2, &["its recipe had the parameters"]);

@@ -78,7 +78,8 @@ pub struct Measurement {
     /// Standard deviation of the box's centre in pixels, where the localizer can tell.
     pub sigma_px: Option<f64>,
     /// Share of its correction that the velocity takes, `[0, 1]`: less than 1 where the box is the best there is, but slides over
-    /// the target, as when something comes to cover it.
+    /// the target, as when something comes to cover it. The motion model `constant-velocity` goes by it; in others the velocity
+    /// takes all.
     pub velocity_share: f64,
     /// Squared distance from the expectation as a share of the gate's limit, `[0, 1]`, where there was a gate.
     pub gate_share: Option<f64>,

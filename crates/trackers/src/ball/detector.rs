@@ -9,7 +9,7 @@ use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, Tr
 use pursuit_vision::PixelWindow;
 
 /// As much is made of one pixel at most.
-const MOST_STEP: usize = 16;
+pub(super) const MOST_STEP: usize = 16;
 /// Distance in RGB codes between the ball and its surroundings at which the border is plain.
 const PLAIN_STEP: f64 = 40.0;
 /// 4π area / perimeter² of a disk of pixels, outline through their centres.

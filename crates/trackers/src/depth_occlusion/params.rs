@@ -32,7 +32,8 @@ pursuit_tracking::parameters! {
         pub half_depth: f64 = 0.3, in above(0.0), unit "m", source "ours";
         /// A target of which more than this share is covered is not learned.
         pub learn_covered: f64 = 0.15, in 0.0..=1.0, source "ours";
-        /// The velocity takes of its correction the share to which the response is left, to this power; 0: the paper.
+        /// The velocity takes of its correction the share to which the response is left, to this power, with the motion model
+        /// `constant-velocity`; 0: the paper.
         pub velocity_doubt: f64 = 4.0, in 0.0..=20.0, source "ours";
         /// Change of the response that changes the odds of the score by e.
         pub softness: f64 = 0.05, in above(0.0), source "ours";
