@@ -14,7 +14,7 @@ const BUILDS: [(&str, &str, &str); 7] = [
     ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];
 
-/// Checks each build as users make it, and tests what only a feature has. Without a feature that needs it, no C++ compiler is
+/// Checks each build as users make it. Without a feature that needs it, no C++ compiler is
 /// started: there is none.
 pub fn check() -> Result<()> {
     for (package, features, why) in BUILDS {
@@ -25,5 +25,5 @@ pub fn check() -> Result<()> {
         let step = if features.contains("encode") { step } else { step.env("CXX", "false").env("CC", "false") };
         step.run()?;
     }
-    run::cargo("test").args(["--locked", "--package", "pursuit", "--features", "parquet", "--lib", "sinks"]).run()
+    Ok(())
 }

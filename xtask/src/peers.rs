@@ -169,7 +169,8 @@ fn run_all(pythons: &Pythons) -> Result<()> {
         .collect();
     scripts.sort();
     for script in scripts {
-        script_of_ours(&pythons.tools, &script, "release/pursuit").run()?;
+        // Without optimisation across crates, as in the release suite: what that built serves here too.
+        script_of_ours(&pythons.tools, &script, "release/pursuit").env("CARGO_PROFILE_RELEASE_LTO", "off").run()?;
     }
     Ok(())
 }

@@ -7,6 +7,10 @@ use std::time::{Duration, Instant};
 /// Seconds of the short form of `cargo xtask soak`.
 const SOAK_SECONDS: u32 = 30;
 
+/// What the tests are built with beside the defaults: one build holds all of them. That each combination which users pick
+/// can be built alone is checked before.
+const TESTED: &str = "pursuit/parquet,pursuit-inference/onnxruntime,pursuit-inference/rten";
+
 /// All checks, the cheap ones first; stops at the first that fails.
 pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     let (mut skipped, mut clock) = (Vec::new(), Clock::default());
@@ -17,11 +21,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     clock.time("notices", notices::check)?;
     clock.time("documentation", docs)?;
     clock.time("features", features::check)?;
-    clock.time("tests", || run::cargo("test").args(["--workspace", "--locked"]).run())?;
-    clock.time("networks by file", || {
-        let features = ["--package", "pursuit-inference", "--features", "onnxruntime,rten", "--locked"];
-        run::cargo("test").args(features).run()
-    })?;
+    clock.time("tests", || run::cargo("test").args(["--workspace", "--locked", "--features", TESTED]).run())?;
     if quick {
         skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());
     } else {
