@@ -170,7 +170,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
     scripts.sort();
     for script in scripts {
         // Without optimisation across crates, as in the release suite: what that built serves here too.
-        script_of_ours(&pythons.tools, &script, "release/pursuit").env("CARGO_PROFILE_RELEASE_LTO", "off").run()?;
+        script_of_ours(&pythons.tools, &script, "release/pursuit").env("CARGO_PROFILE_RELEASE_LTO", "false").run()?;
     }
     Ok(())
 }
