@@ -57,7 +57,11 @@ fn truth(k: u64) -> Option<BBox> {
 }
 
 fn run(name: &str, seed: u64, frames: u64) -> Vec<Estimate> {
-    let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
+    run_with(name, &toml::Table::new(), seed, frames)
+}
+
+fn run_with(name: &str, parameters: &toml::Table, seed: u64, frames: u64) -> Vec<Estimate> {
+    let recipe = registry::tracker(name).unwrap().recipe(parameters).unwrap();
     let mut tracker: Box<dyn Tracker> = recipe.init(&frame(0, seed, truth(0)), truth(0).unwrap()).unwrap();
     (1..frames).map(|k| tracker.update(&frame(k, seed, truth(k))).unwrap()).collect()
 }
@@ -83,6 +87,16 @@ fn a_target_that_leaves_is_missed_and_found_again_elsewhere() {
 }
 
 #[test]
+fn threads_find_what_one_finds() {
+    for name in ["tld", "kalman-tld"] {
+        // The target is seen, then gone: the whole frame is scanned.
+        let alone = run(name, 2, SEEN + 20);
+        let parameters = "scan.threads = 3".parse().unwrap();
+        assert_eq!(run_with(name, &parameters, 2, SEEN + 20), alone, "{name}");
+    }
+}
+
+#[test]
 fn half_a_target_at_the_border_is_no_target() {
     // It walks out of the frame to the left, and stays away.
     let path = |k: u64| Some(at(60.0 - 3.0 * k as f64, 90.0)).filter(|b| b.right() > 0.0);
@@ -104,23 +118,25 @@ fn half_a_target_at_the_border_is_no_target() {
 
 /// The state saved is all that is kept; the loop brings the target back to where it was.
 #[test]
-#[ignore = "measurement: 20 000 frames of each"]
+#[ignore = "measurement: 100 000 frames of each"]
 fn what_is_kept_stays_bounded_over_a_long_run() {
     let path = |k: u64| Some(at(30.0 + 2.0 * (50.0 - (k % 100) as f64).abs(), 60.0)).filter(|_| k % 500 < 450);
     let frames: Vec<Frame> = (0..500).map(|k| frame(k, 3, path(k))).collect();
     for name in ["tld", "kalman-tld"] {
         let recipe = registry::tracker(name).unwrap().recipe(&toml::Table::new()).unwrap();
         let mut tracker = recipe.init(&frames[0], path(0).unwrap()).unwrap();
-        let (mut sizes, mut seen) = (Vec::new(), 0);
-        for k in 1..20_000u64 {
+        let (mut sizes, mut seen, mut clock) = (Vec::new(), 0, std::time::Instant::now());
+        for k in 1..=100_000u64 {
             let shown = frames[(k % 500) as usize].undecorated().retimed(k, k as f64 / 25.0);
             let estimate = tracker.update(&shown).unwrap();
             seen += u64::from(estimate.state == TrackState::Tracking);
-            if k % 2_000 == 0 {
+            if k % 10_000 == 0 {
                 sizes.push(tracker.save().unwrap().len());
+                println!("{name}: frame {k}, {:.1} s, {} bytes", clock.elapsed().as_secs_f64(), sizes[sizes.len() - 1]);
+                clock = std::time::Instant::now();
             }
         }
-        assert!(seen > 14_000, "{name}: seen in {seen} frames");
+        assert!(seen > 70_000, "{name}: seen in {seen} frames");
         let (early, late) = (sizes[1], sizes[sizes.len() - 1]);
         assert!(late < early + early / 4, "{name}: {sizes:?}");
     }

@@ -1,7 +1,7 @@
-use super::cells::{BLOCK, Cells};
 use super::ferns::Ferns;
 use super::grid::{Grid, Part, Scale};
 use super::params::{RefineBy, RefineParams, TldParams};
+use super::worker::{Summed, Worker, divide};
 use crate::appearance::{ObjectModel, PatchSampler, Similarity};
 use pursuit_geometry::BBox;
 use pursuit_imaging::ImageView;
@@ -47,8 +47,9 @@ pub(super) struct Cascade {
     /// First column and row of the part of the frame that `integral` sums up.
     origin: (usize, usize),
     parts: Vec<(Scale, Part)>,
-    cells: Cells,
-    columns: Vec<usize>,
+    /// Where the parts of each worker end.
+    ends: Vec<usize>,
+    workers: Vec<Worker>,
     candidates: Vec<Candidate>,
     windows: usize,
     pub sampler: PatchSampler,
@@ -95,64 +96,34 @@ impl Cascade {
             return;
         };
         self.prepare(gray, &area, known.params.ferns.smooth_px + 2.0);
-        for index in 0..self.parts.len() {
-            let (scale, part) = self.parts[index];
-            self.windows += part.windows();
-            self.scan_scale(known, &scale, &part);
-        }
+        self.windows = self.parts.iter().map(|(_, part)| part.windows()).sum();
+        self.scan_parts(known);
         if self.candidates.len() > most {
             self.candidates.select_nth_unstable_by(most, order);
             self.candidates.truncate(most);
         }
     }
 
-    fn scan_scale(&mut self, known: &Knowledge<'_>, scale: &Scale, part: &Part) {
-        self.cells.take(&self.integral, self.origin, scale, part, known.params.ferns.smooth_px);
-        let threshold = known.ferns.threshold(known.params.ferns.posterior);
-        let (shift, _) = scale.shift();
-        self.columns.clear();
-        let (left, right) = (part.left, part.right);
-        self.columns.extend((left..right).map(|i| (i as f64 * shift).round() as usize - self.origin.0));
-        for row in part.top..part.bottom {
-            for block in (left..right).step_by(BLOCK) {
-                let count = BLOCK.min(right - block);
-                let columns = &self.columns[block - left..][..count];
-                let varied = self.varied(scale, row, columns, known.least_variance);
-                if varied == 0 {
-                    continue;
-                }
-                let mut sums = [0; BLOCK];
-                known.ferns.score(&self.cells, row - part.top, block - left, &mut sums);
-                for (k, &sum) in sums.iter().enumerate().take(count) {
-                    if sum > threshold && varied & (1 << k) != 0 {
-                        let similarity = Similarity { positive: 0.0, early: 0.0, negative: 0.5 };
-                        self.candidates.push(Candidate { window: scale.window(block + k, row), sum, similarity });
-                    }
-                }
-            }
+    /// Scans the parts, `scan.threads` shares of them side by side. What is found does not depend on how they are shared
+    /// out: the order is that of the windows.
+    fn scan_parts(&mut self, known: &Knowledge<'_>) {
+        divide(&mut self.parts, known.params.scan.threads, &mut self.ends);
+        self.workers.resize_with(self.ends.len(), Worker::default);
+        let image = Summed { integral: &self.integral, origin: self.origin };
+        let mut from = 0;
+        let shares = self.workers.iter_mut().zip(&self.ends).map(|(worker, &end)| {
+            let share = &self.parts[from..end];
+            from = end;
+            (worker, share)
+        });
+        if known.params.scan.threads == 1 {
+            shares.for_each(|(worker, share)| worker.scan(image, known, share));
+        } else {
+            rayon::scope(|scope| {
+                shares.for_each(|(worker, share)| scope.spawn(move |_| worker.scan(image, known, share)));
+            });
         }
-    }
-
-    /// Which of the windows of a row that begin at `columns` have at least that variance: a bit each.
-    fn varied(&self, scale: &Scale, row: usize, columns: &[usize], least: f64) -> u64 {
-        let (_, shift) = scale.shift();
-        let top = (row as f64 * shift).round() as usize - self.origin.1;
-        let (Some((above, above2)), Some((below, below2))) =
-            (self.integral.row(top), self.integral.row(top + scale.height))
-        else {
-            return 0;
-        };
-        let n = (scale.width * scale.height) as f64;
-        let mut varied = 0;
-        for (k, &left) in columns.iter().enumerate() {
-            let right = left + scale.width;
-            let (Some(s), Some(q)) = (above.get(right), above2.get(right)) else { return varied };
-            let sum = below[right].wrapping_sub(below[left]).wrapping_sub(*s).wrapping_add(above[left]);
-            let squares = below2[right] + above2[left] - below2[left] - q;
-            let mean = f64::from(sum) / n;
-            varied |= u64::from(squares as f64 / n - mean * mean >= least) << k;
-        }
-        varied
+        self.candidates.extend(self.workers.iter().flat_map(|worker| &worker.candidates));
     }
 
     /// Has the nearest-neighbour classifier judge the candidates, and puts the likeliest first.

@@ -14,6 +14,7 @@ mod trust;
 #[cfg(test)]
 mod twins;
 mod view;
+mod worker;
 
 pub use localizer::TldLocalizer;
 pub use params::{

@@ -29,6 +29,8 @@ pursuit_tracking::parameters! {
         pub gate_by: GateBy = GateBy::Center, source "ours; zhu2014: intersection";
         /// Of `center`: sizes below, and above, the expected one.
         pub gate_scales: usize = 3, in 0..=40, source "ours";
+        /// Shares of the windows that are scanned side by side, by threads common to all trackers; what is found is the same.
+        pub threads: usize = 1, in 1..=16, source "ours";
         /// A target with a shorter side than this is looked at with its surroundings, up to this.
         pub least_view_px: f64 = 10.0, in 1.0..=100.0, unit "px", source "ours";
     }
