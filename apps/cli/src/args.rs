@@ -163,6 +163,9 @@ pub struct Track {
     /// Where the camera has the depth camera's origin, in millimetres: right, down, ahead
     #[arg(long, value_name = "X,Y,Z", requires = "depth_intrinsics", allow_hyphen_values = true)]
     pub depth_offset: Option<String>,
+    /// Depth lies on the picture already [default: found out from the images of a folder]
+    #[arg(long, conflicts_with = "depth_intrinsics")]
+    pub depth_registered: bool,
     /// Folder for the results; an earlier run there is replaced. `-`: JSON lines on standard output, no files [default: a new pursuit-out/INPUT, INPUT-2 …]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

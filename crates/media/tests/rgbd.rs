@@ -165,3 +165,21 @@ fn what_makes_no_sense_is_told() {
     let error = open(path(other.path()), &OpenOptions::default()).err().unwrap().to_string();
     assert!(error.contains("none of the depth images belongs"), "{error}");
 }
+
+#[test]
+fn depth_beside_the_picture_is_found_out_on_real_footage() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/rgbd");
+    // One is said to be unregistered, the others to lie pixel by pixel.
+    for (name, beside) in [("mug_kitchen", true), ("soft_toy_hand", false), ("ptb_coding_11frames", false)] {
+        let folder = data.join(name);
+        if !folder.is_dir() {
+            eprintln!("skipped: {name} lies on its picture or not, for want of ../shared/data");
+            continue;
+        }
+        let facts = |depth| open(path(&folder), &with(depth)).unwrap().depth_facts().unwrap().clone();
+        let found = facts(DepthOptions::default());
+        assert_eq!((found.registered, found.registration_detected), (beside, beside), "{name}");
+        let said = facts(DepthOptions { registered: true, ..DepthOptions::default() });
+        assert!(!said.registered && !said.registration_detected, "{name}");
+    }
+}

@@ -164,6 +164,7 @@ fn depth_options(args: &Track) -> Result<DepthOptions, RunError> {
         intrinsics: four(&args.intrinsics, "--intrinsics")?,
         depth_intrinsics: four(&args.depth_intrinsics, "--depth-intrinsics")?,
         offset_mm: offset.transpose()?,
+        registered: args.depth_registered,
     })
 }
 

@@ -1,6 +1,7 @@
 //! Depth images beside the picture: how their numbers are to be read, which belongs to which frame, and how they are moved
 //! into the picture of another camera.
 
+mod alignment;
 mod coding;
 mod pairing;
 mod registration;
@@ -16,6 +17,8 @@ pub(crate) use pairing::pair;
 use crate::input::fault::Fault;
 use crate::input::image::read_image;
 use crate::{MediaError, Result};
+use alignment::Alignment;
+use pursuit_geometry::Size;
 use pursuit_imaging::{CameraPose, Frame, Image, Lens, Pixels};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -36,6 +39,10 @@ pub struct DepthOptions {
     /// Where the picture's camera has what the depth camera has at its origin, `[x, y, z]` in millimetres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_mm: Option<[f64; 3]>,
+    /// Depth lies on the picture: it is not looked at whether it does. Without this and without intrinsics of the depth
+    /// camera, folders of images of one size are looked at, and what evidently lies elsewhere is moved.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub registered: bool,
 }
 
 /// What was found out about a source's depth, for the record.
@@ -50,6 +57,8 @@ pub struct DepthFacts {
     pub pairing: PairingFacts,
     /// Whether depth is moved into the picture.
     pub registered: bool,
+    /// Whether that, and how, was found out from the images, not said.
+    pub registration_detected: bool,
     /// Focal lengths and principal point of the picture's camera, in pixels, where they are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub intrinsics: Option<[f64; 4]>,
@@ -60,6 +69,8 @@ pub struct DepthFacts {
 pub(crate) struct DepthReader {
     coding: DepthCoding,
     registration: Option<Registration>,
+    /// Whether the registration was found out.
+    found: bool,
     lens: Option<Lens>,
 }
 
@@ -94,7 +105,30 @@ impl DepthReader {
                 found.unwrap_or(DepthCoding::Millimetres)
             }
         };
-        Ok(Self { coding, registration, lens: own })
+        Ok(Self { coding, registration, found: false, lens: own })
+    }
+
+    /// Looks at some of the pictures and depth images `rows` whether depth lies on the picture, unless that is said, and moves it
+    /// if it evidently does not. What cannot be read breaks off at its own frame.
+    pub(crate) fn align(mut self, options: &DepthOptions, rows: &[(&Path, &Path)], size: Size) -> Result<Self> {
+        if options.registered || self.registers() {
+            return Ok(self);
+        }
+        let apart = rows.len().div_ceil(alignment::PAIRS).max(1);
+        let images: Vec<(Frame, Image<u16>)> = rows
+            .iter()
+            .step_by(apart)
+            .filter_map(|(picture, depth)| {
+                let frame = Frame::new(0, 0.0, read_image(picture).ok()?);
+                let depth = self.coding.decode(read_raw(depth).ok()?);
+                (frame.size() == size && depth.size() == size).then_some((frame, depth))
+            })
+            .collect();
+        if let Some(found) = Alignment::find(images.iter().map(|(frame, depth)| (frame.gray(), depth.view()))) {
+            tracing::info!("depth does not lie on the picture; it is moved: {found:?}");
+            (self.registration, self.found) = (Some(found.registration(size)?), true);
+        }
+        Ok(self)
     }
 
     /// Whether depth is moved into the picture, so that its images may have another size.
@@ -109,6 +143,7 @@ impl DepthReader {
             coding_detected: options.coding.is_none(),
             pairing,
             registered: self.registers(),
+            registration_detected: self.found,
             intrinsics: options.intrinsics,
         }
     }

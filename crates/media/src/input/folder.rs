@@ -6,6 +6,9 @@ use pursuit_imaging::Frame;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
+/// Rows from the start on, some of which tell whether depth lies on the picture.
+const MOST_ALIGNED: usize = 160;
+
 /// One row of a folder source: the image, and the depth image that goes with it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Row {
@@ -58,7 +61,10 @@ impl FolderSource {
         let files = || self.rows.iter().filter_map(|row| row.depth.as_deref());
         let paired = files().count();
         if paired > 0 {
-            let reader = DepthReader::new(options, files())?;
+            // Those at the start of a long recording tell enough.
+            let both = self.rows.iter().filter_map(|row| Some((row.image.as_path(), row.depth.as_deref()?)));
+            let both: Vec<_> = both.take(MOST_ALIGNED).collect();
+            let reader = DepthReader::new(options, files())?.align(options, &both, self.info.size)?;
             let listed = PairingFacts {
                 pairing: Pairing::List,
                 paired,
