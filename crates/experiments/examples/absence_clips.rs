@@ -1,15 +1,11 @@
 //! Lists, clip by clip, what trackers say while the target is away and how soon they notice that it is back:
 //! `cargo run --release -p pursuit-experiments --example absence_clips -- 1..20 '' tld 'kalman-tld?neighbor.as_before=1'`
 
+mod common;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let (seeds, keys) = (arguments.next().ok_or("seeds, as 1..20")?, arguments.next().ok_or("keys of the scene")?);
-    let (first, last) = seeds.split_once("..").ok_or("seeds as 1..20")?;
-    let seeds = first.parse()?..last.parse()?;
-    for tracker in arguments {
-        let (name, settings) = tracker.split_once('?').unwrap_or((&tracker, ""));
-        let settings = settings.replace('&', "\n").parse::<toml::Table>()?;
-        let recipe = pursuit_trackers::registry::tracker(name)?.recipe(&settings)?;
+    let (seeds, keys, trackers) = common::arguments()?;
+    for (tracker, recipe) in trackers {
         let clips = pursuit_experiments::absence_clips(&*recipe, seeds.clone(), &keys)?;
         for clip in clips.iter().filter(|c| !c.honest() || !c.found()) {
             println!("  seed {}: falsely alive {:.3}, back after {:?}", clip.seed, clip.false_alive, clip.back);
