@@ -60,6 +60,7 @@ impl Alignment {
         }
         let found = Self::climb(Self::coarse(&decide), &decide);
         let (there, here) = (found.fit(&confirm), Self::NONE.fit(&confirm));
+        tracing::debug!(there, here, ?found, "outlines of depth in the picture");
         (there >= LEAST && there >= here + LEAST_GAIN).then_some(found)
     }
 
