@@ -21,6 +21,14 @@ pub enum InferenceError {
         /// What would mend it.
         mend: String,
     },
+    /// A description beside a network cannot be understood.
+    #[error("the description {} is wrong: {why}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what would be right.
+        why: String,
+    },
     /// No library that runs networks is there.
     #[error("no library can run {what}: {why}; {mend}")]
     NoBackend {

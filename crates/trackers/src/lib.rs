@@ -18,5 +18,6 @@ pub mod person;
 pub mod pursuit;
 pub mod registry;
 pub mod regularised;
+pub mod runtime;
 pub mod staple;
 pub mod tld;

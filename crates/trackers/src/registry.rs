@@ -3,6 +3,7 @@
 
 use crate::ball::BallDetectorParams;
 use crate::detectors::motion::{self, MotionDetectorParams};
+use crate::detectors::objects::{self, ObjectsParams};
 use pursuit_tracking::registry::unknown;
 use pursuit_tracking::{DetectorEntry, Result, TrackerEntry};
 
@@ -163,6 +164,12 @@ pub const fn detectors() -> &'static [DetectorEntry] {
             "whatever moves, or has moved, in front of a camera that stands still",
             "person",
             motion::detected_motion,
+        ),
+        DetectorEntry::of::<ObjectsParams>(
+            "objects",
+            "people, cars, animals … by a network of yours (an ONNX file, YOLOX or described beside it), under any camera",
+            "pursuit",
+            objects::detected_motion,
         ),
     ];
     DETECTORS

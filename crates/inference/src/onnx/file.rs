@@ -142,7 +142,6 @@ impl Model {
     }
 
     /// What a library said against it.
-    #[cfg(any(feature = "onnxruntime", feature = "rten"))]
     pub fn refused(&self, library: &str, why: &impl std::fmt::Display) -> InferenceError {
         InferenceError::Model {
             what: self.name.clone(),
@@ -152,7 +151,6 @@ impl Model {
     }
 
     /// The ports of outputs whose shapes a first run has shown.
-    #[cfg(any(feature = "onnxruntime", feature = "rten"))]
     pub fn output_ports(&self, shapes: Vec<Vec<usize>>) -> Result<Vec<Port>> {
         let ports: Vec<Port> =
             self.outputs.iter().cloned().zip(shapes).map(|(name, shape)| Port { name, shape }).collect();
@@ -253,6 +251,8 @@ fn inputs(graph: &Graph, options: &OnnxOptions) -> Result<Vec<Port>, Wrong> {
         let size = |(i, d): (usize, &Dimension)| match (i, d.value) {
             (_, 1..) => usize::try_from(d.value).ok(),
             (0, 0) if dims.len() == 4 => Some(1),
+            (2, 0) if dims.len() == 4 => options.image.map(|(_, height)| height),
+            (3, 0) if dims.len() == 4 => options.image.map(|(width, _)| width),
             _ => None,
         };
         let shape = match asked {
