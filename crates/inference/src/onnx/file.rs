@@ -247,12 +247,13 @@ fn inputs(graph: &Graph, options: &OnnxOptions) -> Result<Vec<Port>, Wrong> {
         }
         let dims = tensor.and_then(|t| t.shape.as_ref()).map(|s| s.dims.as_slice()).unwrap_or_default();
         let asked = options.shapes.iter().find(|(n, _)| *n == name).map(|(_, s)| s.clone());
+        let image = options.image.filter(|_| dims.len() == 4 && dims[1].value == 3);
         // An open first dimension is the number of images.
-        let size = |(i, d): (usize, &Dimension)| match (i, d.value) {
-            (_, 1..) => usize::try_from(d.value).ok(),
-            (0, 0) if dims.len() == 4 => Some(1),
-            (2, 0) if dims.len() == 4 => options.image.map(|(_, height)| height),
-            (3, 0) if dims.len() == 4 => options.image.map(|(width, _)| width),
+        let size = |(i, d): (usize, &Dimension)| match (i, d.value, image) {
+            (2, _, Some((_, height))) => Some(height),
+            (3, _, Some((width, _))) => Some(width),
+            (_, 1.., _) => usize::try_from(d.value).ok(),
+            (0, 0, _) if dims.len() == 4 => Some(1),
             _ => None,
         };
         let shape = match asked {

@@ -57,7 +57,7 @@ pub struct OnnxOptions {
     pub package_folders: Vec<PathBuf>,
     /// Shapes of inputs by name, where the file leaves them open or is to be run on others than it names.
     pub shapes: Vec<(String, Vec<usize>)>,
-    /// Width and height of images, for inputs of four dimensions of which the file leaves the last two open.
+    /// Width and height of images (inputs of three planes), where the file leaves them open or is to be run on others.
     pub image: Option<(usize, usize)>,
     /// Threads, at least 1.
     pub threads: usize,

@@ -2,12 +2,13 @@ use crate::resample::{Resampler, Window};
 use pursuit_geometry::Point;
 use pursuit_imaging::{ImageView, Rgb8};
 
-/// A square of whole pixels of a frame.
+/// A rectangle of whole pixels of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Region {
     left: i64,
     top: i64,
-    side: i64,
+    width: i64,
+    height: i64,
 }
 
 impl Region {
@@ -19,16 +20,28 @@ impl Region {
     pub fn around(center: Point, side: f64) -> Self {
         let side = side.round_ties_even().clamp(1.0, Self::MAX_SIDE);
         let first = |c: f64| (c - (side + 1.0) / 2.0 + 0.5).floor().clamp(-1e12, 1e12) as i64;
-        Self { left: first(center.x), top: first(center.y), side: side as i64 }
+        Self { left: first(center.x), top: first(center.y), width: side as i64, height: side as i64 }
     }
 
-    /// First column, first row, and pixels of a side.
-    pub const fn left_top_side(&self) -> (i64, i64, i64) {
-        (self.left, self.top, self.side)
+    /// The rectangle of about `width` × `height` pixels around `center`, as FEAR cuts it: all four numbers cut off towards zero.
+    pub fn stretched(center: Point, (width, height): (f64, f64)) -> Self {
+        let whole = |v: f64| v.clamp(-1e12, 1e12) as i64;
+        let side = |v: f64| (v.clamp(1.0, Self::MAX_SIDE)) as i64;
+        Self {
+            left: whole(center.x - width / 2.0),
+            top: whole(center.y - height / 2.0),
+            width: side(width),
+            height: side(height),
+        }
+    }
+
+    /// First column, first row, columns and rows.
+    pub const fn ltwh(&self) -> (i64, i64, i64, i64) {
+        (self.left, self.top, self.width, self.height)
     }
 }
 
-/// Cuts squares out of frames and resamples them, bilinearly, in whole grey levels as networks were trained on.
+/// Cuts rectangles out of frames and resamples them, bilinearly, in whole grey levels as networks were trained on.
 #[derive(Debug, Clone, Default)]
 pub struct Cropper(Resampler);
 
@@ -43,8 +56,8 @@ impl Cropper {
         fill: Rgb8,
         row: impl FnMut(usize, &mut [[f32; 3]]),
     ) {
-        let Region { left, top, side } = region;
-        let window = Window { left, top, width: side, height: side };
+        let Region { left, top, width, height } = region;
+        let window = Window { left, top, width, height };
         self.0.resample(image, window, (samples, samples), fill, row);
     }
 }

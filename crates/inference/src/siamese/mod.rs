@@ -8,10 +8,12 @@
 mod config;
 mod crop;
 mod decode;
+mod description;
 mod network;
 mod tracker;
 
-pub use config::{ChannelOrder, ScoreCoding, SiameseConfig};
+pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig};
+pub use description::SiameseDescription;
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
 pub use network::{Answer, SiameseNetwork, Sides};
