@@ -78,3 +78,10 @@ pub enum InferenceError {
         bbox: String,
     },
 }
+
+/// What is wrong with a description, and in which line.
+pub(crate) fn in_line(text: &str, error: &toml::de::Error) -> String {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    let message = error.message().replace('\n', " ");
+    before.map_or_else(|| message.clone(), |b| format!("line {}: {message}", b.matches('\n').count() + 1))
+}

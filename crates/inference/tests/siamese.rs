@@ -108,7 +108,14 @@ fn regions_start_where_the_released_trackers_start_them() {
         (Point::new(0.2, -3.0), 6.5, (-3, -6, 6)),
         (Point::new(0.2, -3.0), 7.5, (-4, -7, 8)),
     ] {
-        assert_eq!({ let (l, t, w, _) = Region::around(center, side).ltwh(); (l, t, w) }, want, "{center:?}, {side}");
+        assert_eq!(
+            {
+                let (l, t, w, _) = Region::around(center, side).ltwh();
+                (l, t, w)
+            },
+            want,
+            "{center:?}, {side}"
+        );
     }
 }
 

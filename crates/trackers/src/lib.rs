@@ -19,5 +19,6 @@ pub mod pursuit;
 pub mod registry;
 pub mod regularised;
 pub mod runtime;
+pub mod siamese;
 pub mod staple;
 pub mod tld;

@@ -39,6 +39,18 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
         ),
         tracker!(
+            "fear-xs",
+            "siamese",
+            crate::siamese::fear_xs,
+            "FEAR-XS, a Siamese network by file: more robust than nanotrack, and slower"
+        ),
+        tracker!(
+            "siamese",
+            "siamese",
+            crate::siamese::siamese,
+            "any Siamese network of yours: ONNX files and a TOML file that describes them"
+        ),
+        tracker!(
             "ball",
             "ball",
             crate::ball::ball,
@@ -148,6 +160,11 @@ pub const fn trackers() -> &'static [TrackerEntry] {
         ),
     ];
     TRACKERS
+}
+
+/// The trackers that need no file of the user's: those that start with their default parameters.
+pub fn ready() -> impl Iterator<Item = &'static TrackerEntry> {
+    trackers().iter().filter(|t| !t.default_recipe().needs().file)
 }
 
 /// Every detector.

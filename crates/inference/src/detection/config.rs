@@ -96,7 +96,7 @@ impl DetectionConfig {
         if text.len() as u64 > MOST_BYTES {
             return Err(wrong(format!("it has more than {MOST_BYTES} bytes")));
         }
-        let config: Self = toml::from_str(&text).map_err(|e| wrong(e.to_string().trim_end().to_owned()))?;
+        let config: Self = toml::from_str(&text).map_err(|e| wrong(crate::error::in_line(&text, &e)))?;
         config.check().map_err(wrong)?;
         Ok(config)
     }

@@ -45,7 +45,8 @@ pub enum AnswerCoding {
     Distances,
     /// Two scores or one an anchor, and four numbers an anchor: the middle relative to the anchor's in its sizes, and the
     /// logarithm of the size in its sizes; planes in the order x of all anchors, y, width, height: SiamRPN, SiamRPN++. An anchor
-    /// for each scale of each ratio (height by width), of sides stride · scale / √ratio and stride · scale · √ratio.
+    /// for each scale of each ratio (height by width), ⌊stride / √ratio⌋ · scale wide and ⌊that width · ratio⌋ · scale high (PySOT,
+    /// `pysot/utils/anchor.py`).
     Anchors {
         /// Heights by widths, > 0.
         ratios: Vec<f64>,
@@ -138,6 +139,15 @@ impl SiameseConfig {
             extent: 1.0,
             answer: AnswerCoding::Distances,
         })
+    }
+
+    /// NanoTrack v2 with the weights of window, penalty and size that OpenCV's `TrackerNano` gives it (`tracker_nano.cpp`).
+    pub fn nanotrack_v2() -> Self {
+        let Self(mut raw) = Self::nanotrack_v3();
+        raw.answer_side = 16;
+        raw.penalty = 0.055;
+        raw.rate = 0.37;
+        Self(raw)
     }
 
     /// FEAR-XS as released (Borsuk et al. 2022, arXiv:2112.07957; github.com/PinataFarms/FEARTracker, `fear_tracker.py`), its

@@ -61,9 +61,10 @@ impl Decoder {
         let window = (0..n * n).map(|i| hann(i / n) * hann(i % n)).collect();
         let anchors = match config.answer() {
             AnswerCoding::Anchors { ratios, scales } => {
+                // Whole pixels before the scale, as networks were trained on.
                 let of = |ratio: f64, scale: f64| {
-                    let side = config.stride_px() * scale;
-                    (side / ratio.sqrt(), side * ratio.sqrt())
+                    let width = (config.stride_px() / ratio.sqrt()).floor();
+                    (width * scale, (width * ratio).floor() * scale)
                 };
                 ratios.iter().flat_map(|&r| scales.iter().map(move |&s| of(r, s))).collect()
             }

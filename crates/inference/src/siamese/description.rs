@@ -37,8 +37,9 @@ impl SiameseDescription {
         let mut bytes = Vec::new();
         std::fs::File::open(path).and_then(|f| f.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unread)?;
         let text = String::from_utf8(bytes).ok().filter(|text| text.len() as u64 <= MOST_BYTES);
-        let text = text.ok_or_else(|| wrong("it is no text, or too long; name the TOML file, not the network".into()))?;
-        let read: Self = toml::from_str(&text).map_err(|e| wrong(e.to_string().trim_end().to_owned()))?;
+        let text =
+            text.ok_or_else(|| wrong("it is no text, or too long; name the TOML file, not the network".into()))?;
+        let read: Self = toml::from_str(&text).map_err(|e| wrong(crate::error::in_line(&text, &e)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |file: PathBuf| folder.join(file);
         Ok(Self {

@@ -13,8 +13,8 @@ mod network;
 mod tracker;
 
 pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig};
-pub use description::SiameseDescription;
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
+pub use description::SiameseDescription;
 pub use network::{Answer, SiameseNetwork, Sides};
 pub use tracker::{Exemplar, SiameseTracker};

@@ -56,6 +56,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         &self.exemplar
     }
 
+    /// The network.
+    pub const fn network(&self) -> &N {
+        &self.network
+    }
+
     /// The configuration.
     pub const fn config(&self) -> &SiameseConfig {
         self.decoder.config()
