@@ -35,5 +35,7 @@ pub fn siamese(name: &'static str) -> TrackerRecipe<SiameseParams> {
 
 /// `fear-xs`.
 pub fn fear_xs(name: &'static str) -> TrackerRecipe<SiameseParams> {
-    recipe(name, SiameseParams { layout: Layout::FearXs, ..SiameseParams::default() })
+    // The score was fitted on 50 sequences: docs/papers/siamese.md.
+    let fitted = SiameseParams { score_bias: -1.26, score_weight: 0.55, ..SiameseParams::default() };
+    recipe(name, SiameseParams { layout: Layout::FearXs, ..fitted })
 }
