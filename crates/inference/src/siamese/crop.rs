@@ -23,9 +23,10 @@ impl Region {
         Self { left: first(center.x), top: first(center.y), width: side as i64, height: side as i64 }
     }
 
-    /// The rectangle of about `width` × `height` pixels around `center`, as FEAR cuts it: all four numbers cut off towards zero.
+    /// The rectangle of about `width` × `height` pixels around `center`, as FEAR cuts it: all four numbers rounded down (FEAR cuts
+    /// them off towards zero, by which windows over the left and upper border lie a pixel off).
     pub fn stretched(center: Point, (width, height): (f64, f64)) -> Self {
-        let whole = |v: f64| v.clamp(-1e12, 1e12) as i64;
+        let whole = |v: f64| v.floor().clamp(-1e12, 1e12) as i64;
         let side = |v: f64| (v.clamp(1.0, Self::MAX_SIDE)) as i64;
         Self {
             left: whole(center.x - width / 2.0),
