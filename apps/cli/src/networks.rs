@@ -14,6 +14,7 @@ const KEY: &str = "onnxruntime";
 
 /// `parameters` with the onnxruntime of this machine named to whoever of the trackers and the detector runs a network by file,
 /// unless the user named one.
+#[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a library is")]
 pub fn located<'a>(parameters: Table, trackers: impl Iterator<Item = &'a str>, detector: Option<&str>) -> Table {
     let runs = |schema: &[Parameter]| schema.iter().any(|p| p.name == GROUP);
     let takes_part =
@@ -31,6 +32,7 @@ pub fn located<'a>(parameters: Table, trackers: impl Iterator<Item = &'a str>, d
 }
 
 /// Where the Python of an active environment, and that of the user, have their packages.
+#[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a library is")]
 fn package_folders() -> Vec<PathBuf> {
     let of = |variable: &str, below: &str| std::env::var_os(variable).map(|v| Path::new(&v).join(below));
     let roots = [of("VIRTUAL_ENV", "lib"), of("CONDA_PREFIX", "lib"), of("HOME", ".local/lib")];

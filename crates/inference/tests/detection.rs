@@ -1,6 +1,10 @@
 //! Detectors of objects: what goes into the network and what is made of its answer, beside an obvious twin; and a small network by
 //! file, made by `xtask/peers/objects_fixture.py`.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test may panic, and be told by the environment where a library is"
+)]
 
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Image, Rgb8};

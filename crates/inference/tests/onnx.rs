@@ -1,6 +1,10 @@
 //! Networks by ONNX file. Those of the footage folder beside the checkout are used where it is there.
 #![cfg(any(feature = "rten", feature = "onnxruntime"))]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test may panic, and be told by the environment where a library is"
+)]
 
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::{NanoTrackV3, Patch};

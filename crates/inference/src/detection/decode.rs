@@ -45,9 +45,9 @@ impl Decoder {
             "describe the network in a TOML file of its name beside it (classes, boxes, objectness, strides)";
         let attributes = config.attributes();
         let shape = network.outputs().first().map(|p| p.shape.clone()).unwrap_or_default();
-        let (order, count) = match shape.as_slice() {
-            &[1, count, numbers] if numbers == attributes => (Order::Boxes, count),
-            &[1, numbers, count] if numbers == attributes => (Order::Planes, count),
+        let (order, count) = match *shape.as_slice() {
+            [1, count, numbers] if numbers == attributes => (Order::Boxes, count),
+            [1, numbers, count] if numbers == attributes => (Order::Planes, count),
             _ => {
                 let classes = config.classes.len();
                 let why = format!("its output is {shape:?}, where {classes} classes need {attributes} numbers a box");
@@ -94,14 +94,15 @@ impl Decoder {
                 [holds, classes @ ..] if config.objectness => (probability(*holds), classes),
                 classes => (1.0, classes),
             };
-            // Not-a-number is never the greatest, and never at least anything.
-            if !(f64::from(holds) >= least) {
+            // Not-a-number is never the greatest, and never enough.
+            let enough = |score: f32| f64::from(score) >= least;
+            if !enough(holds) {
                 continue;
             }
             let best = scores.iter().enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a });
             let Some((class, &best)) = best else { continue };
-            let score = f64::from(holds * probability(best)).min(1.0);
-            if !(score >= least) || !wanted.get(class).copied().unwrap_or(false) {
+            let score = holds * probability(best);
+            if !enough(score) || !wanted.get(class).copied().unwrap_or(false) {
                 continue;
             }
             let [x, y, w, h] = match (config.boxes, cells.get(i)) {
@@ -113,7 +114,7 @@ impl Decoder {
             .map(f64::from);
             let bbox = BBox::from_ltwh(x - w / 2.0, y - h / 2.0, w, h);
             if bbox.is_finite() && w > 0.0 && h > 0.0 {
-                objects.push(Object { bbox, score, class });
+                objects.push(Object { bbox, score: f64::from(score).min(1.0), class });
             }
         }
     }

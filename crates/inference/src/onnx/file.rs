@@ -175,6 +175,8 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
         check_tensor(tensor, max_bytes)?;
     }
     let constants = graph.constants();
+    // Not-a-number is not within.
+    let within = |v: f64| v.abs() <= MOST as f64;
     for node in &graph.nodes {
         let known = node.domain.is_empty() || node.domain == "ai.onnx";
         if !known || !OPERATORS.contains(&node.op_type.as_str()) {
@@ -192,14 +194,14 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
             if ENLARGING.contains(&attribute.name.as_str()) && values.clone().any(|v| v.abs() > MOST) {
                 return Err(enlarges(node));
             }
-            if attribute.floats.iter().any(|&f| !(f.abs() <= MOST as f32)) && attribute.name == "scales" {
+            if attribute.floats.iter().any(|&f| !within(f64::from(f))) && attribute.name == "scales" {
                 return Err(enlarges(node));
             }
         }
         if ENLARGING_INPUTS.contains(&node.op_type.as_str()) {
             let given = node.inputs.iter().skip(1).filter_map(|i| constants.get(i.as_str()));
             // Resize may name the whole size of what comes out, so each number is held to the same limit.
-            if given.flat_map(|t| t.values()).any(|v| !(v.abs() <= MOST as f64)) {
+            if given.flat_map(|t| t.values()).any(|v| !within(v)) {
                 return Err(enlarges(node));
             }
         }

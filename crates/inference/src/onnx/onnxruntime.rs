@@ -27,7 +27,8 @@ impl OnnxRuntime {
         let session = Session::builder(&environment)
             .map_err(|e| refused(&e))?
             .with_intra_threads(options.threads.max(1))
-            .and_then(|b| b.with_optimization_level(GraphOptimizationLevel::Level3))
+            .map_err(|e| refused(&e))?
+            .with_optimization_level(GraphOptimizationLevel::Level3)
             .map_err(|e| refused(&e))?
             .commit_from_memory(&model.bytes)
             .map_err(|e| refused(&e))?;

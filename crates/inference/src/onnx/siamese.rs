@@ -120,7 +120,7 @@ fn outputs(network: &dyn Network, coding: &AnswerCoding) -> Result<(usize, Vec<u
         }
         _ => {
             // Two scores an anchor before one; four numbers of a box may be as many planes as four scores.
-            let boxes = planes(4 * anchors).last();
+            let boxes = planes(4 * anchors).next_back();
             let scores = planes(2 * anchors).find(|s| Some(*s) != boxes).or_else(|| planes(anchors).next());
             boxes.zip(scores).map(|(boxes, scores)| (scores, vec![boxes]))
         }
