@@ -3,7 +3,7 @@
 //! `detect MODEL rten|LIBRARY SCORE OVERLAP`, where LIBRARY is onnxruntime's. Standard input: a line `WIDTH HEIGHT` before each
 //! frame of `WIDTH · HEIGHT` red, green, blue bytes. Standard output: for each frame a line `COUNT MILLISECONDS` and as many
 //! lines `CLASS SCORE LEFT TOP WIDTH HEIGHT`.
-#![allow(clippy::expect_used, reason = "an example may panic")]
+#![allow(clippy::expect_used, clippy::panic, reason = "an example may panic")]
 
 use pursuit_imaging::Image;
 use pursuit_inference::detection::{Limits, ObjectDetector};
