@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Several people by motion alone: `pursuit track … --detect motion --many` on PETS09-S2L1, judged by TrackEval.
+"""Several people by a detector alone, motion unless --detect names another: `pursuit track … --many` on PETS09-S2L1, judged by TrackEval.
 
-usage (from the repository): cargo xtask peers people CLIP_FOLDER [--set KEY=VALUE …] [--vary NAME …]
+usage (from the repository): cargo xtask peers people CLIP_FOLDER [--detect NAME] [--set KEY=VALUE …] [--vary NAME …]
        or, of a trajectory that is there: people.py --trajectory trajectory.txt CLIP_FOLDER
 needs, from PyPI: trackeval, numpy, opencv-python-headless (which decodes the clip where there is no ffmpeg)
 
@@ -148,7 +148,7 @@ def follow(a, name, temporary):
     os.mkdir(pictures)
     count, width = write(a.folder, pictures, name)
     indoors = os.path.isdir(os.path.join(a.folder, 'input'))
-    command = [os.environ['PURSUIT'], 'track', pictures, '--fps', '25' if indoors else '7', '--detect', 'motion', '--many', '--format', 'mot', '--no-video', '--quiet', '--out', out]
+    command = [os.environ['PURSUIT'], 'track', pictures, '--fps', '25' if indoors else '7', '--detect', a.detect, '--many', '--format', 'mot', '--no-video', '--quiet', '--out', out]
     command += [w for s in a.set for w in ('--set', s)] + (['--tracker', a.tracker] if a.tracker else [])
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return (office if indoors else people)(a.folder, name, os.path.join(out, 'trajectory.txt'), count, width)
@@ -158,6 +158,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('folder')
     parser.add_argument('--trajectory', help='judge this file (MOTChallenge) in place of running the program')
+    parser.add_argument('--detect', default='motion', help='as the option of `pursuit track`')
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
     parser.add_argument('--tracker', help='as the option of `pursuit track`')
     parser.add_argument('--vary', action='append', default=[], choices=[*VARIATIONS, 'all'])

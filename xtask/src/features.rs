@@ -4,12 +4,14 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 7] = [
+const BUILDS: [(&str, &str, &str); 9] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
-    ("pursuit-cli", "encode,h264,reproduce,parquet", "everything"),
+    ("pursuit-cli", "h264,onnxruntime", "no C++ compiler, with video files and networks by file"),
+    ("pursuit-cli", "encode,h264,onnxruntime,reproduce,parquet,rten", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
+    ("pursuit-trackers", "rten", "networks by file, with nothing installed"),
     ("pursuit-media", "encode", "a recorder"),
     ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];

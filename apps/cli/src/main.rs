@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod console;
 mod memory;
+mod networks;
 
 use args::{Cli, Command};
 use clap::Parser;

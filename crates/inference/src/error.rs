@@ -21,6 +21,14 @@ pub enum InferenceError {
         /// What would mend it.
         mend: String,
     },
+    /// A description beside a network cannot be understood.
+    #[error("the description {} is wrong: {why}", path.display())]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what would be right.
+        why: String,
+    },
     /// No library that runs networks is there.
     #[error("no library can run {what}: {why}; {mend}")]
     NoBackend {
@@ -69,4 +77,11 @@ pub enum InferenceError {
         /// The box.
         bbox: String,
     },
+}
+
+/// What is wrong with a description, and in which line.
+pub(crate) fn in_line(text: &str, error: &toml::de::Error) -> String {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    let message = error.message().replace('\n', " ");
+    before.map_or_else(|| message.clone(), |b| format!("line {}: {message}", b.matches('\n').count() + 1))
 }

@@ -1,15 +1,16 @@
 //! Small networks.
 //!
 //! The default one, [`nanotrack::NanoTrackV3`], is written out: its layers are code, its weights plain numbers, and it
-//! needs nothing installed. [`siamese`] is the arithmetic around it and its kin. Any other
-//! [`Network`] comes from an ONNX file (module `onnx`, with the features `onnxruntime` and `rten`).
+//! needs nothing installed. [`siamese`] is the arithmetic around it and its kin, [`detection`] that around detectors of
+//! objects. Any other [`Network`] comes from an ONNX file ([`onnx`], with the features `onnxruntime` and `rten`).
 
+pub mod detection;
 mod error;
 mod kernels;
 pub mod nanotrack;
 mod network;
-#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 pub mod onnx;
+mod resample;
 pub mod siamese;
 
 pub use error::InferenceError;

@@ -1,11 +1,15 @@
 //! Networks by ONNX file. Those of the footage folder beside the checkout are used where it is there.
 #![cfg(any(feature = "rten", feature = "onnxruntime"))]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test may panic, and be told by the environment where a library is"
+)]
 
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::{NanoTrackV3, Patch};
 use pursuit_inference::onnx::{Backend, OnnxOptions, OnnxSiamese, open};
-use pursuit_inference::siamese::SiameseNetwork;
+use pursuit_inference::siamese::{AnswerCoding, SiameseNetwork};
 use std::path::{Path, PathBuf};
 
 fn models() -> Option<PathBuf> {
@@ -71,7 +75,7 @@ fn all_ways_of_running_the_default_network_agree() {
         let head = open(&models.join("nanotrack_v3/nanotrack_head.onnx"), &options).unwrap();
         assert_eq!(template.outputs()[0].shape, [1, 96, 8, 8]);
         assert_eq!(search.outputs()[0].shape, [1, 96, 16, 16]);
-        let mut network = OnnxSiamese::new(template, search, Some(head)).unwrap();
+        let mut network = OnnxSiamese::new(Some(template), search, Some(head), &AnswerCoding::Distances).unwrap();
         assert_eq!(network.sides(), NanoTrackV3::new().unwrap().sides());
         answers.push(answer(&mut network));
     }
@@ -93,7 +97,7 @@ fn other_networks_open_and_networks_that_do_not_fit_are_refused() {
         let shape = |n: &str, s: &[usize]| OnnxOptions { shapes: vec![(n.into(), s.to_vec())], ..options.clone() };
         let template = open(&models.join("fear_xs/fear_xs_template.onnx"), &options).unwrap();
         let search = open(&models.join("fear_xs/fear_xs_track.onnx"), &options).unwrap();
-        let network = OnnxSiamese::new(template, search, None).unwrap();
+        let network = OnnxSiamese::new(Some(template), search, None, &AnswerCoding::Distances).unwrap();
         assert_eq!((network.sides().template, network.sides().search, network.sides().answer), (128, 256, 16));
 
         let mut yolo = open(&models.join("yolox_nano/yolox_nano.onnx"), &options).unwrap();
@@ -109,7 +113,7 @@ fn other_networks_open_and_networks_that_do_not_fit_are_refused() {
 
         let backbone = open(&models.join("nanotrack_v3/nanotrack_backbone.onnx"), &options).unwrap();
         let again = open(&models.join("nanotrack_v3/nanotrack_backbone.onnx"), &options).unwrap();
-        let error = OnnxSiamese::new(backbone, again, None).err().unwrap();
+        let error = OnnxSiamese::new(Some(backbone), again, None, &AnswerCoding::Distances).err().unwrap();
         assert!(matches!(error, InferenceError::Model { .. }), "{error}");
     }
 }

@@ -86,7 +86,7 @@ fn a_search_allocates_nothing() {
 fn what_is_outside_the_frame_has_the_mean_color() {
     let frame = frame(4, 2, |x, y| [10 * x as u8, 100 + y as u8, 7]);
     let region = Region::around(Point::new(2.0, 1.0), 6.0);
-    assert_eq!(region.left_top_side(), (-1, -2, 6));
+    assert_eq!(region.ltwh(), (-1, -2, 6, 6));
     let mut rows = vec![Vec::new(); 6];
     Cropper::default().crop(frame.color(), region, 6, [1, 2, 3], |y, row| rows[y] = row.to_vec());
     let fill = [1.0, 2.0, 3.0];
@@ -108,7 +108,14 @@ fn regions_start_where_the_released_trackers_start_them() {
         (Point::new(0.2, -3.0), 6.5, (-3, -6, 6)),
         (Point::new(0.2, -3.0), 7.5, (-4, -7, 8)),
     ] {
-        assert_eq!(Region::around(center, side).left_top_side(), want, "{center:?}, {side}");
+        assert_eq!(
+            {
+                let (l, t, w, _) = Region::around(center, side).ltwh();
+                (l, t, w)
+            },
+            want,
+            "{center:?}, {side}"
+        );
     }
 }
 
@@ -116,7 +123,7 @@ fn regions_start_where_the_released_trackers_start_them() {
 fn resampling_is_bilinear_in_whole_grey_levels() {
     let frame = frame(4, 4, |x, y| [(60 * x) as u8, (60 * y) as u8, (15 * (x + 4 * y)) as u8]);
     let region = Region::around(Point::new(2.0, 2.0), 4.0);
-    assert_eq!(region.left_top_side(), (0, 0, 4));
+    assert_eq!(region.ltwh(), (0, 0, 4, 4));
     for samples in [2usize, 3, 7, 8] {
         Cropper::default().crop(frame.color(), region, samples, [0; 3], |y, row| {
             for (x, pixel) in row.iter().enumerate() {
@@ -170,8 +177,8 @@ fn an_answer_is_decoded_by_the_released_trackers_equations() {
     let mut decoder = Decoder::new(config);
     let (width, height) = (50.0f64, 30.0);
     let extent = ((width + 40.0) * (height + 40.0)).sqrt();
-    assert!((decoder.template_extent(width, height) - extent).abs() < 1e-9);
-    assert!((decoder.search_extent(width, height) - extent * 255.0 / 127.0).abs() < 1e-9);
+    assert!((decoder.template_extent(width, height).0 - extent).abs() < 1e-9);
+    assert!((decoder.search_extent(width, height).0 - extent * 255.0 / 127.0).abs() < 1e-9);
 
     // Row 6, column 9: 16 px above and 32 px right of the middle.
     let (scores, distances) = answer(&[(6 * 15 + 9, [0.0, 2.0], [40.0, 30.0, 60.0, 20.0])]);

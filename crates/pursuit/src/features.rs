@@ -1,6 +1,11 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 3] =
-    [("encode", cfg!(feature = "encode")), ("h264", cfg!(feature = "h264")), ("parquet", cfg!(feature = "parquet"))];
+pub const FEATURES: [(&str, bool); 5] = [
+    ("encode", cfg!(feature = "encode")),
+    ("h264", cfg!(feature = "h264")),
+    ("parquet", cfg!(feature = "parquet")),
+    ("onnxruntime", cfg!(feature = "onnxruntime")),
+    ("rten", cfg!(feature = "rten")),
+];
 
 /// Why this build writes no overlay video, and what would mend it; `None` where it does.
 pub const NO_OVERLAY: Option<&str> = if cfg!(feature = "encode") {

@@ -56,6 +56,7 @@ pub use pursuit_estimation as estimation;
 pub use pursuit_evaluation as evaluation;
 pub use pursuit_geometry as geometry;
 pub use pursuit_imaging as imaging;
+pub use pursuit_inference as inference;
 pub use pursuit_media as media;
 pub use pursuit_scenes as scenes;
 pub use pursuit_trackers as trackers;

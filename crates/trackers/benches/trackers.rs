@@ -29,7 +29,7 @@ fn frame(k: u64) -> Frame {
 fn updates(c: &mut Criterion) {
     let frames: Vec<Frame> = (0..20).map(frame).collect();
     let mut group = c.benchmark_group("19 updates, 640x480");
-    for entry in registry::trackers() {
+    for entry in registry::ready() {
         let tracker = entry.default_recipe().init(&frames[0], bbox(0)).unwrap();
         group.bench_function(entry.name, |b| {
             b.iter_batched_ref(
@@ -45,7 +45,7 @@ fn updates(c: &mut Criterion) {
 fn starts(c: &mut Criterion) {
     let first = frame(0);
     let mut group = c.benchmark_group("start");
-    for entry in registry::trackers() {
+    for entry in registry::ready() {
         let recipe = entry.default_recipe();
         group.bench_function(entry.name, |b| b.iter(|| recipe.init(&first, bbox(0)).unwrap()));
     }

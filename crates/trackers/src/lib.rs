@@ -18,5 +18,7 @@ pub mod person;
 pub mod pursuit;
 pub mod registry;
 pub mod regularised;
+pub mod runtime;
+pub mod siamese;
 pub mod staple;
 pub mod tld;

@@ -3,6 +3,7 @@
 
 use crate::ball::BallDetectorParams;
 use crate::detectors::motion::{self, MotionDetectorParams};
+use crate::detectors::objects::{self, ObjectsParams};
 use pursuit_tracking::registry::unknown;
 use pursuit_tracking::{DetectorEntry, Result, TrackerEntry};
 
@@ -36,6 +37,18 @@ pub const fn trackers() -> &'static [TrackerEntry] {
             "nanotrack",
             crate::nanotrack::nanotrack,
             "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
+        ),
+        tracker!(
+            "fear-xs",
+            "siamese",
+            crate::siamese::fear_xs,
+            "FEAR-XS, a Siamese network by file: more robust than nanotrack, and slower"
+        ),
+        tracker!(
+            "siamese",
+            "siamese",
+            crate::siamese::siamese,
+            "any Siamese network of yours: ONNX files and a TOML file that describes them"
         ),
         tracker!(
             "ball",
@@ -149,6 +162,11 @@ pub const fn trackers() -> &'static [TrackerEntry] {
     TRACKERS
 }
 
+/// The trackers that need no file of the user's: those that start with their default parameters.
+pub fn ready() -> impl Iterator<Item = &'static TrackerEntry> {
+    trackers().iter().filter(|t| !t.default_recipe().needs().file)
+}
+
 /// Every detector.
 pub const fn detectors() -> &'static [DetectorEntry] {
     const DETECTORS: &[DetectorEntry] = &[
@@ -163,6 +181,12 @@ pub const fn detectors() -> &'static [DetectorEntry] {
             "whatever moves, or has moved, in front of a camera that stands still",
             "person",
             motion::detected_motion,
+        ),
+        DetectorEntry::of::<ObjectsParams>(
+            "objects",
+            "people, cars, animals … by a network of yours (an ONNX file, YOLOX or described beside it), under any camera",
+            "pursuit",
+            objects::detected_motion,
         ),
     ];
     DETECTORS

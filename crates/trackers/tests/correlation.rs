@@ -10,7 +10,7 @@ const SIZE: Size = Size::new(240, 180);
 
 /// Every tracker that follows texture, not colour alone.
 fn names() -> impl Iterator<Item = &'static str> {
-    registry::trackers().iter().filter(|t| !t.default_recipe().needs().color).map(|t| t.name)
+    registry::ready().filter(|t| !t.default_recipe().needs().color).map(|t| t.name)
 }
 
 /// A value in 0–255 that depends on the place alone and is smooth over a few pixels.

@@ -46,8 +46,8 @@ pub trait LocalizerRecipe: Parameters {
     /// The localizer made.
     type Localizer: Localizer + Clone + Serialize + DeserializeOwned + 'static;
 
-    /// What frames must have.
-    const NEEDS: Needs = Needs { color: false };
+    /// What it cannot do without.
+    const NEEDS: Needs = Needs { color: false, file: false };
 
     /// A localizer that knows the target at `bbox`, which has been checked to be finite, not empty and to overlap the frame.
     ///

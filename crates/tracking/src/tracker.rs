@@ -47,11 +47,13 @@ pub trait Tracker: Send {
     fn boxed_clone(&self) -> Box<dyn Tracker>;
 }
 
-/// Which planes a tracker cannot do without.
+/// What a tracker cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Needs {
-    /// Colour.
+    /// Frames with colour.
     pub color: bool,
+    /// A file of the user's, such as a network: with its default parameters it cannot start.
+    pub file: bool,
 }
 
 /// Which tracker, with which parameters: a value that makes trackers.
@@ -59,7 +61,7 @@ pub trait Recipe: Send + Sync {
     /// Name in the registry.
     fn name(&self) -> &str;
 
-    /// What frames must have.
+    /// What it cannot do without.
     fn needs(&self) -> Needs;
 
     /// Every parameter, with this recipe's values for defaults.

@@ -1,6 +1,6 @@
 use super::{print, settings};
 use crate::args::{Eval, Global};
-use crate::console;
+use crate::{console, networks};
 use pursuit::RunError;
 use pursuit::config::recipes;
 use pursuit::evaluation::{Entry, EvalOptions, Progress, evaluate, text_table};
@@ -50,11 +50,12 @@ fn build_id() -> String {
     }
 }
 
-/// The trackers named, or all, with their parameters.
+/// The trackers named, or all that need no file, with their parameters.
 fn entries(args: &Eval) -> Result<Vec<Entry>, RunError> {
-    let all = || registry::trackers().iter().map(|t| t.name.to_owned()).collect();
+    let all = || registry::ready().map(|t| t.name.to_owned()).collect();
     let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
-    Ok(recipes(&names, &settings(&args.settings)?)?.into_iter().map(Entry::from).collect())
+    let parameters = networks::located(settings(&args.settings)?, names.iter().map(String::as_str), None);
+    Ok(recipes(&names, &parameters)?.into_iter().map(Entry::from).collect())
 }
 
 fn show(bar: &indicatif::ProgressBar, news: Progress) {

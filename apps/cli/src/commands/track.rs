@@ -1,6 +1,6 @@
 use super::{print, settings};
 use crate::args::{Global, Overlay, Track};
-use crate::{console, memory};
+use crate::{console, memory, networks};
 use pursuit::config::parse_box;
 use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
@@ -135,7 +135,9 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     };
     let config = file.overridden_by(options);
     let input = config.input.map(|input| with_credentials(input, args)).transpose()?;
-    Ok(RunConfig { input, ..config })
+    let detector = config.detect.as_deref();
+    let parameters = networks::located(config.parameters, config.tracker.as_deref().into_iter(), detector);
+    Ok(RunConfig { input, parameters, ..config })
 }
 
 /// The input with the credentials that are kept elsewhere.

@@ -73,7 +73,7 @@ fn schema(name: Option<&str>) -> Result<Value, RunError> {
     let trackers = registry::trackers().iter().filter(|t| asked(t.name)).map(|t| {
         let recipe = t.default_recipe();
         let needs = recipe.needs();
-        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "needs_color": needs.color,
+        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "needs_color": needs.color, "needs_file": needs.file,
             "parameters": recipe.schema() })
     });
     let detectors = registry::detectors().iter().filter(|d| asked(d.name)).map(|d| {

@@ -142,7 +142,6 @@ impl Model {
     }
 
     /// What a library said against it.
-    #[cfg(any(feature = "onnxruntime", feature = "rten"))]
     pub fn refused(&self, library: &str, why: &impl std::fmt::Display) -> InferenceError {
         InferenceError::Model {
             what: self.name.clone(),
@@ -152,7 +151,6 @@ impl Model {
     }
 
     /// The ports of outputs whose shapes a first run has shown.
-    #[cfg(any(feature = "onnxruntime", feature = "rten"))]
     pub fn output_ports(&self, shapes: Vec<Vec<usize>>) -> Result<Vec<Port>> {
         let ports: Vec<Port> =
             self.outputs.iter().cloned().zip(shapes).map(|(name, shape)| Port { name, shape }).collect();
@@ -177,6 +175,8 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
         check_tensor(tensor, max_bytes)?;
     }
     let constants = graph.constants();
+    // Not-a-number is not within.
+    let within = |v: f64| v.abs() <= MOST as f64;
     for node in &graph.nodes {
         let known = node.domain.is_empty() || node.domain == "ai.onnx";
         if !known || !OPERATORS.contains(&node.op_type.as_str()) {
@@ -194,14 +194,14 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
             if ENLARGING.contains(&attribute.name.as_str()) && values.clone().any(|v| v.abs() > MOST) {
                 return Err(enlarges(node));
             }
-            if attribute.floats.iter().any(|&f| !(f.abs() <= MOST as f32)) && attribute.name == "scales" {
+            if attribute.floats.iter().any(|&f| !within(f64::from(f))) && attribute.name == "scales" {
                 return Err(enlarges(node));
             }
         }
         if ENLARGING_INPUTS.contains(&node.op_type.as_str()) {
             let given = node.inputs.iter().skip(1).filter_map(|i| constants.get(i.as_str()));
             // Resize may name the whole size of what comes out, so each number is held to the same limit.
-            if given.flat_map(|t| t.values()).any(|v| !(v.abs() <= MOST as f64)) {
+            if given.flat_map(|t| t.values()).any(|v| !within(v)) {
                 return Err(enlarges(node));
             }
         }
@@ -249,10 +249,13 @@ fn inputs(graph: &Graph, options: &OnnxOptions) -> Result<Vec<Port>, Wrong> {
         }
         let dims = tensor.and_then(|t| t.shape.as_ref()).map(|s| s.dims.as_slice()).unwrap_or_default();
         let asked = options.shapes.iter().find(|(n, _)| *n == name).map(|(_, s)| s.clone());
+        let image = options.image.filter(|_| dims.len() == 4 && dims[1].value == 3);
         // An open first dimension is the number of images.
-        let size = |(i, d): (usize, &Dimension)| match (i, d.value) {
-            (_, 1..) => usize::try_from(d.value).ok(),
-            (0, 0) if dims.len() == 4 => Some(1),
+        let size = |(i, d): (usize, &Dimension)| match (i, d.value, image) {
+            (2, _, Some((_, height))) => Some(height),
+            (3, _, Some((width, _))) => Some(width),
+            (_, 1.., _) => usize::try_from(d.value).ok(),
+            (0, 0, _) if dims.len() == 4 => Some(1),
             _ => None,
         };
         let shape = match asked {

@@ -2,23 +2,27 @@
 //!
 //! Two libraries can run them: onnxruntime, where the machine has it, loaded at run time (feature `onnxruntime`), and
 //! rten, in pure Rust (feature `rten`). A file is looked through before either sees it (the `file` module): what is damaged, asks
-//! for other files, loops, or makes much out of little is refused with a word on what would mend it.
+//! for other files, loops, or makes much out of little is refused with a word on what would mend it. With neither feature
+//! [`open`] says which would run the file.
 
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 mod file;
+mod library;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 mod proto;
 #[cfg(feature = "rten")]
 mod rten;
 mod siamese;
-#[cfg(test)]
+#[cfg(all(test, any(feature = "onnxruntime", feature = "rten")))]
 mod tests;
 
-#[cfg(feature = "onnxruntime")]
-pub use onnxruntime::find_library;
+pub use library::find_library;
 pub use siamese::OnnxSiamese;
 
 use crate::{InferenceError, Network, Result};
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 use file::Model;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +40,7 @@ pub enum Backend {
 
 /// Whether these bytes are a file that would be handed to a library; for fuzz targets, not part of the interface.
 #[doc(hidden)]
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 pub fn is_sound(bytes: &[u8]) -> bool {
     Model::parse("fuzz".to_owned(), bytes, &OnnxOptions::default()).is_ok()
 }
@@ -52,6 +57,8 @@ pub struct OnnxOptions {
     pub package_folders: Vec<PathBuf>,
     /// Shapes of inputs by name, where the file leaves them open or is to be run on others than it names.
     pub shapes: Vec<(String, Vec<usize>)>,
+    /// Width and height of images (inputs of three planes), where the file leaves them open or is to be run on others.
+    pub image: Option<(usize, usize)>,
     /// Threads, at least 1.
     pub threads: usize,
     /// The most bytes a file may have, and the most numbers an input, output or constant.
@@ -65,6 +72,7 @@ impl Default for OnnxOptions {
             library: None,
             package_folders: Vec::new(),
             shapes: Vec::new(),
+            image: None,
             threads: 1,
             max_bytes: 256 << 20,
         }
@@ -76,6 +84,7 @@ impl Default for OnnxOptions {
 /// # Errors
 /// [`InferenceError::Read`] if the file cannot be read, [`InferenceError::Model`] if it is no network that can be used,
 /// [`InferenceError::NoBackend`] if no library is there to run it.
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
 pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
     let model = Model::read(path, options)?;
     match options.backend {
@@ -83,11 +92,13 @@ pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
         Backend::Rten => with_rten(&model, options),
         Backend::Auto => match with_onnxruntime(&model, options) {
             // A library that was asked for by name and is not there is a mistake; otherwise there is another way.
-            Err(InferenceError::NoBackend { why, .. }) if options.library.is_none() => with_rten(&model, options)
+            Err(InferenceError::NoBackend { why, mend, .. }) if options.library.is_none() => with_rten(&model, options)
                 .map_err(|e| match e {
-                    InferenceError::NoBackend { what, why: also, mend } => {
-                        InferenceError::NoBackend { what, why: format!("{why}, and {also}"), mend }
-                    }
+                    InferenceError::NoBackend { what, why: also, mend: other } => InferenceError::NoBackend {
+                        what,
+                        why: format!("{why}, and {also}"),
+                        mend: format!("{mend}, or {other}"),
+                    },
                     other => other,
                 }),
             other => other,
@@ -95,14 +106,30 @@ pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
     }
 }
 
+/// No library was built in: says so, after a look whether the file is there.
+///
+/// # Errors
+/// [`InferenceError::Read`] if the file cannot be read, else [`InferenceError::NoBackend`].
+#[cfg(not(any(feature = "onnxruntime", feature = "rten")))]
+pub fn open(path: &Path, _: &OnnxOptions) -> Result<Box<dyn Network>> {
+    std::fs::File::open(path).map_err(|source| InferenceError::Read { path: path.to_owned(), source })?;
+    Err(InferenceError::NoBackend {
+        what: path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned(),
+        why: "this program was built with none".into(),
+        mend: "build it with `--features onnxruntime` (quick; loads that library when it runs) or `--features rten` \
+               (needs nothing installed)"
+            .into(),
+    })
+}
+
 #[cfg(feature = "onnxruntime")]
 fn with_onnxruntime(model: &Model, options: &OnnxOptions) -> Result<Box<dyn Network>> {
     Ok(Box::new(onnxruntime::OnnxRuntime::new(model, options)?))
 }
 
-#[cfg(not(feature = "onnxruntime"))]
+#[cfg(all(feature = "rten", not(feature = "onnxruntime")))]
 fn with_onnxruntime(model: &Model, _: &OnnxOptions) -> Result<Box<dyn Network>> {
-    Err(no_backend(model, "this program was built without onnxruntime", "build it with the feature `onnxruntime`"))
+    Err(no_backend(model, "this program was built without onnxruntime", "build it with `--features onnxruntime`"))
 }
 
 #[cfg(feature = "rten")]
@@ -110,12 +137,12 @@ fn with_rten(model: &Model, options: &OnnxOptions) -> Result<Box<dyn Network>> {
     Ok(Box::new(rten::Rten::new(model, options)?))
 }
 
-#[cfg(not(feature = "rten"))]
+#[cfg(all(feature = "onnxruntime", not(feature = "rten")))]
 fn with_rten(model: &Model, _: &OnnxOptions) -> Result<Box<dyn Network>> {
-    Err(no_backend(model, "this program was built without rten", "build it with the feature `rten`"))
+    Err(no_backend(model, "this program was built without rten", "build it with `--features rten`"))
 }
 
-#[cfg(not(all(feature = "rten", feature = "onnxruntime")))]
+#[cfg(any(all(feature = "rten", not(feature = "onnxruntime")), all(feature = "onnxruntime", not(feature = "rten"))))]
 fn no_backend(model: &Model, why: &str, mend: &str) -> InferenceError {
     InferenceError::NoBackend { what: model.name.clone(), why: why.into(), mend: mend.into() }
 }

@@ -1,73 +1,142 @@
 use crate::nanotrack::Patch;
-use crate::siamese::{Answer, SiameseNetwork, Sides};
+use crate::siamese::{Answer, AnswerCoding, SiameseNetwork, Sides};
 use crate::{InferenceError, Network, Result};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// A Siamese network of the user's: one network for the template, one for the search image, and one that compares what
-/// they give, if the second does not.
+/// A Siamese network of the user's. Clones share the libraries' sessions, which run one search at a time, and keep their own
+/// images and templates.
+#[derive(Clone)]
 pub struct OnnxSiamese {
-    /// Image to features.
-    template: Box<dyn Network>,
-    /// Image, and with no third network the template's features, to features or answer.
+    networks: Arc<Mutex<Networks>>,
+    sides: Sides,
+    /// Planes of the images, by [`Patch`].
+    template: Vec<f32>,
+    search: Vec<f32>,
+    /// What the search is compared with: features, or the template image itself.
+    features: Vec<f32>,
+    scores: Vec<f32>,
+    boxes: Vec<f32>,
+}
+
+struct Networks {
+    /// Image to features; none where the search takes the template image itself.
+    template: Option<Box<dyn Network>>,
+    /// Image, and with no head the features, to features or answer.
     search: Box<dyn Network>,
     /// Template's and search image's features to the answer.
     head: Option<Box<dyn Network>>,
-    sides: Sides,
-    /// Which outputs are the scores and the distances.
+    /// Which inputs of the answering network are the template's and of the searching network the image's.
+    template_input: usize,
+    image_input: usize,
+    /// Which outputs are the scores, and the numbers of boxes one after another.
     scores: usize,
-    distances: usize,
+    boxes: Vec<usize>,
+}
+
+impl std::fmt::Debug for OnnxSiamese {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OnnxSiamese").field("sides", &self.sides).finish_non_exhaustive()
+    }
 }
 
 impl OnnxSiamese {
-    /// From two networks (template; search image and template's features to answer), or three (template; search image;
-    /// both features to answer). Images are one of three planes, the answer has one output with four planes, the
-    /// distances, and one with one or two, the scores.
+    /// From one network (template image and search image to answer), two (template; search image and template's features to
+    /// answer), or three (template; search image; both features to answer). Images are one of three planes. The answer has an
+    /// output for the scores and, by `coding`, one of four planes an anchor, or one of two planes for sizes before one of two for
+    /// offsets.
     ///
     /// # Errors
     /// [`InferenceError::Model`] if their inputs and outputs do not fit together.
-    pub fn new(template: Box<dyn Network>, search: Box<dyn Network>, head: Option<Box<dyn Network>>) -> Result<Self> {
-        let side = |network: &dyn Network| match network.inputs().first().map(|p| p.shape.as_slice()) {
+    pub fn new(
+        template: Option<Box<dyn Network>>,
+        search: Box<dyn Network>,
+        head: Option<Box<dyn Network>>,
+        coding: &AnswerCoding,
+    ) -> Result<Self> {
+        let side = |network: &dyn Network, input: usize| match network.inputs().get(input).map(|p| p.shape.as_slice()) {
             Some(&[1, 3, height, width]) if height == width => Ok(width),
-            _ => Err(misfit(network, "its first input is no square image of three planes")),
+            _ => Err(misfit(network, "its input is no square image of three planes")),
         };
+        let (template_side, image_input) = match &template {
+            Some(template) => (side(&**template, 0)?, 0),
+            // Of two images the template is the smaller one.
+            None => {
+                let sides = [side(&*search, 0)?, side(&*search, 1)?];
+                (sides[0].min(sides[1]), usize::from(sides[1] >= sides[0]))
+            }
+        };
+        let search_side = side(&*search, image_input)?;
         let answering: &dyn Network = head.as_deref().unwrap_or(&*search);
-        let planes = |n: usize| {
-            answering.outputs().iter().position(
-                |p| matches!(p.shape.as_slice(), &[1, planes, height, width] if planes == n && height == width),
-            )
-        };
-        let (Some(distances), Some(scores)) = (planes(4), planes(2).or_else(|| planes(1))) else {
-            return Err(misfit(answering, "it has no output of four square planes and one of two or one"));
-        };
-        let sides = Sides {
-            template: side(&*template)?,
-            search: side(&*search)?,
-            answer: answering.outputs()[distances].shape[3],
-        };
+        let (scores, boxes) = outputs(answering, coding)?;
+        let answer = answering.outputs()[scores].shape[3];
         let len = |network: &dyn Network, input: usize| network.inputs().get(input).map(|p| p.len());
-        let features = template.outputs().first().map(|p| p.len());
-        let fits = match &head {
-            Some(head) => len(&**head, 0) == features && len(&**head, 1) == search.outputs().first().map(|p| p.len()),
-            None => len(&*search, 1) == features,
+        let template_input = match (&head, &template) {
+            (Some(_), _) => 0,
+            (None, Some(_)) => 1,
+            (None, None) => 1 - image_input,
         };
-        if !fits || answering.outputs()[scores].shape[3] != sides.answer {
+        let features = match &template {
+            Some(template) => template.outputs().first().map(|p| p.len()),
+            None => Some(3 * template_side * template_side),
+        };
+        let fits = len(answering, template_input) == features
+            && head.as_ref().is_none_or(|head| len(&**head, 1) == search.outputs().first().map(|p| p.len()));
+        if !fits {
             return Err(misfit(answering, "it does not take the features that the template's network gives"));
         }
-        Ok(Self { template, search, head, sides, scores, distances })
+        let blank = |side: usize| vec![0.0; 3 * side * side];
+        Ok(Self {
+            sides: Sides { template: template_side, search: search_side, answer },
+            template: blank(template_side),
+            search: blank(search_side),
+            features: vec![0.0; features.unwrap_or(0)],
+            scores: Vec::new(),
+            boxes: Vec::new(),
+            networks: Arc::new(Mutex::new(Networks {
+                template,
+                search,
+                head,
+                template_input,
+                image_input,
+                scores,
+                boxes,
+            })),
+        })
     }
+}
 
-    fn answering(&mut self) -> &mut dyn Network {
-        match &mut self.head {
-            Some(head) => &mut **head,
-            None => &mut *self.search,
+/// Which outputs are the scores and the boxes.
+fn outputs(network: &dyn Network, coding: &AnswerCoding) -> Result<(usize, Vec<usize>)> {
+    let planes = |n: usize| {
+        let shapes = network.outputs().iter().map(|p| p.shape.as_slice());
+        let fits = move |s: &[usize]| matches!(*s, [1, planes, height, width] if planes == n && height == width);
+        shapes.enumerate().filter(move |(_, s)| fits(s)).map(|(i, _)| i)
+    };
+    let anchors = coding.anchors();
+    let found = match coding {
+        AnswerCoding::Centres => {
+            let pairs: Vec<usize> = planes(2).collect();
+            planes(1).next().filter(|_| pairs.len() == 2).map(|scores| (scores, pairs))
         }
-    }
+        _ => {
+            // Two scores an anchor before one; four numbers of a box may be as many planes as four scores.
+            let boxes = planes(4 * anchors).next_back();
+            let scores = planes(2 * anchors).find(|s| Some(*s) != boxes).or_else(|| planes(anchors).next());
+            boxes.zip(scores).map(|(boxes, scores)| (scores, vec![boxes]))
+        }
+    };
+    let side = |i: usize| network.outputs()[i].shape[3];
+    found.filter(|(scores, boxes)| boxes.iter().all(|&b| side(b) == side(*scores))).ok_or_else(|| {
+        let shapes: Vec<String> = network.outputs().iter().map(|p| format!("{:?}", p.shape)).collect();
+        misfit(network, &format!("its outputs {} are no scores and boxes of that layout", shapes.join(", ")))
+    })
 }
 
 fn misfit(network: &dyn Network, why: &str) -> InferenceError {
     InferenceError::Model {
         what: network.name().to_owned(),
         why: why.into(),
-        mend: "name the networks in the order template, search, head, and give the shapes of their inputs".into(),
+        mend: "name the networks as template, search and head, and say in the description how they answer".into(),
     }
 }
 
@@ -77,11 +146,11 @@ impl SiameseNetwork for OnnxSiamese {
     }
 
     fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
-        let (network, side) = match patch {
+        let (image, side) = match patch {
             Patch::Template => (&mut self.template, self.sides.template),
             Patch::Search => (&mut self.search, self.sides.search),
         };
-        for (c, plane) in network.input_mut(0).chunks_exact_mut(side * side).enumerate() {
+        for (c, plane) in image.chunks_exact_mut(side * side).enumerate() {
             for (to, pixel) in plane.iter_mut().skip(y * side).zip(pixels.iter().take(side)) {
                 *to = pixel[c];
             }
@@ -89,23 +158,44 @@ impl SiameseNetwork for OnnxSiamese {
     }
 
     fn embed(&mut self) -> Result<Vec<f32>> {
-        self.template.run()?;
-        Ok(self.template.output(0).to_vec())
+        let mut networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(template) = &mut networks.template else { return Ok(self.template.clone()) };
+        template.set_input(0, &self.template)?;
+        template.run()?;
+        Ok(template.output(0).to_vec())
     }
 
     fn set_template(&mut self, features: &[f32]) -> Result<()> {
-        let input = usize::from(self.head.is_none());
-        self.answering().set_input(input, features)
+        if features.len() != self.features.len() {
+            return Err(InferenceError::Tensor {
+                what: "the Siamese network".into(),
+                port: "template features".into(),
+                expected: self.features.len(),
+                actual: features.len(),
+            });
+        }
+        self.features.copy_from_slice(features);
+        Ok(())
     }
 
     fn search(&mut self) -> Result<Answer<'_>> {
-        self.search.run()?;
-        if let Some(head) = &mut self.head {
-            head.set_input(1, self.search.output(0))?;
-            head.run()?;
-        }
-        let (scores, distances) = (self.scores, self.distances);
-        let answering = self.answering();
-        Ok(Answer { scores: answering.output(scores), distances: answering.output(distances) })
+        let mut networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
+        let Networks { search, head, template_input, image_input, scores, boxes, .. } = &mut *networks;
+        search.set_input(*image_input, &self.search)?;
+        let answering: &mut dyn Network = match head {
+            Some(head) => {
+                search.run()?;
+                head.set_input(1, search.output(0))?;
+                &mut **head
+            }
+            None => &mut **search,
+        };
+        answering.set_input(*template_input, &self.features)?;
+        answering.run()?;
+        self.scores.clear();
+        self.scores.extend_from_slice(answering.output(*scores));
+        self.boxes.clear();
+        boxes.iter().for_each(|&b| self.boxes.extend_from_slice(answering.output(b)));
+        Ok(Answer { scores: &self.scores, distances: &self.boxes })
     }
 }

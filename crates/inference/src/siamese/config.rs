@@ -23,6 +23,51 @@ pub enum ScoreCoding {
     Probability,
 }
 
+/// How a window of the frame is cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CropShape {
+    /// A square, so that the target keeps its shape: SiamFC and its successors.
+    #[default]
+    Square,
+    /// As wide and high as the target, with `context` of its width and height to each side of the template and `search_context`
+    /// of the search, stretched to a square: FEAR.
+    Stretched,
+}
+
+/// What a network answers for each point.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AnswerCoding {
+    /// One or two scores, and the distances to the left, top, right and bottom edge in pixels of the search image: NanoTrack,
+    /// LightTrack, FEAR.
+    #[default]
+    Distances,
+    /// Two scores or one an anchor, and four numbers an anchor: the middle relative to the anchor's in its sizes, and the
+    /// logarithm of the size in its sizes; planes in the order x of all anchors, y, width, height: SiamRPN, SiamRPN++. An anchor
+    /// for each scale of each ratio (height by width), ⌊stride / √ratio⌋ · scale wide and ⌊that width · ratio⌋ · scale high (PySOT,
+    /// `pysot/utils/anchor.py`).
+    Anchors {
+        /// Heights by widths, > 0.
+        ratios: Vec<f64>,
+        /// Sizes in strides, > 0.
+        scales: Vec<f64>,
+    },
+    /// One score, width and height by the side of the search image, and the middle relative to the point, in strides, counted
+    /// from the point's upper left: VitTrack.
+    Centres,
+}
+
+impl AnswerCoding {
+    /// Boxes to a point.
+    pub fn anchors(&self) -> usize {
+        match self {
+            Self::Anchors { ratios, scales } => ratios.len() * scales.len(),
+            _ => 1,
+        }
+    }
+}
+
 /// Everything about a Siamese tracker that its network does not say: sizes, normalisation, decoding, penalties.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
@@ -49,6 +94,18 @@ struct Raw {
     template_shift_px: f64,
     #[serde(default = "smallest")]
     min_side_px: f64,
+    #[serde(default)]
+    crop: CropShape,
+    #[serde(default)]
+    search_context: f64,
+    #[serde(default = "one")]
+    extent: f64,
+    #[serde(default)]
+    answer: AnswerCoding,
+}
+
+const fn one() -> f64 {
+    1.0
 }
 
 const fn ones() -> [f32; 3] {
@@ -77,6 +134,45 @@ impl SiameseConfig {
             rate: 0.348,
             template_shift_px: -0.5,
             min_side_px: 10.0,
+            crop: CropShape::Square,
+            search_context: 0.0,
+            extent: 1.0,
+            answer: AnswerCoding::Distances,
+        })
+    }
+
+    /// NanoTrack v2 with the weights of window, penalty and size that OpenCV's `TrackerNano` gives it (`tracker_nano.cpp`).
+    pub fn nanotrack_v2() -> Self {
+        let Self(mut raw) = Self::nanotrack_v3();
+        raw.answer_side = 16;
+        raw.penalty = 0.055;
+        raw.rate = 0.37;
+        Self(raw)
+    }
+
+    /// FEAR-XS as released (Borsuk et al. 2022, arXiv:2112.07957; github.com/PinataFarms/FEARTracker, `fear_tracker.py`), its
+    /// deviations being within the network. The released tracker weighs a new size by the square of penalty times score times
+    /// .765; the rate here is that square.
+    pub const fn fear_xs() -> Self {
+        Self(Raw {
+            template_side_px: 128,
+            search_side_px: 256,
+            answer_side: 16,
+            stride_px: 16.0,
+            channels: ChannelOrder::Rgb,
+            mean: [123.675, 116.28, 103.53],
+            deviation: [1.0; 3],
+            scores: ScoreCoding::Sigmoid,
+            context: 0.2,
+            window: 0.38,
+            penalty: 0.062,
+            rate: 0.585,
+            template_shift_px: 0.0,
+            min_side_px: 3.0,
+            crop: CropShape::Stretched,
+            search_context: 2.0,
+            extent: 1.0,
+            answer: AnswerCoding::Distances,
         })
     }
 
@@ -120,9 +216,30 @@ impl SiameseConfig {
         self.0.scores
     }
 
-    /// p: the template image covers √((w + p (w + h)) (h + p (w + h))) pixels of the frame, 0 to 4.
+    /// p: the template image covers √((w + p (w + h)) (h + p (w + h))) pixels of the frame, times [`extent`](Self::extent); of
+    /// stretched windows 1 + 2p of the target's width and height. 0 to 4.
     pub const fn context(&self) -> f64 {
         self.0.context
+    }
+
+    /// How windows are cut.
+    pub const fn crop(&self) -> CropShape {
+        self.0.crop
+    }
+
+    /// Of stretched windows: the search image covers 1 + 2 times this of the target's width and height, 0 to 8.
+    pub const fn search_context(&self) -> f64 {
+        self.0.search_context
+    }
+
+    /// How many times larger square windows are, > 0, at most 8.
+    pub const fn extent(&self) -> f64 {
+        self.0.extent
+    }
+
+    /// What the network answers for each point.
+    pub const fn answer(&self) -> &AnswerCoding {
+        &self.0.answer
     }
 
     /// Weight of the cosine window against the score, 0 to 1.
@@ -175,7 +292,13 @@ impl TryFrom<Raw> for SiameseConfig {
         let least = raw.template_side_px;
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let within = |x: f64, most: f64| (0.0..=most).contains(&x);
-        let checks: [(bool, &'static str, String, &'static str); 12] = [
+        let anchors = match &raw.answer {
+            AnswerCoding::Anchors { ratios, scales } => {
+                (1..=64).contains(&raw.answer.anchors()) && ratios.iter().chain(scales).all(|&v| positive(v))
+            }
+            _ => true,
+        };
+        let checks: [(bool, &'static str, String, &'static str); 15] = [
             ((1..=1024).contains(&least), "template_side_px", least.to_string(), "from 1 to 1024"),
             (
                 (least.max(1)..=1024).contains(&raw.search_side_px),
@@ -203,6 +326,9 @@ impl TryFrom<Raw> for SiameseConfig {
                 "from -2 to 2",
             ),
             (positive(raw.min_side_px), "min_side_px", raw.min_side_px.to_string(), "positive"),
+            (within(raw.search_context, 8.0), "search_context", raw.search_context.to_string(), "from 0 to 8"),
+            (positive(raw.extent) && raw.extent <= 8.0, "extent", raw.extent.to_string(), "above 0 and at most 8"),
+            (anchors, "answer", format!("{:?}", raw.answer), "1 to 64 anchors of positive ratios and scales"),
         ];
         match checks.into_iter().find(|(good, ..)| !good) {
             Some((_, name, value, range)) => Err(InferenceError::Config { name, value, range }),

@@ -1,4 +1,4 @@
-use super::{Answer, ScoreCoding, SiameseConfig};
+use super::{Answer, AnswerCoding, CropShape, ScoreCoding, SiameseConfig};
 use pursuit_geometry::{BBox, Point, Size};
 use std::f64::consts::TAU;
 
@@ -8,6 +8,8 @@ pub struct Decoder {
     config: SiameseConfig,
     /// Outer product of two Hann windows.
     window: Vec<f64>,
+    /// Width and height of each anchor in pixels of the search image.
+    anchors: Vec<(f64, f64)>,
     points: Vec<Candidate>,
 }
 
@@ -57,7 +59,18 @@ impl Decoder {
         let n = config.answer_side();
         let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / (n - 1) as f64).cos();
         let window = (0..n * n).map(|i| hann(i / n) * hann(i % n)).collect();
-        Self { config, window, points: vec![Candidate::default(); n * n] }
+        let anchors = match config.answer() {
+            AnswerCoding::Anchors { ratios, scales } => {
+                // Whole pixels before the scale, as networks were trained on.
+                let of = |ratio: f64, scale: f64| {
+                    let width = (config.stride_px() / ratio.sqrt()).floor();
+                    (width * scale, (width * ratio).floor() * scale)
+                };
+                ratios.iter().flat_map(|&r| scales.iter().map(move |&s| of(r, s))).collect()
+            }
+            _ => Vec::new(),
+        };
+        Self { config, window, anchors, points: vec![Candidate::default(); n * n] }
     }
 
     /// The configuration.
@@ -65,15 +78,33 @@ impl Decoder {
         &self.config
     }
 
-    /// Side of the square of the frame that the template image covers, in pixels: √((w + p (w + h)) (h + p (w + h))).
-    pub fn template_extent(&self, width: f64, height: f64) -> f64 {
-        let context = self.config.context() * (width + height);
-        ((width + context) * (height + context)).sqrt()
+    /// Width and height of what the template image covers of the frame, in pixels: of a square √((w + p (w + h)) (h + p (w + h))).
+    pub fn template_extent(&self, width: f64, height: f64) -> (f64, f64) {
+        let context = self.config.context();
+        if self.config.crop() == CropShape::Stretched {
+            return (width * (1.0 + 2.0 * context), height * (1.0 + 2.0 * context));
+        }
+        let context = context * (width + height);
+        let side = ((width + context) * (height + context)).sqrt() * self.config.extent();
+        (side, side)
     }
 
-    /// Side of the square of the frame that the search image covers, in pixels.
-    pub fn search_extent(&self, width: f64, height: f64) -> f64 {
-        self.template_extent(width, height) * self.config.search_side() as f64 / self.config.template_side() as f64
+    /// Width and height of what the search image covers of the frame, in pixels.
+    pub fn search_extent(&self, width: f64, height: f64) -> (f64, f64) {
+        if self.config.crop() == CropShape::Stretched {
+            let times = 1.0 + 2.0 * self.config.search_context();
+            return (width * times, height * times);
+        }
+        let (side, _) = self.template_extent(width, height);
+        let side = side * self.config.search_side() as f64 / self.config.template_side() as f64;
+        (side, side)
+    }
+
+    /// Pixels of the search image to a pixel of the frame, across and down.
+    fn scale(&self, width: f64, height: f64) -> (f64, f64) {
+        let (across, down) = self.search_extent(width, height);
+        let side = self.config.search_side() as f64;
+        (side / across, side / down)
     }
 
     /// The best point's box for a target of `width` × `height` pixels that was looked for around `center` in a frame of
@@ -85,8 +116,8 @@ impl Decoder {
         (width, height): (f64, f64),
         size: Size,
     ) -> Option<Location> {
-        let scale = self.config.template_side() as f64 / self.template_extent(width, height);
-        self.decode(answer, width * scale, height * scale);
+        let scale = self.scale(width, height);
+        self.decode(answer, width * scale.0, height * scale.1);
         let mut best: Option<usize> = None;
         for (i, point) in self.points.iter().enumerate() {
             // Only a greater one replaces the first, and not-a-number is never greater.
@@ -121,7 +152,7 @@ impl Decoder {
     /// The peaks of the last answer with a score of at least `least`, for the search it was the answer to; `peaks` is
     /// emptied first, and comes back best first.
     pub fn peaks(&self, center: Point, (width, height): (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
-        let scale = self.config.template_side() as f64 / self.template_extent(width, height);
+        let scale = self.scale(width, height);
         let n = self.config.answer_side();
         peaks.clear();
         for (i, point) in self.points.iter().enumerate() {
@@ -140,47 +171,61 @@ impl Decoder {
         peaks.sort_by(|a, b| b.score.total_cmp(&a.score));
     }
 
-    /// Fills in every point for a target whose size in the search image is `width` × `height`.
+    /// Fills in every point for a target whose size in the search image is `width` × `height`: of several anchors the best.
     fn decode(&mut self, answer: Answer<'_>, width: f64, height: f64) {
-        let n = self.config.answer_side();
-        let count = n * n;
+        let Self { config, window, anchors, points } = self;
+        let n = config.answer_side();
+        let (count, kinds) = (n * n, config.answer().anchors());
         let target = padded_side(width, height);
         let middle = (n / 2) as f64;
+        let side = config.search_side() as f64;
         let Answer { scores, distances } = answer;
-        for (i, point) in self.points.iter_mut().enumerate() {
-            let number = |from: &[f32], plane: usize| from.get(plane * count + i).map_or(f64::NAN, |&v| f64::from(v));
-            let score = match self.config.scores() {
-                ScoreCoding::Softmax => sigmoid(number(scores, 1) - number(scores, 0)),
-                ScoreCoding::Sigmoid => sigmoid(number(scores, 0)),
-                ScoreCoding::Probability => number(scores, 0),
-            };
-            let [left, top, right, bottom] = [0, 1, 2, 3].map(|plane| number(distances, plane));
-            let at = |k: usize| (k as f64 - middle) * self.config.stride_px();
-            let (wide, high) = (left + right, top + bottom);
-            let change = |r: f64| r.max(1.0 / r);
-            let scale = change(padded_side(wide, high) / target);
-            let ratio = change((width / height) / (wide / high));
-            let penalty = (-(ratio * scale - 1.0) * self.config.penalty()).exp();
-            let window = self.config.window();
-            let rank = penalty * score * (1.0 - window) + self.window[i] * window;
-            let rank = if wide > 0.0 && high > 0.0 && score.is_finite() { rank } else { f64::NAN };
-            *point = Candidate {
-                score,
-                x: at(i % n) + (right - left) / 2.0,
-                y: at(i / n) + (bottom - top) / 2.0,
-                width: wide,
-                height: high,
-                penalty,
-                rank,
-            };
+        for (i, point) in points.iter_mut().enumerate() {
+            let at = |k: usize| (k as f64 - middle) * config.stride_px();
+            let mut best: Option<Candidate> = None;
+            for kind in 0..kinds {
+                let number = |from: &[f32], plane: usize| {
+                    from.get((plane * kinds + kind) * count + i).map_or(f64::NAN, |&v| f64::from(v))
+                };
+                let score = match config.scores() {
+                    ScoreCoding::Softmax => sigmoid(number(scores, 1) - number(scores, 0)),
+                    ScoreCoding::Sigmoid => sigmoid(number(scores, 0)),
+                    ScoreCoding::Probability => number(scores, 0),
+                };
+                let [a, b, c, d] = [0, 1, 2, 3].map(|plane| number(distances, plane));
+                let (x, y, wide, high) = match (config.answer(), anchors.get(kind)) {
+                    (AnswerCoding::Anchors { .. }, Some(&(w, h))) => {
+                        (at(i % n) + a * w, at(i / n) + b * h, c.exp() * w, d.exp() * h)
+                    }
+                    // Relative to the middle of the image, as everything here.
+                    (AnswerCoding::Centres, _) => {
+                        let place = |k: usize, offset: f64| (k as f64 + offset) * config.stride_px() - side / 2.0;
+                        (place(i % n, c), place(i / n, d), a * side, b * side)
+                    }
+                    _ => (at(i % n) + (c - a) / 2.0, at(i / n) + (d - b) / 2.0, a + c, b + d),
+                };
+                let change = |r: f64| r.max(1.0 / r);
+                let scale = change(padded_side(wide, high) / target);
+                let ratio = change((width / height) / (wide / high));
+                let penalty = (-(ratio * scale - 1.0) * config.penalty()).exp();
+                let share = config.window();
+                let rank = penalty * score * (1.0 - share) + window[i] * share;
+                let sound = wide > 0.0 && high > 0.0 && (x + y + wide + high + score).is_finite();
+                let rank = if sound { rank } else { f64::NAN };
+                let candidate = Candidate { score, x, y, width: wide, height: high, penalty, rank };
+                if best.is_none_or(|b| !b.rank.is_finite() || rank > b.rank) {
+                    best = Some(candidate);
+                }
+            }
+            *point = best.unwrap_or_default();
         }
     }
 }
 
-/// A candidate's box in the frame, given pixels of the search image per pixel of the frame.
-fn in_frame(point: &Candidate, center: Point, scale: f64) -> BBox {
-    let middle = Point::new(center.x + point.x / scale, center.y + point.y / scale);
-    BBox::from_center_size(middle, point.width / scale, point.height / scale)
+/// A candidate's box in the frame, given pixels of the search image per pixel of the frame, across and down.
+fn in_frame(point: &Candidate, center: Point, (across, down): (f64, f64)) -> BBox {
+    let middle = Point::new(center.x + point.x / across, center.y + point.y / down);
+    BBox::from_center_size(middle, point.width / across, point.height / down)
 }
 
 /// √((w + (w + h) / 2) (h + (w + h) / 2)).

@@ -8,11 +8,13 @@
 mod config;
 mod crop;
 mod decode;
+mod description;
 mod network;
 mod tracker;
 
-pub use config::{ChannelOrder, ScoreCoding, SiameseConfig};
+pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig};
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
+pub use description::SiameseDescription;
 pub use network::{Answer, SiameseNetwork, Sides};
 pub use tracker::{Exemplar, SiameseTracker};

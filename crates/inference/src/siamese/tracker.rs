@@ -1,4 +1,4 @@
-use super::{ChannelOrder, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork};
+use super::{ChannelOrder, CropShape, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork};
 use crate::nanotrack::Patch;
 use crate::{InferenceError, Result};
 use pursuit_geometry::{BBox, Point};
@@ -56,6 +56,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         &self.exemplar
     }
 
+    /// The network.
+    pub const fn network(&self) -> &N {
+        &self.network
+    }
+
     /// The configuration.
     pub const fn config(&self) -> &SiameseConfig {
         self.decoder.config()
@@ -66,13 +71,13 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn embed(&mut self, frame: &Frame, bbox: BBox) -> Result<Vec<f32>> {
-        let side = self.decoder.template_extent(bbox.width(), bbox.height());
+        let extent = self.decoder.template_extent(bbox.width(), bbox.height());
         let shift = self.config().template_shift_px();
         let center = Point::new(bbox.center().x + shift, bbox.center().y + shift);
         if !(bbox.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
         }
-        self.crop(frame, Region::around(center, side), Patch::Template);
+        self.crop(frame, self.region(center, extent), Patch::Template);
         self.network.embed()
     }
 
@@ -94,11 +99,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// bring.
     pub fn locate(&mut self, frame: &Frame, center: Point, size: (f64, f64)) -> Result<Option<Location>> {
         let bbox = BBox::from_center_size(center, size.0, size.1);
-        let side = self.decoder.search_extent(size.0, size.1);
-        if !(bbox.is_finite() && side.is_finite() && bbox.area() > 0.0) {
+        let extent = self.decoder.search_extent(size.0, size.1);
+        if !(bbox.is_finite() && extent.0.is_finite() && extent.1.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
         }
-        self.crop(frame, Region::around(center, side), Patch::Search);
+        self.crop(frame, self.region(center, extent), Patch::Search);
         let answer = self.network.search()?;
         Ok(self.decoder.locate(answer, center, size, frame.size()))
     }
@@ -112,6 +117,19 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// [`Decoder::peaks`].
     pub fn peaks(&self, center: Point, size: (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
         self.decoder.peaks(center, size, least, peaks);
+    }
+
+    /// The pixels of the frame that an image covers which is `extent` (width, height) large there.
+    fn region(&self, center: Point, extent: (f64, f64)) -> Region {
+        match self.config().crop() {
+            CropShape::Square => Region::around(center, extent.0),
+            CropShape::Stretched => Region::stretched(center, extent),
+        }
+    }
+
+    /// The width and height of the frame that a search for a target of `size` (width, height) takes in, in pixels.
+    pub fn search_extent(&self, size: (f64, f64)) -> (f64, f64) {
+        self.decoder.search_extent(size.0, size.1)
     }
 
     /// Cuts, resamples, normalises and hands over.

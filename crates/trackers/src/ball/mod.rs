@@ -28,7 +28,7 @@ use pursuit_tracking::{GroupParams, LocalizerRecipe, Needs, Result, TrackerRecip
 impl LocalizerRecipe for BallParams {
     type Localizer = BallLocalizer;
 
-    const NEEDS: Needs = Needs { color: true };
+    const NEEDS: Needs = Needs { color: true, file: false };
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<BallLocalizer> {
         BallLocalizer::new(self, frame, bbox)

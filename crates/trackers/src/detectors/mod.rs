@@ -1,3 +1,4 @@
 //! Detectors that belong to no tracker.
 
 pub mod motion;
+pub mod objects;

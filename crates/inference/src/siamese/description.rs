@@ -1,0 +1,67 @@
+use super::SiameseConfig;
+use crate::onnx::{self, OnnxOptions, OnnxSiamese};
+use crate::{InferenceError, Result};
+use serde::{Deserialize, Serialize};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The most bytes a description may have.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// A Siamese tracker of the user's: which files its network is in, and everything that these do not say. Paths are relative to
+/// the description's folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SiameseDescription {
+    /// Template image to features; absent where the search takes both images.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub template: Option<PathBuf>,
+    /// Search image, and with no head the template's features or image, to features or answer.
+    pub search: PathBuf,
+    /// Template's and search image's features to the answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub head: Option<PathBuf>,
+    /// Sizes, normalisation, decoding and penalties.
+    pub config: SiameseConfig,
+}
+
+impl SiameseDescription {
+    /// Reads a TOML file.
+    ///
+    /// # Errors
+    /// [`InferenceError::Read`] if it cannot be read, [`InferenceError::Description`] if it cannot be understood or a value is
+    /// out of range.
+    pub fn read(path: &Path) -> Result<Self> {
+        let unread = |source| InferenceError::Read { path: path.to_owned(), source };
+        let wrong = |why: String| InferenceError::Description { path: path.to_owned(), why };
+        let mut bytes = Vec::new();
+        std::fs::File::open(path).and_then(|f| f.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unread)?;
+        let text = String::from_utf8(bytes).ok().filter(|text| text.len() as u64 <= MOST_BYTES);
+        let text =
+            text.ok_or_else(|| wrong("it is no text, or too long; name the TOML file, not the network".into()))?;
+        let read: Self = toml::from_str(&text).map_err(|e| wrong(crate::error::in_line(&text, &e)))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let beside = |file: PathBuf| folder.join(file);
+        Ok(Self {
+            template: read.template.map(beside),
+            search: beside(read.search),
+            head: read.head.map(beside),
+            ..read
+        })
+    }
+
+    /// Opens its networks. One of another size than the files name is run on the sizes of the configuration.
+    ///
+    /// # Errors
+    /// As [`onnx::open`] and [`OnnxSiamese::new`].
+    pub fn open(&self, options: &OnnxOptions) -> Result<OnnxSiamese> {
+        let on = |file: &Path, image: Option<usize>| {
+            onnx::open(file, &OnnxOptions { image: image.map(|side| (side, side)), ..options.clone() })
+        };
+        let template = self.template.as_deref().map(|t| on(t, Some(self.config.template_side()))).transpose()?;
+        // Where both images go into one network, the file knows which is which.
+        let search = on(&self.search, template.as_ref().map(|_| self.config.search_side()))?;
+        let head = self.head.as_deref().map(|h| on(h, None)).transpose()?;
+        OnnxSiamese::new(template, search, head, self.config.answer())
+    }
+}

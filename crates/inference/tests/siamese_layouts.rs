@@ -1,0 +1,246 @@
+//! Siamese networks that answer otherwise than NanoTrack: anchors, centres, windows that are stretched, one file for both images.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use pursuit_geometry::{BBox, Point, Size};
+use pursuit_imaging::{Frame, Image};
+use pursuit_inference::onnx::OnnxSiamese;
+use pursuit_inference::siamese::{
+    Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseTracker,
+};
+use pursuit_inference::{Network, Port, Result};
+
+const FRAME: Size = Size::new(640, 480);
+
+fn config(text: &str) -> SiameseConfig {
+    let rest = "template_side_px = 127\nsearch_side_px = 255\nchannels = 'bgr'\nwindow = 0.0\n";
+    toml::from_str(&format!("{rest}{text}")).unwrap()
+}
+
+fn near(a: BBox, b: BBox, most: f64) {
+    let ((l, t, w, h), (x, y, u, v)) = (a.ltwh(), b.ltwh());
+    let worst = [l - x, t - y, w - u, h - v].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+    assert!(worst <= most, "{a} {b}");
+}
+
+#[test]
+fn anchors_are_decoded_as_pysot_does() {
+    let text = "answer_side = 5\nstride_px = 8.0\nscores = 'softmax'\ncontext = 0.5\npenalty = 0.0\nrate = 1.0\n\
+                answer = { anchors = { ratios = [0.33, 1.0, 3.0], scales = [8.0] } }";
+    let config = config(text);
+    assert_eq!(config.answer().anchors(), 3);
+    let mut decoder = Decoder::new(config);
+    // pysot/utils/anchor.py for stride 8, ratios .33, 1, 3, scale 8: 104 x 32, 64 x 64, 32 x 96.
+    let (cells, kinds) = (25, 3);
+    let (mut scores, mut boxes) = (vec![0f32; 2 * kinds * cells], vec![0f32; 4 * kinds * cells]);
+    // Row 1, column 3 of the anchor of ratio 3 is the target, the anchor of ratio 1 there next to it.
+    let (cell, kind) = (5 + 3, 2);
+    scores[(kinds + kind) * cells + cell] = 4.0;
+    scores[(kinds + 1) * cells + cell] = 3.0;
+    for (plane, delta) in [(0, 0.25f32), (1, -0.5), (2, 0.1), (3, -0.2)] {
+        boxes[(plane * kinds + kind) * cells + cell] = delta;
+    }
+    let size = (40.0, 60.0);
+    let side = ((size.0 + 50.0) * (size.1 + 50.0f64)).sqrt() * 255.0 / 127.0;
+    let scale = 255.0 / side;
+    let found =
+        decoder.locate(Answer { scores: &scores, distances: &boxes }, Point::new(300.0, 200.0), size, FRAME).unwrap();
+    let (x, y) = (8.0 + 0.25 * 32.0, -8.0 - 0.5 * 96.0);
+    let expected = BBox::from_center_size(
+        Point::new(300.0 + x / scale, 200.0 + y / scale),
+        32.0 * 0.1f64.exp() / scale,
+        96.0 * (-0.2f64).exp() / scale,
+    );
+    near(found.raw, expected, 1e-4);
+    assert!((found.score - 1.0 / (1.0 + (-4f64).exp())).abs() < 1e-6);
+    assert_eq!(found.point, (1, 3));
+}
+
+#[test]
+fn centres_are_decoded_as_vittrack_does() {
+    let text = "answer_side = 4\nstride_px = 63.75\nscores = 'probability'\ncontext = 0.0\nextent = 2.0\npenalty = 0.0\n\
+                rate = 1.0\nanswer = 'centres'";
+    let mut decoder = Decoder::new(config(text));
+    let cells = 16;
+    let (mut scores, mut boxes) = (vec![0.1f32; cells], vec![0f32; 4 * cells]);
+    let cell = 2 * 4 + 1;
+    scores[cell] = 0.9;
+    for (plane, value) in [(0, 0.25f32), (1, 0.5), (2, 0.75), (3, 0.25)] {
+        boxes[plane * cells + cell] = value;
+    }
+    let size = (80.0, 20.0);
+    // The template covers 2 √(wh), the search as much more as its image is larger: both over the side of the search.
+    let side = 2.0 * 40.0 * 255.0 / 127.0;
+    assert!((decoder.search_extent(size.0, size.1).0 - side).abs() < 1e-9);
+    let found =
+        decoder.locate(Answer { scores: &scores, distances: &boxes }, Point::new(300.0, 200.0), size, FRAME).unwrap();
+    let middle = Point::new(300.0 + ((1.0 + 0.75) / 4.0 - 0.5) * side, 200.0 + ((2.0 + 0.25) / 4.0 - 0.5) * side);
+    near(found.raw, BBox::from_center_size(middle, 0.25 * side, 0.5 * side), 1e-6);
+    assert!((found.score - 0.9).abs() < 1e-6);
+}
+
+#[test]
+fn stretched_windows_keep_the_targets_place_and_size_whatever_its_shape() {
+    let config = SiameseConfig::fear_xs();
+    let mut decoder = Decoder::new(config);
+    assert_eq!(decoder.template_extent(30.0, 100.0), (30.0 * 1.4, 100.0 * 1.4));
+    assert_eq!(decoder.search_extent(30.0, 100.0), (150.0, 500.0));
+    assert_eq!(Region::stretched(Point::new(50.5, 60.0), (151.0, 500.9)).ltwh(), (-25, -191, 151, 500));
+    // The middle point says that the target fills a fifth of the image, where it was.
+    let cells = 256;
+    let (mut scores, mut distances) = (vec![-9f32; cells], vec![1f32; 4 * cells]);
+    scores[8 * 16 + 8] = 9.0;
+    (0..4).for_each(|plane| distances[plane * cells + 8 * 16 + 8] = 25.6);
+    let found = decoder.locate(
+        Answer { scores: &scores, distances: &distances },
+        Point::new(320.0, 240.0),
+        (30.0, 100.0),
+        FRAME,
+    );
+    near(found.unwrap().bbox, BBox::from_center_size(Point::new(320.0, 240.0), 30.0, 100.0), 1e-4);
+}
+
+#[test]
+fn senseless_layouts_are_refused() {
+    let wrong = |text: &str, words: &str| {
+        let rest = "template_side_px = 127\nsearch_side_px = 255\nchannels = 'bgr'\nwindow = 0.0\nanswer_side = 5\nstride_px = 8.0\n\
+                    scores = 'softmax'\ncontext = 0.5\npenalty = 0.0\nrate = 1.0\n";
+        let error = toml::from_str::<SiameseConfig>(&format!("{rest}{text}")).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    wrong("answer = { anchors = { ratios = [], scales = [8.0] } }", "1 to 64 anchors");
+    wrong("answer = { anchors = { ratios = [1.0, 0.0], scales = [8.0] } }", "positive ratios");
+    wrong("answer = 'corners'", "corners");
+    wrong("extent = 0.0", "`extent`");
+    wrong("search_context = -1.0", "`search_context`");
+}
+
+#[test]
+fn descriptions_name_files_beside_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    let config = toml::to_string(&SiameseConfig::fear_xs()).unwrap();
+    std::fs::write(&path, format!("template = 'a.onnx'\nsearch = '/b.onnx'\n[config]\n{config}")).unwrap();
+    let read = SiameseDescription::read(&path).unwrap();
+    assert_eq!(read.template.unwrap(), folder.path().join("a.onnx"));
+    assert_eq!((read.search, read.head, read.config), ("/b.onnx".into(), None, SiameseConfig::fear_xs()));
+    let message = |text: &[u8]| {
+        std::fs::write(&path, text).unwrap();
+        SiameseDescription::read(&path).unwrap_err().to_string()
+    };
+    assert!(message(b"search = 'a'\n\nhed = 'b'").contains("line 3: unknown field `hed`"));
+    assert!(message(&[0xff; 8]).contains("no text"));
+    assert!(message(&vec![b'#'; (1 << 20) + 1]).contains("too long"));
+    assert!(SiameseDescription::read(&folder.path().join("none.toml")).unwrap_err().to_string().contains("none.toml"));
+}
+
+/// Takes tensors of given shapes; answers with the first number of each input, and one peak.
+struct Told {
+    inputs: Vec<Port>,
+    outputs: Vec<Port>,
+    given: Vec<Vec<f32>>,
+    answers: Vec<Vec<f32>>,
+}
+
+fn told(inputs: &[&[usize]], outputs: &[&[usize]]) -> Box<dyn Network> {
+    let ports = |shapes: &[&[usize]]| -> Vec<Port> {
+        shapes.iter().enumerate().map(|(i, s)| Port { name: format!("port {i}"), shape: s.to_vec() }).collect()
+    };
+    let blank = |shapes: &[&[usize]]| shapes.iter().map(|s| vec![0.0; s.iter().product()]).collect();
+    Box::new(Told { inputs: ports(inputs), outputs: ports(outputs), given: blank(inputs), answers: blank(outputs) })
+}
+
+impl Network for Told {
+    fn name(&self) -> &str {
+        "told"
+    }
+    fn inputs(&self) -> &[Port] {
+        &self.inputs
+    }
+    fn outputs(&self) -> &[Port] {
+        &self.outputs
+    }
+    fn input_mut(&mut self, input: usize) -> &mut [f32] {
+        &mut self.given[input]
+    }
+    fn run(&mut self) -> Result<()> {
+        for (i, answer) in self.answers.iter_mut().enumerate() {
+            let sum: f32 = self.given.iter().map(|g| g[0]).sum();
+            answer.fill(sum + i as f32);
+        }
+        Ok(())
+    }
+    fn output(&self, output: usize) -> &[f32] {
+        &self.answers[output]
+    }
+}
+
+#[test]
+fn networks_are_put_together_by_their_shapes() {
+    const SMALL: &[usize] = &[1, 3, 8, 8];
+    const LARGE: &[usize] = &[1, 3, 16, 16];
+    const FEATURES: &[usize] = &[1, 4, 2, 2];
+    let n = |planes: usize| [1, planes, 5, 5];
+    // One file with both images, the template second; sizes before offsets.
+    let both = told(&[LARGE, SMALL], &[&n(2), &n(1), &n(2)]);
+    let mut one = OnnxSiamese::new(None, both, None, &AnswerCoding::Centres).unwrap();
+    assert_eq!((one.sides().template, one.sides().search, one.sides().answer), (8, 16, 5));
+    one.write_row(pursuit_inference::nanotrack::Patch::Template, 0, &[[7.0; 3]; 8]);
+    let features = one.embed().unwrap();
+    assert_eq!((features.len(), features[0]), (3 * 64, 7.0));
+    one.set_template(&features).unwrap();
+    assert!(one.set_template(&features[1..]).is_err());
+    one.write_row(pursuit_inference::nanotrack::Patch::Search, 0, &[[5.0; 3]; 16]);
+    // A clone shares the session and not the images.
+    let mut other = one.clone();
+    other.write_row(pursuit_inference::nanotrack::Patch::Search, 0, &[[1.0; 3]; 16]);
+    let answer = one.search().unwrap();
+    assert_eq!((answer.scores[0], answer.distances[0], answer.distances[50]), (13.0, 12.0, 14.0));
+    assert_eq!(other.search().unwrap().scores[0], 9.0);
+    assert_eq!(one.search().unwrap().scores[0], 13.0);
+
+    let anchors = AnswerCoding::Anchors { ratios: vec![0.5, 2.0], scales: vec![8.0] };
+    let three = |coding: &AnswerCoding, outputs: &[&[usize]]| {
+        let template = told(&[SMALL], &[FEATURES]);
+        let search = told(&[LARGE], &[FEATURES]);
+        OnnxSiamese::new(Some(template), search, Some(told(&[FEATURES, FEATURES], outputs)), coding)
+    };
+    // Four planes are the scores of two anchors here, and the box of one point there.
+    assert!(three(&anchors, &[&n(4), &n(8)]).is_ok());
+    assert!(three(&anchors, &[&n(2), &n(8)]).is_ok());
+    assert!(three(&AnswerCoding::Distances, &[&n(4), &n(2)]).is_ok());
+    for (coding, outputs) in [
+        (&anchors, vec![n(4), n(2)]),
+        (&AnswerCoding::Distances, vec![n(4)]),
+        (&AnswerCoding::Centres, vec![n(1), n(2)]),
+        (&AnswerCoding::Distances, vec![n(4), [1, 2, 6, 6]]),
+    ] {
+        let outputs: Vec<&[usize]> = outputs.iter().map(|o| &o[..]).collect();
+        let error = three(coding, &outputs).unwrap_err().to_string();
+        assert!(error.contains("no scores and boxes of that layout") && error.contains("description"), "{error}");
+    }
+    let error = OnnxSiamese::new(
+        Some(told(&[SMALL], &[FEATURES])),
+        told(&[LARGE, SMALL], &[&n(4), &n(1)]),
+        None,
+        &AnswerCoding::Distances,
+    );
+    assert!(error.unwrap_err().to_string().contains("features that the template's network gives"));
+}
+
+#[test]
+fn a_tracker_goes_through_a_network_of_any_layout() {
+    let text = "template_side_px = 8\nsearch_side_px = 16\nanswer_side = 5\nstride_px = 3.2\nchannels = 'rgb'\nwindow = 0.5\n\
+                scores = 'probability'\ncontext = 0.0\nextent = 2.0\npenalty = 0.0\nrate = 1.0\nanswer = 'centres'";
+    let config: SiameseConfig = toml::from_str(text).unwrap();
+    let n = |planes: usize| [1, planes, 5, 5];
+    let both = told(&[&[1, 3, 8, 8], &[1, 3, 16, 16]], &[&n(1), &n(2), &n(2)]);
+    let network = OnnxSiamese::new(None, both, None, config.answer()).unwrap();
+    let frame = Frame::new(0, 0.0, Image::filled(64, 48, [0, 0, 0]).unwrap());
+    let mut tracker = SiameseTracker::new(network, config, &frame, BBox::from_ltwh(20.0, 20.0, 8.0, 8.0)).unwrap();
+    let found = tracker.locate(&frame, Point::new(24.0, 24.0), (8.0, 8.0)).unwrap().unwrap();
+    // Black images add nothing: scores 0, sizes 1, offsets 2; the window prefers the middle point, 2 cells on.
+    assert_eq!(found.point, (2, 2));
+    let side = 2.0 * 8.0 * 16.0 / 8.0;
+    let middle = 24.0 + ((2.0 + 2.0) * 3.2 / 16.0 - 0.5) * side;
+    near(found.raw, BBox::from_center_size(Point::new(middle, middle), side, side), 1e-6);
+}

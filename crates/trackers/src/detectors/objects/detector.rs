@@ -1,0 +1,48 @@
+use super::ObjectsParams;
+use crate::runtime::unusable;
+use pursuit_imaging::Frame;
+use pursuit_inference::detection::{Limits, ObjectDetector};
+use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
+use std::path::Path;
+
+/// The name in the registry.
+const NAME: &str = "objects";
+
+impl DetectorRecipe for ObjectsParams {
+    fn detector(&self) -> Result<Box<dyn Detector>> {
+        let wrong = |name: &str, problem: String| TrackingError::Parameter {
+            owner: NAME.to_owned(),
+            name: name.to_owned(),
+            problem,
+        };
+        if self.model.is_empty() {
+            let problem = "names no network; give the ONNX file of one, for example `--set model=yolox_nano.onnx`";
+            return Err(wrong("model", problem.to_owned()));
+        }
+        let opened = ObjectDetector::open(Path::new(&self.model), &self.runtime.options());
+        let mut network = opened.map_err(unusable(NAME, "model"))?;
+        if let Err(name) = network.look_for(&self.classes.0) {
+            let known = network.config().classes.join(", ");
+            return Err(wrong("classes", format!("the network knows no `{name}`; it knows: {known}")));
+        }
+        let limits = Limits { score: self.score, overlap: self.overlap, candidates: self.candidates, most: self.most };
+        Ok(Box::new(Objects { network, limits }))
+    }
+}
+
+/// Finds objects all over the frame.
+struct Objects {
+    network: ObjectDetector,
+    limits: Limits,
+}
+
+impl Detector for Objects {
+    fn detect(&mut self, frame: &Frame, _: &[Followed]) -> Result<Vec<Detection>> {
+        let found = self.network.detect(frame.color(), &self.limits).map_err(|e| TrackingError::Computation {
+            tracker: NAME.to_owned(),
+            index: frame.index(),
+            source: Box::new(e),
+        })?;
+        Ok(found.iter().map(|o| Detection { bbox: o.bbox, confidence: o.score }).collect())
+    }
+}

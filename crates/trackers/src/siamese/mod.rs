@@ -1,0 +1,41 @@
+//! Siamese network trackers whose network is the user's: `siamese`, described by a TOML file, and `fear-xs`, which is known. In
+//! the one loop, with state, calibrated score and re-detection. See `docs/guide/networks.md`.
+
+mod localizer;
+mod params;
+
+pub use localizer::SiameseLocalizer;
+pub use params::{Layout, SiameseParams};
+
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{GroupParams, TrackerRecipe};
+
+/// As for `nanotrack`: released Siamese trackers look where the target was.
+fn recipe(name: &'static str, localizer: SiameseParams) -> TrackerRecipe<SiameseParams> {
+    let groups = GroupParams {
+        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        policy: PolicyParams {
+            occluded_below: 0.6,
+            seen_from: 0.7,
+            found_from: 0.85,
+            occluded_score: 1.0,
+            ..PolicyParams::default()
+        },
+        search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
+    };
+    TrackerRecipe { name, localizer, groups }
+}
+
+/// `siamese`.
+pub fn siamese(name: &'static str) -> TrackerRecipe<SiameseParams> {
+    recipe(name, SiameseParams::default())
+}
+
+/// `fear-xs`.
+pub fn fear_xs(name: &'static str) -> TrackerRecipe<SiameseParams> {
+    // The score was fitted on 50 sequences: docs/papers/siamese.md.
+    let fitted = SiameseParams { score_bias: -1.26, score_weight: 0.55, ..SiameseParams::default() };
+    recipe(name, SiameseParams { layout: Layout::FearXs, ..fitted })
+}
