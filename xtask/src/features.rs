@@ -4,10 +4,11 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 7] = [
+const BUILDS: [(&str, &str, &str); 8] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
-    ("pursuit-cli", "encode,h264,reproduce,parquet", "everything"),
+    ("pursuit-cli", "h264,studio", "the studio without a C++ compiler"),
+    ("pursuit-cli", "encode,h264,reproduce,parquet,studio", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit-media", "encode", "a recorder"),
