@@ -190,7 +190,9 @@ export class Monitor {
   }
 }
 
-/** @param {{ x: number, y: number }} a @param {{ x: number, y: number }} b */
+/** The box between two points, in whole pixels: a hand is no more exact, and such a box can be written down and given again.
+ * @param {{ x: number, y: number }} a @param {{ x: number, y: number }} b */
 function between(a, b) {
-  return [Math.min(a.x, b.x), Math.min(a.y, b.y), Math.abs(a.x - b.x), Math.abs(a.y - b.y)];
+  const [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(Math.round);
+  return [Math.min(ax, bx), Math.min(ay, by), Math.abs(ax - bx), Math.abs(ay - by)];
 }

@@ -57,8 +57,7 @@ export class Timeline {
       [this.canvas.width, this.canvas.height] = [Math.round(wide * ratio), Math.round(high * ratio)];
     }
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const style = getComputedStyle(document.documentElement);
-    const ink = (/** @type {string} */ name) => style.getPropertyValue(name);
+    const ink = inks();
     c.fillStyle = ink("--field");
     c.fillRect(0, 0, wide, high);
     if (!this.facts) return;
@@ -151,6 +150,19 @@ export class Timeline {
     const [low, most] = values.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
     return low === most ? [low - 1, most + 1] : [low, most];
   }
+}
+
+/** The style's colours as a canvas takes them: those of light or of dark, as the page has it now. */
+function inks() {
+  const probe = document.body.appendChild(document.createElement("span"));
+  /** @type {Map<string, string>} */
+  const colors = new Map();
+  for (const name of ["--field", "--ink", "--quiet", "--edge", "--edit", ...Object.values(COLORS)]) {
+    probe.style.color = `var(${name})`;
+    colors.set(name, getComputedStyle(probe).color);
+  }
+  probe.remove();
+  return (/** @type {string} */ name) => colors.get(name) ?? "";
 }
 
 /** @param {[number, string, number, number[], number|null]} record @param {string} name @returns {number|null} */

@@ -115,6 +115,19 @@ const checks = {
     await shot("running");
     await button("Pause").click();
     await says("paused");
+    // What is used all the time is on the screen, and the time line is painted in colours that can be told apart.
+    for (const name of ["Start", "Pause", "Stop", "Step", "Step back"]) {
+      const place = await button(name).boundingBox();
+      assert.ok(place && place.y + place.height <= 720, `${name} is not on the screen`);
+    }
+    const colors = await region("Timeline").locator("canvas").evaluate((c) => {
+      const line = /** @type {HTMLCanvasElement} */ (c);
+      const data = line.getContext("2d")?.getImageData(0, 0, line.width, line.height).data ?? [];
+      const seen = new Set();
+      for (let i = 0; i < data.length; i += 4) seen.add(`${data[i]},${data[i + 1]},${data[i + 2]}`);
+      return seen.size;
+    });
+    assert.ok(colors > 4, `${colors} colours in the time line`);
   },
   async "steps go forward and back"() {
     const before = await frame();
@@ -150,6 +163,7 @@ const checks = {
     const csv = await download("CSV");
     // The box as the page drew it: what was sent is in the first line.
     const box = csv.split("\n")[1].split(",").slice(4, 8);
+    assert.deepEqual(box.map(Number), patch(0));
     const out = join(folder, "by-command-line");
     execFileSync(pursuit, ["track", join(folder, "clip.y4m"), "--tracker", "kcf", "--set", "motion.model=imm", "--box", box.join(","), "--no-video", "--out", out], { stdio: "ignore" });
     const own = (/** @type {string} */ text) => text.trim().split("\n").map((line) => line.slice(0, line.lastIndexOf(",")));

@@ -142,7 +142,7 @@ fn nonsense_is_refused_and_never_a_failure_of_ours() {
     let deep = "[".repeat(60_000);
     let answer =
         studio.request("PUT", &format!("{trial}/parameters"), &[("Content-Type", "application/json")], deep.as_bytes());
-    assert_eq!(answer.status, 400);
+    assert!([400, 422].contains(&answer.status), "{}", answer.status);
     assert_eq!(studio.get("/api/info").status, 200);
 }
 
