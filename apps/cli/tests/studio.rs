@@ -1,5 +1,6 @@
 //! `pursuit studio` and `pursuit track --pick`, as far as they go without a browser.
 #![cfg(feature = "studio")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
 
