@@ -20,7 +20,8 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-ptz", 4),
     ("pursuit", 5),
     ("pursuit-experiments", 5),
-    ("pursuit-cli", 6),
+    ("pursuit-studio", 6),
+    ("pursuit-cli", 7),
     ("xtask", 0),
 ];
 
@@ -37,8 +38,21 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("zune-jpeg", &["pursuit-media"]),
     // Evaluation's report shows small pictures of frames.
     ("jpeg-encoder", &["pursuit-media", "pursuit-evaluation"]),
+    ("axum", &["pursuit-studio"]),
+    ("hyper", &["pursuit-studio"]),
     ("parquet", &["pursuit"]),
-    ("serde_json", &["pursuit", "pursuit-ptz", "pursuit-evaluation", "pursuit-experiments", "pursuit-cli", "xtask"]),
+    (
+        "serde_json",
+        &[
+            "pursuit",
+            "pursuit-ptz",
+            "pursuit-evaluation",
+            "pursuit-experiments",
+            "pursuit-cli",
+            "pursuit-studio",
+            "xtask",
+        ],
+    ),
     ("ort", &["pursuit-inference"]),
     ("rten", &["pursuit-inference"]),
 ];

@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
 
+mod browser;
 mod features;
 mod fuzz;
 mod layers;
@@ -89,6 +90,8 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Use the studio's page in a real browser (Node.js and Chromium; installs the rest into target/browser)
+    Browser,
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -114,6 +117,7 @@ fn main() -> Result<()> {
         Task::Peers { which } => peers::compare(which),
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),
+        Task::Browser => browser::test_or_fail(),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }

@@ -79,6 +79,9 @@ pub enum Command {
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
     #[cfg(feature = "reproduce")]
     Reproduce(Reproduce),
+    /// Open the test system with its screen in the browser: pick, follow, look, repair, compare
+    #[cfg(feature = "studio")]
+    Studio(Studio),
     /// Drive pan-tilt heads: simulate loops, see what a head can do
     Ptz(Ptz),
     /// List the trackers, or show the parameters of one as commented TOML
@@ -132,6 +135,10 @@ pub struct Track {
     /// Start on this box: left, top, width, height in pixels (repeat for several targets)
     #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
     pub boxes: Vec<String>,
+    /// Draw the box in the browser: opens the studio's page, and goes on once there is a box
+    #[cfg(feature = "studio")]
+    #[arg(long, conflicts_with_all = ["boxes", "detect", "resume"])]
+    pub pick: bool,
     /// Tracker to use (see `pursuit trackers`)
     #[arg(long, value_name = "NAME")]
     pub tracker: Option<String>,
@@ -221,6 +228,26 @@ pub struct Track {
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
+}
+
+#[cfg(feature = "studio")]
+#[derive(Debug, Args)]
+pub struct Studio {
+    /// The input to open: as for `pursuit track`; without, one is chosen in the page
+    #[arg(value_name = "INPUT")]
+    pub input: Option<OsString>,
+    /// Port to listen at (0: any that is free)
+    #[arg(long, default_value_t = 7400, value_name = "N")]
+    pub port: u16,
+    /// Address to listen at; anything but the loopback makes a token necessary, which is in the address printed
+    #[arg(long, default_value = "127.0.0.1", value_name = "ADDR")]
+    pub host: String,
+    /// Folder that files named in the page must lie in, symbolic links resolved
+    #[arg(long, default_value = ".", value_name = "DIR")]
+    pub root: PathBuf,
+    /// Open no browser
+    #[arg(long)]
+    pub no_open: bool,
 }
 
 /// Takes a length of time above zero.

@@ -37,6 +37,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Eval(args) => commands::eval::run(args, &cli.global),
         #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
+        #[cfg(feature = "studio")]
+        Command::Studio(args) => commands::studio::run(args),
         Command::Ptz(args) => commands::ptz::run(args, &cli.global),
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Licences => commands::licences::run(),

@@ -80,6 +80,8 @@ pub struct Estimate {
     pub prediction: Option<BBox>,
     /// What the localizer said, believed or not; `None` when it found nothing.
     pub measurement: Option<BBox>,
+    /// The part of the frame that was looked at: by the search that found the measurement, else by the first one.
+    pub searched: Option<BBox>,
     /// Covariance of the box, where the motion model has one.
     pub covariance: Option<BoxCovariance>,
     /// Velocity of the centre, where the motion model has one; of a lost target it means nothing and is `None`.
@@ -100,6 +102,7 @@ impl Estimate {
             state: TrackState::Tracking,
             prediction: None,
             measurement: Some(bbox),
+            searched: None,
             covariance: None,
             velocity: None,
             next: None,

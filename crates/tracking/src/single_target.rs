@@ -74,7 +74,7 @@ impl<L: Localizer> SingleTarget<L> {
         self.compensate(frame);
         let prior = self.motion.predict(dt_s).map_err(failed(&self.name, index))?;
         let situation = self.situation(frame, &prior);
-        let found = self.look(frame, &situation)?;
+        let (found, searched) = self.look(frame, &situation)?;
         let evidence = Evidence { frame: frame.size(), prior: &prior, found: found.as_ref(), state: self.state };
         let verdict = within_reach(self.policy.judge(&evidence), frame.size(), &prior, found.as_ref());
         if let Some(measurement) = &found {
@@ -104,6 +104,7 @@ impl<L: Localizer> SingleTarget<L> {
             state: verdict.state,
             prediction: Some(prior.bbox),
             measurement,
+            searched,
             covariance: self.motion.covariance(),
             velocity: self.motion.velocity().filter(|_| !lost),
             next: self.motion.next_sample(),
@@ -130,8 +131,9 @@ impl<L: Localizer> SingleTarget<L> {
         }
     }
 
-    /// Looks where the proposer says, until it has seen enough, and measures what it decides on.
-    fn look(&mut self, frame: &Frame, situation: &Situation<'_>) -> Result<Option<Measurement>> {
+    /// Looks where the proposer says, until it has seen enough, and measures what it decides on; and where it looked.
+    fn look(&mut self, frame: &Frame, situation: &Situation<'_>) -> Result<(Option<Measurement>, Option<BBox>)> {
+        let mut first = None;
         self.places.clear();
         self.localizer.suggest(frame, situation.prior, situation.state, &mut self.places)?;
         self.proposer.begin();
@@ -140,6 +142,7 @@ impl<L: Localizer> SingleTarget<L> {
             if self.searches.is_empty() {
                 break;
             }
+            first = first.or_else(|| self.searches.first().map(|s| s.region));
             let mut best: Option<Found> = None;
             for search in &self.searches {
                 if let Some(measurement) = self.localizer.locate(frame, search)?
@@ -150,10 +153,10 @@ impl<L: Localizer> SingleTarget<L> {
             }
             self.proposer.take(best);
         }
-        let Some(found) = self.proposer.finish(situation) else { return Ok(None) };
+        let Some(found) = self.proposer.finish(situation) else { return Ok((None, first)) };
         let measurement = self.localizer.refine(frame, found.measurement, found.search.look)?;
         self.proposer.settle(&measurement.bbox);
-        Ok(Some(measurement))
+        Ok((Some(measurement), Some(found.search.region)))
     }
 
     /// Corrects the motion by a measurement that is the target, and learns from it if `learn`.
@@ -232,7 +235,7 @@ impl<L: Localizer + Clone + Serialize + DeserializeOwned + 'static> Tracker for 
         });
         (self.motion, self.proposer) = (motion, proposer);
         (self.camera, self.last_believed) = (camera, last_believed);
-        looked
+        looked.map(|(measurement, _)| measurement)
     }
 
     fn forecast(&self, seconds: f64) -> Result<Forecast> {

@@ -6,6 +6,8 @@ pub mod licences;
 pub mod ptz;
 #[cfg(feature = "reproduce")]
 pub mod reproduce;
+#[cfg(feature = "studio")]
+pub mod studio;
 pub mod track;
 pub mod trackers;
 pub mod version;

@@ -31,6 +31,14 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
 }
 
 fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
+    #[cfg(feature = "studio")]
+    let config = match args.pick {
+        true => match super::studio::pick(config, &open_options(args))? {
+            Some(config) => config,
+            None => return Ok(ExitCode::SUCCESS),
+        },
+        false => config,
+    };
     let run = Run::prepare(config, &open_options(args))?;
     memory::check(run.input().size.area())?;
     let video = !(args.no_video || args.overlay == Some(Overlay::None));

@@ -1,11 +1,10 @@
 use super::print;
 use crate::args::Trackers;
 use pursuit::RunError;
-use pursuit::config::DETECTOR_PREFIX;
+use pursuit::config::{DETECTOR_PREFIX, catalogue};
 use pursuit::trackers::registry;
 use pursuit::tracking::parameters::{Parameter, template_at};
 use pursuit::tracking::{DetectorEntry, TrackerEntry};
-use serde_json::{Value, json};
 use std::fmt::Write;
 use std::process::ExitCode;
 
@@ -14,7 +13,7 @@ pub fn run(args: &Trackers) -> anyhow::Result<ExitCode> {
     let text = match (&args.name, args.json) {
         (Some(name), false) => template(name)?,
         (None, false) => list()?,
-        (name, true) => serde_json::to_string_pretty(&schema(name.as_deref())?)? + "\n",
+        (name, true) => serde_json::to_string_pretty(&catalogue(name.as_deref())?)? + "\n",
     };
     print(text.as_bytes())
 }
@@ -62,22 +61,4 @@ fn template(name: &str) -> anyhow::Result<String> {
         section(&format!("parameters.{DETECTOR_PREFIX}"), &detector.schema())?;
     }
     Ok(text)
-}
-
-/// Everything that is known of the trackers and detectors, or of those of one name.
-fn schema(name: Option<&str>) -> Result<Value, RunError> {
-    if let Some(name) = name {
-        find(name)?;
-    }
-    let asked = |entry: &str| name.is_none_or(|name| name == entry);
-    let trackers = registry::trackers().iter().filter(|t| asked(t.name)).map(|t| {
-        let recipe = t.default_recipe();
-        let needs = recipe.needs();
-        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "needs_color": needs.color, "needs_file": needs.file,
-            "parameters": recipe.schema() })
-    });
-    let detectors = registry::detectors().iter().filter(|d| asked(d.name)).map(|d| {
-        json!({ "name": d.name, "summary": d.summary, "default_tracker": d.default_tracker, "parameters": d.schema() })
-    });
-    Ok(json!({ "trackers": trackers.collect::<Vec<_>>(), "detectors": detectors.collect::<Vec<_>>() }))
 }

@@ -26,5 +26,5 @@ pub use canvas::{Canvas, Stroke};
 #[cfg(feature = "encode")]
 pub use mp4::Mp4Writer;
 pub use pursuit_containers::Storage;
-pub use still::{write_jpeg, write_png};
+pub use still::{encode_jpeg, write_jpeg, write_png};
 pub use video::{VideoOptions, VideoWriter};

@@ -1,7 +1,9 @@
 //! What to run, as a value: read from a TOML file, from a command line, or both.
 
+mod catalogue;
 mod settings;
 
+pub use catalogue::catalogue;
 pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, Settings};
 
 use crate::sinks::OverlayStyle;

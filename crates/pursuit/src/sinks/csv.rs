@@ -81,6 +81,14 @@ impl Sink for CsvSink {
     }
 }
 
+/// What `trajectory.csv` holds of these records, for whoever sends it instead of keeping it.
+pub fn trajectory_csv<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<u8> {
+    let mut text = Vec::new();
+    push_row(&mut text, &TRAJECTORY_COLUMNS);
+    records.into_iter().for_each(|record| push_row(&mut text, &cells(record)));
+    text
+}
+
 fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
     let estimate = record.estimate.as_ref();
     let state = estimate.map_or("lost", |e| e.state.as_str());

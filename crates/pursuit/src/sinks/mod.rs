@@ -14,10 +14,10 @@ mod overlay;
 mod parquet;
 mod predictions;
 
-pub use csv::{CsvSink, TRAJECTORY_COLUMNS};
+pub use csv::{CsvSink, TRAJECTORY_COLUMNS, trajectory_csv};
 pub use format::Format;
 pub use jsonl::JsonlSink;
-pub use mot::MotSink;
+pub use mot::{MotSink, mot_lines};
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]

@@ -30,19 +30,22 @@ impl MotSink {
     }
 }
 
+/// What `trajectory.txt` holds of these records, for whoever sends it instead of keeping it.
+pub fn mot_lines<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<u8> {
+    let mut lines = Vec::new();
+    for record in records {
+        let Some(e) = record.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
+        let (left, top, width, height) = e.bbox.ltwh();
+        let (frame, id, left, top) = (record.frame + 1, record.target, left + 1.0, top + 1.0);
+        // Writing to memory cannot fail.
+        let _ = writeln!(lines, "{frame},{id},{left:.3},{top:.3},{width:.3},{height:.3},{:.4},-1,-1,-1", e.score);
+    }
+    lines
+}
+
 impl Sink for MotSink {
     fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        for record in records {
-            let Some(e) = record.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
-            let (left, top, width, height) = e.bbox.ltwh();
-            let (frame, id, left, top) = (record.frame + 1, record.target, left + 1.0, top + 1.0);
-            // Writing to memory cannot fail.
-            let _ = writeln!(
-                self.file.pending,
-                "{frame},{id},{left:.3},{top:.3},{width:.3},{height:.3},{:.4},-1,-1,-1",
-                e.score
-            );
-        }
+        self.file.pending.extend_from_slice(&mot_lines(records));
         self.file.flush()
     }
 

@@ -103,6 +103,7 @@ impl View {
             bbox: self.in_input(estimate.bbox),
             prediction: estimate.prediction.map(|b| self.in_input(b)),
             measurement: estimate.measurement.map(|b| self.in_input(b)),
+            searched: estimate.searched.map(|b| self.in_input(b)),
             covariance: estimate.covariance.map(|c| scale * c * scale),
             velocity: estimate.velocity.map(|v| Velocity { x: v.x / sx, y: v.y / sy }),
             next: estimate.next.map(|mut next| {
@@ -200,6 +201,7 @@ mod tests {
         let next = pursuit_tracking::NextSample { in_s: 0.1, center: Some(Point::new(40.0, 20.0)) };
         let estimate = Estimate {
             prediction: Some(seen),
+            searched: Some(seen),
             covariance: Some(Matrix4::identity()),
             velocity: Some(Velocity { x: 10.0, y: 10.0 }),
             next: Some(next),
@@ -208,6 +210,7 @@ mod tests {
         let said = view.estimate_in_input(&estimate);
         let wanted = BBox::from_ltwh(110.0, 70.0, 20.0, 60.0);
         assert_eq!((said.bbox, said.prediction, said.measurement), (wanted, Some(wanted), Some(wanted)));
+        assert_eq!(said.searched, Some(wanted));
         assert_eq!(said.covariance.unwrap().diagonal(), Vector4::new(0.25, 4.0, 0.25, 4.0));
         assert_eq!(said.velocity.unwrap(), Velocity { x: 5.0, y: 20.0 });
         assert_eq!(said.next.unwrap().center.unwrap(), Point::new(120.0, 90.0));

@@ -161,6 +161,7 @@ impl Target {
             state: verdict.state,
             prediction: Some(prior.bbox),
             measurement: found.map(|m| m.bbox),
+            searched: None,
             covariance: belief.motion.covariance(),
             velocity: belief.motion.velocity().filter(|_| !lost),
             next: belief.motion.next_sample(),

@@ -1,0 +1,93 @@
+//! `pursuit studio` and `pursuit track --pick`, as far as they go without a browser.
+#![cfg(feature = "studio")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use common::{command, fails, pursuit, rows};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Stdio};
+
+/// The address in a line of a program's output.
+fn address(line: &str) -> String {
+    line.split("http://").nth(1).unwrap().trim_end().trim_end_matches('/').to_owned()
+}
+
+/// Sends a request and reads the whole answer.
+fn ask(address: &str, method: &str, path: &str, body: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    let length = body.len();
+    write!(
+        stream,
+        "{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Type: application/json\r\nContent-Length: {length}\r\n\r\n{body}"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+fn first_line(output: impl Read) -> String {
+    let mut line = String::new();
+    BufReader::new(output).read_line(&mut line).unwrap();
+    line
+}
+
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn the_studio_prints_its_address_and_answers_there() {
+    let mut child = command(&["studio", "scene:drift?duration=1", "--port", "0", "--no-open"]);
+    let mut child = Killed(child.stdout(Stdio::piped()).spawn().unwrap());
+    let address = address(&first_line(child.0.stdout.take().unwrap()));
+    let page = ask(&address, "GET", "/", "");
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("<title>pursuit studio</title>"), "{page}");
+    let info = ask(&address, "GET", "/api/info", "");
+    assert!(info.contains("\"input\":\"scene:drift?duration=1\""), "{info}");
+    let opened = ask(&address, "POST", "/api/trials", "{}");
+    assert!(
+        opened.starts_with("HTTP/1.1 201"),
+        "the input of the command line is opened without being named: {opened}"
+    );
+}
+
+#[test]
+fn what_the_studio_cannot_use_is_said_before_it_is_opened() {
+    fails(&pursuit(&["studio", "nowhere.mp4", "--no-open"]), 3, &["nowhere.mp4"]);
+    fails(&pursuit(&["studio", "-", "--no-open"]), 2, &["standard input"]);
+    fails(&pursuit(&["studio", "--root", "nowhere", "--no-open"]), 2, &["--root nowhere"]);
+    fails(&pursuit(&["studio", "--host", "192.0.2.1", "--no-open"]), 2, &["192.0.2.1", "--host"]);
+}
+
+#[test]
+fn a_box_drawn_in_the_page_is_what_the_run_starts_from() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("run");
+    let mut child =
+        command(&["track", "scene:drift?seed=7&duration=1", "--tracker", "mosse", "--pick", "--no-video", "--out"]);
+    let mut child = Killed(child.arg(&folder).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+    let line = first_line(child.0.stderr.take().unwrap());
+    assert!(line.starts_with("draw a box"), "{line}");
+    let address = address(&line);
+    let other = ask(&address, "POST", "/api/trials", r#"{ "source": "scene:static" }"#);
+    assert!(other.starts_with("HTTP/1.1 422"), "{other}");
+    let opened = ask(&address, "POST", "/api/trials", r#"{ "tracker": "mosse" }"#);
+    let number: String = opened.split("\"trial\":").nth(1).unwrap().chars().take_while(char::is_ascii_digit).collect();
+    let path = format!("/api/trials/{number}");
+    let sought = ask(&address, "POST", &format!("{path}/orders"), r#"{ "order": "seek", "frame": 5 }"#);
+    assert!(sought.starts_with("HTTP/1.1 200"), "{sought}");
+    let drawn = ask(&address, "POST", &format!("{path}/targets"), r#"{ "box": [150, 100, 30, 32] }"#);
+    assert!(drawn.starts_with("HTTP/1.1 200"), "{drawn}");
+    assert!(child.0.wait().unwrap().success());
+    let rows = rows(&folder.join("trajectory.csv"));
+    assert_eq!(["frame", "x", "y", "w", "h"].map(|c| &*rows[0][c]), ["5", "150.000", "100.000", "30.000", "32.000"]);
+    assert_eq!(rows.len(), 25);
+}

@@ -1,0 +1,198 @@
+// The picture with what is known drawn on it, and boxes that are dragged.
+
+/** @typedef {import("./api.js").Facts} Facts */
+
+/** What can be drawn, with its colour (Okabe and Ito) and dash. */
+export const LAYERS = [
+  { name: "estimated", label: "Estimated", color: "#ffffff", dash: [], on: true },
+  { name: "measured", label: "Measured", color: "#009e73", dash: [], on: true },
+  { name: "predicted", label: "Predicted", color: "#ff5a36", dash: [6, 3], on: true },
+  { name: "trail", label: "Trail", color: "#f0e442", dash: [], on: true },
+  { name: "search", label: "Search region", color: "#56b4e9", dash: [2, 4], on: false },
+  { name: "covariance", label: "Covariance", color: "#cc79a7", dash: [], on: true },
+  { name: "truth", label: "Truth", color: "#e69f00", dash: [8, 4], on: true },
+  { name: "words", label: "State and score", color: "", dash: [], on: true },
+];
+/** Frames of the trail. */
+const TRAIL = 90;
+/** A drag below this many pixels of the picture is a click. */
+const CLICK = 3;
+/** Two standard deviations of a Gaussian in the plane hold 86 % of it. */
+const SIGMAS = 2;
+
+export class Monitor {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {(box: number[]) => void} picked called with left, top, width, height in pixels of the input
+   * @param {(target: number) => void} chosen
+   */
+  constructor(canvas, picked, chosen) {
+    this.canvas = canvas;
+    this.picked = picked;
+    this.chosen = chosen;
+    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    this.layers = Object.fromEntries(LAYERS.map((l) => [l.name, l.on]));
+    /** @type {Facts|null} */
+    this.facts = null;
+    /** @type {HTMLCanvasElement|null} */
+    this.background = null;
+    /** @type {number[]|null} */
+    this.draft = null;
+    /** @type {{ x: number, y: number }|null} */
+    this.from = null;
+    this.selected = 0;
+    /** @type {(target: number) => number[][]} */
+    this.trailOf = () => [];
+    if (picked !== null) this.listen();
+    new ResizeObserver(() => this.fit()).observe(/** @type {HTMLElement} */ (canvas.parentElement));
+  }
+
+  listen() {
+    this.canvas.addEventListener("pointerdown", (event) => {
+      if (!this.facts || event.button !== 0) return;
+      this.canvas.setPointerCapture(event.pointerId);
+      this.canvas.focus();
+      this.from = this.at(event);
+      this.draft = null;
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (!this.from) return;
+      this.draft = between(this.from, this.at(event));
+      this.draw();
+    });
+    this.canvas.addEventListener("pointerup", (event) => {
+      if (!this.from) return;
+      const box = between(this.from, this.at(event));
+      const to = this.at(event);
+      this.from = null;
+      this.draft = null;
+      if (box[2] >= CLICK && box[3] >= CLICK) this.picked(box);
+      else this.chosen(this.under(to));
+      this.draw();
+    });
+    this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = null; this.draw(); });
+  }
+
+  /** Makes the picture as large as there is room, small ones up to three times their size. */
+  fit() {
+    const room = this.canvas.parentElement;
+    if (!room?.clientWidth || !room.clientHeight) return;
+    const factor = Math.min(room.clientWidth / this.canvas.width, room.clientHeight / this.canvas.height, 3);
+    this.canvas.style.width = `${this.canvas.width * factor}px`;
+    this.canvas.style.height = `${this.canvas.height * factor}px`;
+    this.draw();
+  }
+
+  /** @param {PointerEvent} event @returns {{ x: number, y: number }} in pixels of the input, inside the picture */
+  at(event) {
+    const place = this.canvas.getBoundingClientRect();
+    const inside = (/** @type {number} */ v, /** @type {number} */ most) => Math.min(Math.max(v, 0), most);
+    return {
+      x: inside((event.clientX - place.left) * this.canvas.width / place.width, this.canvas.width),
+      y: inside((event.clientY - place.top) * this.canvas.height / place.height, this.canvas.height),
+    };
+  }
+
+  /** The target whose box holds this point; 0: none. @param {{ x: number, y: number }} point */
+  under({ x, y }) {
+    const holds = (/** @type {number[]|undefined} */ b) => b && x >= b[0] && y >= b[1] && x <= b[0] + b[2] && y <= b[1] + b[3];
+    return this.facts?.now?.records.find((r) => holds(r.box))?.target ?? 0;
+  }
+
+  /** @param {Facts} facts @param {ImageBitmap|null} picture */
+  show(facts, picture) {
+    this.facts = facts;
+    const { width, height } = facts.input;
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      [this.canvas.width, this.canvas.height] = [width, height];
+      this.fit();
+    }
+    if (picture) {
+      this.background ??= document.createElement("canvas");
+      [this.background.width, this.background.height] = [width, height];
+      this.background.getContext("2d")?.drawImage(picture, 0, 0, width, height);
+    }
+    this.draw();
+  }
+
+  draw() {
+    const c = this.context;
+    c.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    if (this.background) c.drawImage(this.background, 0, 0);
+    const now = this.facts?.now;
+    if (!now) return;
+    // Lines are as thick on the screen whatever the size of the picture.
+    const unit = Math.max(this.canvas.width / (this.canvas.clientWidth || this.canvas.width), .5);
+    if (this.layers.truth && now.truth) this.box(now.truth, "truth", unit);
+    for (const record of now.records) {
+      if (!record.box) continue;
+      if (this.layers.trail) this.trail(this.trailOf(record.target).slice(-TRAIL), unit);
+      if (this.layers.search && record.searched) this.box(record.searched, "search", unit);
+      const believed = record.state !== "lost";
+      // Below the others, which are thinner: where all agree, each can be seen.
+      if (this.layers.estimated) this.box(record.box, "estimated", unit, record.state === "lost" ? [2, 6] : [], record.target === this.selected);
+      if (this.layers.predicted && record.predicted && believed) this.box(record.predicted, "predicted", unit);
+      if (this.layers.measured && record.measured && believed) this.box(record.measured, "measured", unit);
+      if (this.layers.covariance && record.covariance && believed) this.ellipse(record.box, record.covariance, unit);
+      if (this.layers.words) this.words(record, unit);
+    }
+    if (this.draft) this.box(this.draft, "estimated", unit, [5, 3], true);
+  }
+
+  /** @param {number[]} box @param {string} layer @param {number} unit @param {number[]} [dash] @param {boolean} [strong] */
+  box([l, t, w, h], layer, unit, dash, strong = false) {
+    const look = /** @type {typeof LAYERS[0]} */ (LAYERS.find((one) => one.name === layer));
+    this.stroke(look.color, unit, dash?.length ? dash : look.dash, strong ? 5 : layer === "estimated" ? 3.4 : 1.5, () => this.context.rect(l, t, w, h));
+  }
+
+  /** A line with a dark edge, which shows on every ground.
+   * @param {string} color @param {number} unit @param {number[]} dash @param {number} width @param {() => void} path */
+  stroke(color, unit, dash, width, path) {
+    const c = this.context;
+    for (const [style, wide] of [["rgba(0,0,0,.55)", width + 1.6], [color, width]]) {
+      c.beginPath();
+      path();
+      c.setLineDash(dash.map((d) => d * unit));
+      c.strokeStyle = String(style);
+      c.lineWidth = Number(wide) * unit;
+      c.stroke();
+    }
+    c.setLineDash([]);
+  }
+
+  /** @param {number[][]} points @param {number} unit */
+  trail(points, unit) {
+    if (points.length < 2) return;
+    this.stroke("#f0e442", unit, [], 1.4, () => points.forEach(([x, y], i) => (i ? this.context.lineTo(x, y) : this.context.moveTo(x, y))));
+  }
+
+  /** @param {number[]} box @param {number[]} covariance xx, xy, yy in square pixels @param {number} unit */
+  ellipse([l, t, w, h], [xx, xy, yy], unit) {
+    const mean = (xx + yy) / 2, half = Math.hypot((xx - yy) / 2, xy);
+    const [a, b] = [mean + half, mean - half].map((v) => SIGMAS * Math.sqrt(Math.max(v, 0)));
+    const angle = Math.atan2(2 * xy, xx - yy) / 2;
+    this.stroke("#cc79a7", unit, [], 1.4, () => this.context.ellipse(l + w / 2, t + h / 2, Math.max(a, .5), Math.max(b, .5), angle, 0, 2 * Math.PI));
+  }
+
+  /** @param {import("./api.js").TargetRecord} record @param {number} unit */
+  words(record, unit) {
+    const [c, size] = [this.context, 13 * unit];
+    const [l, t, , h] = /** @type {number[]} */ (record.box);
+    const text = `${record.target} ${record.state} ${(record.score ?? 0).toFixed(2)}`;
+    c.font = `600 ${size}px system-ui, "DejaVu Sans", sans-serif`;
+    const wide = c.measureText(text).width + size * .6;
+    const x = Math.min(Math.max(l, 0), Math.max(this.canvas.width - wide, 0));
+    const y = t > size * 1.6 ? t - size * 1.55 : Math.min(t + h + size * .2, this.canvas.height - size * 1.4);
+    c.fillStyle = "rgba(0,0,0,.72)";
+    c.fillRect(x, y, wide, size * 1.35);
+    c.fillStyle = record.state === "tracking" ? "#8fd0ff" : record.state === "occluded" ? "#ffc04d" : "#ff9a6b";
+    c.fillText(text, x + size * .3, y + size);
+  }
+}
+
+/** The box between two points, in whole pixels: a hand is no more exact, and such a box can be written down and given again.
+ * @param {{ x: number, y: number }} a @param {{ x: number, y: number }} b */
+function between(a, b) {
+  const [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(Math.round);
+  return [Math.min(ax, bx), Math.min(ay, by), Math.abs(ax - bx), Math.abs(ay - by)];
+}

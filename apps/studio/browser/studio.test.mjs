@@ -1,0 +1,230 @@
+// The studio in a real browser, as a user has it: through roles and accessible names, the mouse and the keyboard.
+//   node studio.test.mjs PURSUIT CHROMIUM SCREENSHOTS
+
+import { chromium } from "playwright-core";
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { FRAMES, HEIGHT, WIDTH, patch, writeClip } from "./clip.mjs";
+
+const [pursuit, browserPath, shots] = process.argv.slice(2);
+const folder = mkdtempSync(join(tmpdir(), "pursuit-browser-"));
+mkdirSync(shots, { recursive: true });
+writeClip(join(folder, "clip.y4m"));
+
+/** Starts a studio and waits for its address. @param {number} port */
+async function studio(port) {
+  const child = spawn(pursuit, ["studio", "--no-open", "--port", String(port), "--root", folder], { stdio: ["ignore", "pipe", "inherit"] });
+  const url = await new Promise((done, failed) => {
+    child.stdout.once("data", (data) => done(String(data).trim()));
+    child.once("exit", (code) => failed(new Error(`pursuit studio ended with ${code}`)));
+  });
+  return { child, url: /** @type {string} */ (url) };
+}
+
+/** @param {import("node:child_process").ChildProcess} child */
+const ended = (child) => new Promise((done) => { child.once("exit", done); child.kill("SIGINT"); });
+
+let { child, url } = await studio(0);
+const port = Number(new URL(url).port);
+const browser = await chromium.launch({ executablePath: browserPath, args: ["--no-sandbox"] });
+const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, colorScheme: "light" });
+/** @type {string[]} */
+const complaints = [];
+page.on("pageerror", (error) => complaints.push(String(error)));
+page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
+
+const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
+const region = (/** @type {string} */ name) => page.getByRole("region", { name, exact: true });
+const status = () => page.getByRole("status").innerText();
+const canvas = region("Monitor").locator("canvas");
+const frame = async () => Number(/frame (\d+)/.exec(await status())?.[1]);
+
+/** @param {() => Promise<boolean>} holds @param {string} what */
+async function until(holds, what) {
+  const begun = Date.now();
+  while (!(await holds())) {
+    assert.ok(Date.now() - begun < 60_000, `${what}; the status is: ${await status()}`);
+    await page.waitForTimeout(30);
+  }
+}
+const says = (/** @type {string} */ word) => until(async () => (await status()).includes(word), `never ${word}`);
+
+/** Drags a box given in pixels of the picture. @param {number[]} box */
+async function drag([l, t, w, h]) {
+  const place = /** @type {{ x: number, y: number, width: number, height: number }} */ (await canvas.boundingBox());
+  const [columns, rows] = await canvas.evaluate((c) => [/** @type {HTMLCanvasElement} */ (c).width, /** @type {HTMLCanvasElement} */ (c).height]);
+  assert.deepEqual([columns, rows], [WIDTH, HEIGHT]);
+  const at = (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([place.x + x * place.width / columns, place.y + y * place.height / rows]);
+  await page.mouse.move(...at(l, t));
+  await page.mouse.down();
+  await page.mouse.move(...at(l + w / 2, t + h / 2));
+  await page.mouse.move(...at(l + w, t + h));
+  await page.mouse.up();
+}
+
+/** @param {string} name */
+async function shot(name) {
+  for (const scheme of /** @type {const} */ (["light", "dark"])) {
+    await page.emulateMedia({ colorScheme: scheme });
+    await page.waitForTimeout(120);
+    await page.screenshot({ path: join(shots, `${name}-${scheme}.png`) });
+  }
+  await page.emulateMedia({ colorScheme: "light" });
+}
+
+/** @param {string} name */
+async function download(name) {
+  const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("link", { name, exact: true }).click()]);
+  return readFileSync(/** @type {string} */ (await file.path()), "utf8");
+}
+
+const checks = {
+  async "an empty studio says what to do"() {
+    await page.goto(url);
+    await says("No source is open");
+    assert.ok(await page.getByText("No source is open. Name a clip").isVisible());
+    for (const name of ["Parameters", "Control", "Monitor", "Targets", "Timeline"]) assert.ok(await region(name).isVisible(), name);
+    await shot("empty");
+  },
+  async "a source that is not there is said, not swallowed"() {
+    await page.getByLabel("Source", { exact: true }).fill("nowhere.mp4");
+    await page.getByLabel("Source", { exact: true }).press("Enter");
+    await page.getByText("there is no such file or folder below the root").waitFor();
+    await shot("error");
+    complaints.length = 0; // the browser writes refused requests into its console
+  },
+  async "a clip is opened and its first frame shown"() {
+    await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
+    await page.getByLabel("Tracker", { exact: true }).selectOption("kcf");
+    const begun = Date.now();
+    await button("Open").click();
+    await until(async () => (await frame()) === 0, "no first frame");
+    await until(async () => canvas.evaluate((c) => /** @type {any} */ (c).getContext("2d").getImageData(60, 100, 1, 1).data[0] > 0), "no picture");
+    console.log(`    first frame after ${Date.now() - begun} ms`);
+  },
+  async "a box is dragged in picture coordinates and followed"() {
+    await drag(patch(0));
+    const row = region("Targets").getByRole("row").nth(1);
+    await row.waitFor();
+    assert.match(await row.innerText(), /tracking/);
+    await button("Start").click();
+    await until(async () => (await frame()) > 12, "it does not run");
+    await shot("running");
+    await button("Pause").click();
+    await says("paused");
+    // What is used all the time is on the screen, and the time line is painted in colours that can be told apart.
+    for (const name of ["Start", "Pause", "Stop", "Step", "Step back"]) {
+      const place = await button(name).boundingBox();
+      assert.ok(place && place.y + place.height <= 720, `${name} is not on the screen`);
+    }
+    const colors = await region("Timeline").locator("canvas").evaluate((c) => {
+      const line = /** @type {HTMLCanvasElement} */ (c);
+      const data = line.getContext("2d")?.getImageData(0, 0, line.width, line.height).data ?? [];
+      const seen = new Set();
+      for (let i = 0; i < data.length; i += 4) seen.add(`${data[i]},${data[i + 1]},${data[i + 2]}`);
+      return seen.size;
+    });
+    assert.ok(colors > 4, `${colors} colours in the time line`);
+  },
+  async "steps go forward and back"() {
+    const before = await frame();
+    await button("Step").click();
+    await until(async () => (await frame()) === before + 1, "no step");
+    await button("Step back").click();
+    await button("Step back").click();
+    await until(async () => (await frame()) === before - 1, "no step back");
+    await canvas.focus();
+    await page.keyboard.press("ArrowRight");
+    await until(async () => (await frame()) === before, "no step by the keyboard");
+    await shot("paused");
+  },
+  async "the connection is lost and comes back"() {
+    await ended(child);
+    await page.getByText("connection lost, trying again").waitFor();
+    await shot("disconnected");
+    ({ child, url } = await studio(port));
+    await page.getByText("Open the source once more").waitFor({ timeout: 30_000 });
+    complaints.length = 0;
+    await button("Open").click();
+    await until(async () => (await frame()) === 0, "not opened again");
+    await page.getByText("live", { exact: true }).waitFor();
+  },
+  async "a parameter is changed, a run goes to its end, and its trajectory is that of the command line"() {
+    await page.getByLabel("Motion model", { exact: true }).selectOption("imm");
+    await page.getByLabel("Pace", { exact: true }).selectOption("max");
+    await drag(patch(0));
+    await region("Targets").getByRole("row").nth(1).waitFor();
+    await button("Start").click();
+    await says("the end is reached");
+    assert.equal(await frame(), FRAMES - 1);
+    const csv = await download("CSV");
+    // The box as the page drew it: what was sent is in the first line.
+    const box = csv.split("\n")[1].split(",").slice(4, 8);
+    assert.deepEqual(box.map(Number), patch(0));
+    const out = join(folder, "by-command-line");
+    execFileSync(pursuit, ["track", join(folder, "clip.y4m"), "--tracker", "kcf", "--set", "motion.model=imm", "--box", box.join(","), "--no-video", "--out", out], { stdio: "ignore" });
+    const own = (/** @type {string} */ text) => text.trim().split("\n").map((line) => line.slice(0, line.lastIndexOf(",")));
+    assert.deepEqual(own(csv), own(readFileSync(join(out, "trajectory.csv"), "utf8")));
+    const table = await download("Download table");
+    assert.equal(table.trim().split("\n").length, FRAMES + 1);
+    assert.match(table, /actual_x +actual_y +pred_x +pred_y/);
+    await shot("ended");
+  },
+  async "a box is put right in a frame, and followed from there"() {
+    await page.getByLabel("Frame", { exact: true }).fill("60");
+    await page.getByLabel("Frame", { exact: true }).press("Enter");
+    await until(async () => (await frame()) === 60, "not gone to frame 60");
+    await button("Choose target 1").click();
+    const [l, t, w, h] = patch(60);
+    await drag([l + 2, t + 1, w, h]);
+    await until(async () => (await page.getByLabel("Version", { exact: true }).locator("option").count()) === 2, "no version kept");
+    await until(async () => (await status()).includes("paused"), "not paused");
+    await shot("corrected");
+    await button("Start").click();
+    await says("the end is reached");
+    const csv = await download("CSV");
+    assert.equal(csv.trim().split("\n").length, FRAMES + 1);
+    const x = Number(csv.split("\n")[61].split(",")[4]);
+    assert.ok(Math.abs(x - l - 2) < 1, `${x} at frame 60`);
+  },
+  async "two trackers are compared in step"() {
+    await page.getByLabel("Frame", { exact: true }).fill("0");
+    await page.getByLabel("Frame", { exact: true }).press("Enter");
+    await until(async () => (await frame()) === 0, "not gone to the first frame");
+    await page.getByLabel("Compare with", { exact: true }).selectOption("mosse");
+    await region("Comparison").getByText(/Target 1: centres/).waitFor();
+    for (let i = 0; i < 4; i += 1) await button("Step").click();
+    await until(async () => /^Frame 4\. Target 1/.test(await region("Comparison").getByText(/^Frame/).innerText()), "not in step");
+    await shot("compared");
+    await page.getByLabel("Compare with", { exact: true }).selectOption("");
+    await region("Comparison").waitFor({ state: "hidden" });
+  },
+  async "a run is stopped"() {
+    await button("Start").click();
+    await button("Stop").click();
+    await says("stopped");
+  },
+  async "the page complains of nothing"() {
+    assert.deepEqual(complaints, []);
+  },
+};
+
+let failed = 0;
+for (const [name, check] of Object.entries(checks)) {
+  try {
+    await check();
+    console.log(`ok: ${name}`);
+  } catch (error) {
+    failed += 1;
+    console.log(`FAILED: ${name}\n${error instanceof Error ? error.stack : error}`);
+    await page.screenshot({ path: join(shots, "failed.png") }).catch(() => {});
+    break;
+  }
+}
+await browser.close();
+await ended(child);
+rmSync(folder, { recursive: true });
+process.exit(failed ? 1 : 0);

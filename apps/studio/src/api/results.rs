@@ -1,0 +1,73 @@
+//! What came of a trial.
+
+use crate::error::Refusal;
+use crate::export::Format;
+use crate::studio::Studio;
+use crate::trial::brief;
+use axum::Json;
+use axum::extract::{Path, Query, State};
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// Rows that one answer holds at most.
+const MOST_ROWS: usize = 2000;
+
+#[derive(Deserialize)]
+pub(crate) struct Part {
+    /// The first frame wanted.
+    #[serde(default)]
+    from: u64,
+    version: Option<u32>,
+}
+
+/// The rows of a time line from a frame on, at most [`MOST_ROWS`]; `next` is where to go on.
+pub(crate) async fn rows(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Query(Part { from, version }): Query<Part>,
+) -> Result<Json<Value>, Refusal> {
+    let version = studio.trial(trial)?.version(version).await?.version;
+    let begin = version.rows.partition_point(|r| r.frame < from);
+    let rows: Vec<Value> = version.rows.iter().skip(begin).take(MOST_ROWS).map(|r| brief(r)).collect();
+    let next = version.rows.get(begin + rows.len()).map(|r| r.frame);
+    Ok(Json(json!({ "version": version.number, "tracker": version.tracker, "rows": rows, "next": next })))
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Wanted {
+    format: Option<Format>,
+    version: Option<u32>,
+}
+
+/// The trajectory as a file.
+pub(crate) async fn trajectory(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Query(Wanted { format, version }): Query<Wanted>,
+) -> Result<Response, Refusal> {
+    let told = studio.trial(trial)?.version(version).await?;
+    let format = format.unwrap_or_default();
+    let bytes = tokio::task::spawn_blocking(move || format.write(&told)).await;
+    let bytes = bytes.map_err(|_| Refusal::unfit("this trajectory cannot be written"))?;
+    let disposition = format!("attachment; filename=\"{}\"", format.file_name());
+    Ok(([(header::CONTENT_TYPE, format.media_type().to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes)
+        .into_response())
+}
+
+#[derive(Deserialize)]
+pub(crate) struct At {
+    frame: u64,
+}
+
+/// A frame as JPEG.
+pub(crate) async fn picture(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Query(At { frame }): Query<At>,
+) -> Result<Response, Refusal> {
+    let bytes = studio.trial(trial)?.picture(frame).await?;
+    Ok(([(header::CONTENT_TYPE, "image/jpeg")], bytes).into_response())
+}

@@ -1,0 +1,164 @@
+//! Trials: opening, commanding, editing.
+
+use crate::Picked;
+use crate::error::Refusal;
+use crate::studio::Studio;
+use crate::trial::{Order, Setup};
+use crate::uploads;
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use pursuit::BBox;
+use pursuit::toml::Table;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// The slowest and the fastest pace, in times the input's own.
+const PACES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
+
+type Answer = Result<Json<Value>, Refusal>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Opening {
+    /// Without, the input of the command line.
+    source: Option<String>,
+    tracker: Option<String>,
+    #[serde(default)]
+    parameters: Table,
+}
+
+pub(crate) async fn open(
+    State(studio): State<Arc<Studio>>,
+    Json(Opening { source, tracker, parameters }): Json<Opening>,
+) -> Result<(StatusCode, Json<Value>), Refusal> {
+    let given = studio.given.clone();
+    let locator = match source {
+        Some(name) if Some(&name) == given.as_ref().map(ToString::to_string).as_ref() => given,
+        Some(name) => Some(match name.strip_prefix(uploads::PREFIX) {
+            Some(upload) => studio.uploads.resolve(upload)?,
+            None => {
+                let looking = studio.clone();
+                let found = tokio::task::spawn_blocking(move || looking.root.resolve(&name)).await;
+                found.unwrap_or_else(|_| Err(Refusal::unfit("this source cannot be looked at")))?
+            }
+        }),
+        None => given,
+    };
+    if studio.picking && locator != studio.given {
+        return Err(Refusal::unfit("the box is wanted for the input of the command line; no other can be opened now"));
+    }
+    let locator = locator.ok_or_else(|| Refusal::unfit("no source; name one"))?;
+    let tracker = tracker.unwrap_or_else(|| pursuit::trackers::registry::DEFAULT_TRACKER.to_owned());
+    let options = studio.options.clone();
+    let (number, trial) = studio.open(Setup { locator, options, tracker, parameters }).await?;
+    let facts = trial.order(Order::Tell).await?;
+    Ok((StatusCode::CREATED, Json(json!({ "trial": number, "facts": facts }))))
+}
+
+pub(crate) async fn list(State(studio): State<Arc<Studio>>) -> Json<Value> {
+    Json(json!({ "trials": studio.numbers() }))
+}
+
+pub(crate) async fn tell(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>) -> Answer {
+    obey(&studio, trial, Order::Tell).await
+}
+
+pub(crate) async fn close(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>) -> Result<StatusCode, Refusal> {
+    studio.close(trial).map(|()| StatusCode::NO_CONTENT)
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase", tag = "order", deny_unknown_fields)]
+pub(crate) enum Ordered {
+    Start,
+    Pause,
+    Step,
+    Back,
+    Stop,
+    Seek { frame: u64 },
+    Speed { times: Option<f64> },
+}
+
+pub(crate) async fn order(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Json(ordered): Json<Ordered>,
+) -> Answer {
+    let order = match ordered {
+        Ordered::Start => Order::Start,
+        Ordered::Pause => Order::Pause,
+        Ordered::Step => Order::Step,
+        Ordered::Back => Order::Back,
+        Ordered::Stop => Order::Stop,
+        Ordered::Seek { frame } => Order::Seek(frame),
+        Ordered::Speed { times } if times.is_none_or(|t| PACES.contains(&t)) => Order::Speed(times),
+        Ordered::Speed { .. } => return Err(Refusal::unfit("a speed is between 0.01 and 1000, or null")),
+    };
+    obey(&studio, trial, order).await
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Boxed {
+    /// Left, top, width, height in pixels of the input.
+    #[serde(rename = "box")]
+    ltwh: [f64; 4],
+}
+
+impl Boxed {
+    fn bbox(&self) -> BBox {
+        let [l, t, w, h] = self.ltwh;
+        BBox::from_ltwh(l, t, w, h)
+    }
+}
+
+pub(crate) async fn add(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>, Json(boxed): Json<Boxed>) -> Answer {
+    let facts = obey(&studio, trial, Order::Add(boxed.bbox())).await?;
+    if let Some(frame) = facts["now"]["frame"].as_u64().filter(|_| studio.picking) {
+        // The first one counts.
+        let _ = studio.picked.set(Picked { frame, bbox: boxed.bbox() });
+    }
+    Ok(facts)
+}
+
+pub(crate) async fn correct(
+    State(studio): State<Arc<Studio>>,
+    Path((trial, target)): Path<(u64, u64)>,
+    Json(boxed): Json<Boxed>,
+) -> Answer {
+    obey(&studio, trial, Order::Correct(target, boxed.bbox())).await
+}
+
+pub(crate) async fn remove(State(studio): State<Arc<Studio>>, Path((trial, target)): Path<(u64, u64)>) -> Answer {
+    obey(&studio, trial, Order::Remove(target)).await
+}
+
+pub(crate) async fn change(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Json(parameters): Json<Table>,
+) -> Answer {
+    obey(&studio, trial, Order::Change(parameters)).await
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Method {
+    tracker: String,
+    #[serde(default)]
+    parameters: Table,
+}
+
+pub(crate) async fn method(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Json(Method { tracker, parameters }): Json<Method>,
+) -> Answer {
+    obey(&studio, trial, Order::Tracker(tracker, parameters)).await
+}
+
+async fn obey(studio: &Studio, trial: u64, order: Order) -> Answer {
+    studio.trial(trial)?.order(order).await.map(Json)
+}

@@ -1,0 +1,275 @@
+//! The thread of a trial: obeys orders, follows, shows.
+
+mod editing;
+mod telling;
+
+use super::edit::{Kind, Phase};
+use super::follower::Follower;
+use super::handle::{Answer, Message, Order};
+use super::input::Input;
+use super::pictures::Pictures;
+use super::screen::{PICTURE_EVERY, Screen};
+use super::trajectory::Trajectory;
+use crate::error::Refusal;
+use pursuit::toml::Table;
+use pursuit::trackers::registry;
+use pursuit::tracking::TrackerEntry;
+use pursuit::{Frame, Remote, RunError};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+pub(super) struct Engine {
+    tracker: &'static TrackerEntry,
+    follower: Follower,
+    pictures: Pictures,
+    trajectory: Trajectory,
+    screen: Arc<Screen>,
+    phase: Phase,
+    message: Option<String>,
+    /// The frame that is shown; what is followed may be ahead of it.
+    shown: Arc<Frame>,
+    speed: Option<f64>,
+    /// When the next frame is due, at the pace wanted.
+    due: Instant,
+    /// When viewers were last shown something.
+    shown_at: Instant,
+    last_target: u64,
+    step_ms: f64,
+    /// The frame to stop at, which has not been followed yet, and who asked for it.
+    goal: Option<(u64, Answer)>,
+}
+
+impl Engine {
+    pub fn open(input: Input, tracker: &str, parameters: &Table, screen: Arc<Screen>) -> Result<Self, Refusal> {
+        let tracker = registry::tracker(tracker).map_err(RunError::from)?;
+        let recipe = tracker.recipe(parameters).map_err(RunError::from)?;
+        let mut follower = Follower::new(input.clone(), recipe, Vec::new())?;
+        let mut pictures = Pictures::new(input, follower.info.live);
+        let mut trajectory = Trajectory::default();
+        let Some((shown, row)) = follower.step()? else { return Err(Refusal::unfit("this source has no frames")) };
+        pictures.keep(&shown);
+        trajectory.push(row);
+        let speed = if follower.info.live { None } else { Some(1.0) };
+        let mut engine = Self {
+            tracker,
+            follower,
+            pictures,
+            trajectory,
+            screen,
+            phase: Phase::Ready,
+            message: None,
+            shown,
+            speed,
+            due: Instant::now(),
+            shown_at: Instant::now(),
+            last_target: 0,
+            step_ms: 0.0,
+            goal: None,
+        };
+        engine.show();
+        Ok(engine)
+    }
+
+    /// Stops the input where it waits for a frame that may never come.
+    pub fn remote(&self) -> Remote {
+        self.follower.remote()
+    }
+
+    /// Until it is told to quit, or nobody can tell it anything.
+    pub fn run(mut self, inbox: &Receiver<Message>) {
+        loop {
+            let message = if self.phase == Phase::Running {
+                match inbox.recv_timeout(self.due.saturating_duration_since(Instant::now())) {
+                    Err(RecvTimeoutError::Timeout) => None,
+                    Ok(message) => Some(message),
+                    Err(RecvTimeoutError::Disconnected) => return,
+                }
+            } else {
+                let Ok(message) = inbox.recv() else { return };
+                Some(message)
+            };
+            match message {
+                Some(Message::Quit) => return,
+                Some(Message::Obey(order, answer)) => self.answer(order, answer),
+                Some(Message::Version(number, answer)) => drop(answer.send(self.version(number))),
+                Some(Message::Picture(frame, answer)) => drop(answer.send(self.picture(frame))),
+                None => {
+                    self.go_on();
+                    // Nobody sees more pictures than a screen shows; the last one is always shown.
+                    if self.phase != Phase::Running || self.shown_at.elapsed() >= PICTURE_EVERY {
+                        self.show();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Obeys, and says where the trial is then: of a frame that has not been followed yet, once it has.
+    fn answer(&mut self, order: Order, answer: Answer) {
+        if !matches!(order, Order::Tell | Order::Speed(_)) {
+            self.give_up_goal();
+        }
+        let beyond = match order {
+            Order::Seek(frame) => self.is_beyond(frame).then_some(frame),
+            _ => None,
+        };
+        let outcome = self.obey(order);
+        self.show();
+        match (outcome, beyond) {
+            (Ok(()), Some(frame)) => {
+                self.goal = Some((frame, answer));
+                (self.phase, self.due) = (Phase::Running, Instant::now());
+            }
+            (outcome, _) => drop(answer.send(outcome.map(|()| self.facts()))),
+        }
+    }
+
+    /// Whether this frame will be followed when the run goes on.
+    fn is_beyond(&self, frame: u64) -> bool {
+        let info = &self.follower.info;
+        let there = !info.live && info.frame_count.is_none_or(|n| frame < n);
+        let over = matches!(self.phase, Phase::Ended | Phase::Failed);
+        there && !over && self.trajectory.last().is_some_and(|r| r.frame < frame)
+    }
+
+    /// Stays where it is in place of going on to the frame that was asked for.
+    fn give_up_goal(&mut self) {
+        if let Some((_, answer)) = self.goal.take() {
+            if self.phase == Phase::Running {
+                self.phase = Phase::Paused;
+            }
+            drop(answer.send(Ok(self.facts())));
+        }
+    }
+
+    fn obey(&mut self, order: Order) -> Result<(), Refusal> {
+        match order {
+            Order::Start => self.start()?,
+            Order::Pause => {
+                if self.phase == Phase::Running {
+                    self.phase = Phase::Paused;
+                }
+            }
+            Order::Step => {
+                self.pause();
+                self.go_on();
+            }
+            Order::Back => {
+                let before = self.trajectory.before(self.shown.index()).map(|r| r.frame);
+                let before = before.ok_or_else(|| Refusal::conflict("this is the first frame"))?;
+                self.pause();
+                self.look_at(before)?;
+            }
+            Order::Stop => {
+                if self.phase != Phase::Failed {
+                    self.phase = Phase::Stopped;
+                }
+            }
+            Order::Seek(frame) => self.seek(frame)?,
+            Order::Speed(speed) => self.speed = speed.filter(|_| !self.follower.info.live),
+            Order::Add(bbox) => self.add(bbox)?,
+            Order::Correct(target, bbox) => {
+                self.edit(Kind::Correct { target, bbox }, &format!("target {target} corrected"))?;
+            }
+            Order::Remove(target) => self.edit(Kind::Remove { target }, &format!("target {target} removed"))?,
+            Order::Change(parameters) => self.change(&parameters)?,
+            Order::Tracker(name, parameters) => {
+                let tracker = registry::tracker(&name).map_err(RunError::from)?;
+                self.follow_anew(tracker, parameters, "another tracker")?;
+            }
+            Order::Tell => {}
+        }
+        Ok(())
+    }
+
+    fn pause(&mut self) {
+        if matches!(self.phase, Phase::Running | Phase::Ready | Phase::Stopped) {
+            self.phase = Phase::Paused;
+        }
+    }
+
+    fn start(&mut self) -> Result<(), Refusal> {
+        if self.phase == Phase::Running {
+            return Ok(());
+        }
+        // As the command line: without a box, the truth's where there is one.
+        if self.follower.edits().is_empty()
+            && let Some(bbox) = self.follower.info.truth_at(self.shown.index()).bbox()
+        {
+            self.add(bbox)?;
+        }
+        if self.follower.edits().is_empty() {
+            return Err(Refusal::conflict("nothing to follow yet; drag a box around the target in the picture"));
+        }
+        // What has come to its end begins anew, with everything that was done.
+        if matches!(self.phase, Phase::Ended | Phase::Stopped | Phase::Failed) && self.at_head() {
+            if self.follower.info.live {
+                return Err(Refusal::conflict("a live source does not come again; open it once more"));
+            }
+            let parameters = self.follower.recipe().parameters().map_err(RunError::from)?;
+            self.follow_anew(self.tracker, parameters, "started again")?;
+        }
+        (self.phase, self.due, self.message) = (Phase::Running, Instant::now(), None);
+        Ok(())
+    }
+
+    fn at_head(&self) -> bool {
+        self.trajectory.last().is_none_or(|r| r.frame == self.shown.index())
+    }
+
+    /// The next frame: one that was followed before, else one more.
+    fn go_on(&mut self) {
+        let before = self.shown.time_s();
+        let known = self.trajectory.after(self.shown.index()).map(|r| r.frame);
+        let outcome = match known {
+            Some(frame) => self.look_at(frame),
+            None => self.follow(),
+        };
+        if let Err(refusal) = outcome {
+            (self.phase, self.message) = (Phase::Failed, Some(refusal.message));
+        }
+        if self.goal.as_ref().is_some_and(|(frame, _)| self.shown.index() >= *frame || self.phase != Phase::Running) {
+            self.give_up_goal();
+        }
+        let pause = self
+            .speed
+            .filter(|_| self.goal.is_none())
+            .map_or(0.0, |speed| (self.shown.time_s() - before).clamp(0.0, 1.0) / speed);
+        // A tracker that is slower than the pace does not hurry afterwards.
+        self.due = (self.due + Duration::from_secs_f64(pause)).max(Instant::now());
+    }
+
+    fn follow(&mut self) -> Result<(), Refusal> {
+        if matches!(self.phase, Phase::Ended | Phase::Failed) {
+            return Ok(());
+        }
+        let began = Instant::now();
+        match self.follower.step()? {
+            Some((frame, row)) => {
+                self.step_ms = 1e3 * began.elapsed().as_secs_f64();
+                self.pictures.keep(&frame);
+                self.trajectory.push(row);
+                self.shown = frame;
+            }
+            None => self.phase = Phase::Ended,
+        }
+        Ok(())
+    }
+
+    /// Shows a frame that was followed before.
+    fn look_at(&mut self, frame: u64) -> Result<(), Refusal> {
+        let frame = self.pictures.get(frame)?;
+        self.shown = frame.ok_or_else(|| Refusal::conflict("this picture is no longer there"))?;
+        Ok(())
+    }
+
+    /// Shows this frame, or of those that were followed the nearest.
+    fn seek(&mut self, frame: u64) -> Result<(), Refusal> {
+        self.pause();
+        let first = self.trajectory.first().map_or(0, |r| r.frame);
+        let last = self.trajectory.last().map_or(0, |r| r.frame);
+        let known = self.trajectory.at(frame.clamp(first, last)).map(|r| r.frame);
+        known.map_or(Ok(()), |frame| self.look_at(frame))
+    }
+}

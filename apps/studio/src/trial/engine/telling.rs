@@ -1,0 +1,66 @@
+//! What the engine tells: where the trial is, what came of it.
+
+use super::super::edit::Edit;
+use super::super::handle::Told;
+use super::super::report;
+use super::super::screen::jpeg;
+use super::Engine;
+use crate::error::Refusal;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+impl Engine {
+    pub(super) fn version(&self, number: Option<u32>) -> Result<Told, Refusal> {
+        let current = number.is_none_or(|n| n == self.trajectory.number());
+        let version = if current {
+            Some(self.trajectory.current(self.tracker.name))
+        } else {
+            self.trajectory.versions().iter().find(|v| Some(v.number) == number).cloned()
+        };
+        let version = version.ok_or_else(|| Refusal::missing("there is no such version of this trajectory"))?;
+        Ok(Told { version, info: self.follower.info.clone(), edits: self.follower.edits().to_vec() })
+    }
+
+    pub(super) fn picture(&mut self, frame: u64) -> Result<Vec<u8>, Refusal> {
+        if self.follower.info.frame_count.is_some_and(|n| frame >= n) {
+            return Err(Refusal::missing("there is no such frame"));
+        }
+        let frame = self.pictures.get(frame)?.ok_or_else(|| Refusal::missing("there is no such frame any more"))?;
+        jpeg(&frame).ok_or_else(|| Refusal::unfit("this picture cannot be sent as JPEG"))
+    }
+
+    pub(super) fn show(&mut self) {
+        self.shown_at = Instant::now();
+        self.screen.show(self.facts(), Some(self.shown.clone()));
+    }
+
+    /// Where the trial is.
+    pub(super) fn facts(&self) -> Value {
+        let info = &self.follower.info;
+        let row = self.trajectory.at(self.shown.index()).map(|r| report::row(r, info));
+        let versions = self.trajectory.versions().iter();
+        let versions =
+            versions.map(|v| json!({ "number": v.number, "why": v.why, "tracker": v.tracker, "frames": v.rows.len() }));
+        json!({
+            "phase": self.phase,
+            "message": self.message,
+            "input": {
+                "name": info.name, "width": info.size.width, "height": info.size.height, "fps": info.fps,
+                "frame_count": info.frame_count, "live": info.live, "decoder": info.decoder,
+                "truth": info.truth.is_some(),
+            },
+            "tracker": self.tracker.name,
+            "parameters": self.follower.recipe().parameters().unwrap_or_default(),
+            "now": row,
+            "first": self.trajectory.first().map(|r| r.frame),
+            "head": self.trajectory.last().map(|r| r.frame),
+            "targets": self.follower.targets(),
+            "edits": self.follower.edits().iter().map(Edit::to_json).collect::<Vec<_>>(),
+            "speed": self.speed,
+            "version": self.trajectory.number(),
+            "versions": versions.collect::<Vec<_>>(),
+            "step_ms": self.step_ms,
+            "viewers": self.screen.viewers(),
+        })
+    }
+}

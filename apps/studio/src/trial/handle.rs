@@ -1,0 +1,149 @@
+use super::engine::Engine;
+use super::input::Input;
+use super::row::Version;
+use super::screen::{Screen, Viewer};
+use crate::error::Refusal;
+use pursuit::media::{Locator, OpenOptions};
+use pursuit::toml::Table;
+use pursuit::{BBox, Remote};
+use serde_json::Value;
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+use std::time::Duration;
+use tokio::sync::oneshot;
+
+/// An input that does not answer for this long is not waited for.
+const OPENING: Duration = Duration::from_secs(30);
+/// Longest wait for an order to be obeyed: going far back in a long clip takes its time.
+const OBEYING: Duration = Duration::from_secs(120);
+
+/// What a trial is made of.
+pub(crate) struct Setup {
+    pub locator: Locator,
+    pub options: OpenOptions,
+    pub tracker: String,
+    pub parameters: Table,
+}
+
+/// What a trial can be told.
+pub(crate) enum Order {
+    Start,
+    Pause,
+    Step,
+    Back,
+    Stop,
+    /// Show this frame, following up to it where that has not been done.
+    Seek(u64),
+    /// Times the input's own pace; `None` for as fast as can be.
+    Speed(Option<f64>),
+    Add(BBox),
+    Correct(u64, BBox),
+    Remove(u64),
+    Change(Table),
+    Tracker(String, Table),
+    /// Says where it is.
+    Tell,
+}
+
+pub(super) type Answer = oneshot::Sender<Result<Value, Refusal>>;
+
+/// What reaches the engine.
+pub(crate) enum Message {
+    Obey(Order, Answer),
+    /// Hands out a version by its number, or the current one.
+    Version(Option<u32>, oneshot::Sender<Result<Told, Refusal>>),
+    /// The frame of this number as JPEG.
+    Picture(u64, oneshot::Sender<Result<Vec<u8>, Refusal>>),
+    Quit,
+}
+
+/// A version with what is needed to write it down.
+pub(crate) struct Told {
+    pub version: Version,
+    pub info: pursuit::media::SourceInfo,
+    pub edits: Vec<super::edit::Edit>,
+}
+
+/// A trial that runs on a thread of its own; it ends when this is dropped.
+pub(crate) struct Trial {
+    messages: Sender<Message>,
+    /// Of a live input, which is never opened a second time.
+    remote: Remote,
+    pub screen: Arc<Screen>,
+}
+
+impl Drop for Trial {
+    fn drop(&mut self) {
+        let _ = self.messages.send(Message::Quit);
+        self.remote.stop();
+    }
+}
+
+/// Closes the screen when the thread of its trial ends, however it ends.
+struct Closing(Arc<Screen>);
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
+
+impl Trial {
+    /// Opens the input and shows its first frame.
+    ///
+    /// # Errors
+    /// An input that cannot be read or says nothing, a method that there is not.
+    pub async fn open(setup: Setup) -> Result<Self, Refusal> {
+        let system = |e: std::io::Error| Refusal::too_many(format!("the system gives no thread ({e}); close a trial"));
+        let screen = Screen::open().map_err(system)?;
+        let (messages, inbox) = channel();
+        let (opened, told) = oneshot::channel();
+        let painted = screen.clone();
+        let run = move || {
+            let screen = Closing(painted);
+            let Setup { locator, options, tracker, parameters } = setup;
+            let input = Input::new(locator, options);
+            match Engine::open(input, &tracker, &parameters, screen.0.clone()) {
+                Ok(engine) => {
+                    if opened.send(Ok(engine.remote())).is_ok() {
+                        engine.run(&inbox);
+                    }
+                }
+                Err(refusal) => drop(opened.send(Err(refusal))),
+            }
+        };
+        std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
+        match tokio::time::timeout(OPENING, told).await {
+            Ok(Ok(outcome)) => outcome.map(|remote| Self { messages, remote, screen }),
+            Ok(Err(_)) => Err(Refusal::unfit("this source cannot be opened; please report it")),
+            Err(_) => Err(Refusal::unfit(format!("the source said nothing for {} s", OPENING.as_secs()))),
+        }
+    }
+
+    /// Has an order obeyed, and says where the trial is then.
+    pub async fn order(&self, order: Order) -> Result<Value, Refusal> {
+        self.ask(|answer| Message::Obey(order, answer)).await
+    }
+
+    pub async fn version(&self, number: Option<u32>) -> Result<Told, Refusal> {
+        self.ask(|answer| Message::Version(number, answer)).await
+    }
+
+    pub async fn picture(&self, frame: u64) -> Result<Vec<u8>, Refusal> {
+        self.ask(|answer| Message::Picture(frame, answer)).await
+    }
+
+    async fn ask<T>(&self, message: impl FnOnce(oneshot::Sender<Result<T, Refusal>>) -> Message) -> Result<T, Refusal> {
+        let (answer, told) = oneshot::channel();
+        let over = || Refusal::new(axum::http::StatusCode::GONE, "this trial is over; open its source again");
+        self.messages.send(message(answer)).map_err(|_| over())?;
+        match tokio::time::timeout(OBEYING, told).await {
+            Ok(answer) => answer.unwrap_or_else(|_| Err(over())),
+            Err(_) => Err(Refusal::conflict("this takes long; look again later")),
+        }
+    }
+
+    pub fn viewer(&self) -> Viewer {
+        self.screen.viewer()
+    }
+}

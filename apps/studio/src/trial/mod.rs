@@ -1,0 +1,22 @@
+//! A trial: one input, one method, what the user did, and the trajectories that came of it.
+
+mod edit;
+mod engine;
+mod follower;
+mod handle;
+mod input;
+mod pictures;
+mod report;
+mod row;
+mod screen;
+mod snapshots;
+mod trajectory;
+
+pub(crate) use handle::{Order, Setup, Told, Trial};
+pub(crate) use report::brief;
+pub(crate) use screen::Packet;
+
+/// Targets that one trial follows at most.
+const MOST_TARGETS: usize = 16;
+/// What the user does in one trial at most.
+const MOST_EDITS: usize = 10_000;

@@ -1,0 +1,58 @@
+//! What the page is told, as JSON.
+
+use super::row::Row;
+use pursuit::geometry::Truth;
+use pursuit::media::SourceInfo;
+use pursuit::{BBox, Record};
+use serde_json::{Map, Value, json};
+
+/// What is known of every target in one frame; errors are against the truth where the input brings it.
+pub(crate) fn row(row: &Row, info: &SourceInfo) -> Value {
+    let truth = info.truth_at(row.frame);
+    let records: Vec<Value> = row.records.iter().map(|r| record(r, &truth)).collect();
+    json!({
+        "frame": row.frame,
+        "time_s": row.time_s,
+        "truth": truth.bbox().map(ltwh),
+        "absent": matches!(truth, Truth::Absent),
+        "records": records,
+    })
+}
+
+fn record(record: &Record, truth: &Truth) -> Value {
+    let Some(e) = &record.estimate else { return json!({ "target": record.target.0 }) };
+    let apart = |a: BBox, b: BBox| (a.center().x - b.center().x).hypot(a.center().y - b.center().y);
+    let why: Map<String, Value> = e.diagnostics.iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
+    json!({
+        "target": record.target.0,
+        "state": e.state,
+        "score": e.score,
+        "box": ltwh(e.bbox),
+        "predicted": e.prediction.map(ltwh),
+        "measured": e.measurement.map(ltwh),
+        "searched": e.searched.map(ltwh),
+        "covariance": e.covariance.map(|c| [c[(0, 0)], c[(0, 1)], c[(1, 1)]]),
+        "velocity": e.velocity.map(|v| [v.x, v.y]),
+        "innovation_px": e.prediction.zip(e.measurement).map(|(p, m)| apart(p, m)),
+        "error_px": truth.bbox().map(|t| apart(t, e.bbox)),
+        "update_ms": record.update_ms,
+        "why": why,
+    })
+}
+
+fn ltwh(bbox: BBox) -> [f64; 4] {
+    [bbox.left(), bbox.top(), bbox.width(), bbox.height()]
+}
+
+/// What a time line needs of a row: target, state, score and box; a few numbers each.
+pub(crate) fn brief(row: &Row) -> Value {
+    let records = row.records.iter().filter_map(|r| {
+        let e = r.estimate.as_ref()?;
+        let innovation = e.prediction.zip(e.measurement).map(|(p, m)| {
+            let (p, m) = (p.center(), m.center());
+            (m.x - p.x).hypot(m.y - p.y)
+        });
+        Some(json!([r.target.0, e.state, e.score, ltwh(e.bbox), innovation]))
+    });
+    json!([row.frame, row.time_s, records.collect::<Vec<_>>()])
+}

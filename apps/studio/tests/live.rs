@@ -1,0 +1,141 @@
+//! What viewers are shown, and that nobody who looks can hold the tracker up.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
+
+mod common;
+
+use common::{Opened, studio};
+use serde_json::{Value, json};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+use tungstenite::{Message, WebSocket, client};
+
+type Socket = WebSocket<TcpStream>;
+
+fn look(studio: &Opened, trial: &str) -> Socket {
+    let stream = TcpStream::connect(("127.0.0.1", studio.address.port())).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    client(format!("ws://{}{trial}/live", studio.host()), stream).unwrap().0
+}
+
+/// The next message: facts and JPEG; `None` at the end.
+fn next(socket: &mut Socket) -> Option<(Value, Vec<u8>)> {
+    loop {
+        match socket.read() {
+            Ok(Message::Binary(bytes)) => {
+                let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                let facts = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+                return Some((facts, bytes[4 + length..].to_vec()));
+            }
+            Ok(Message::Close(_)) | Err(_) => return None,
+            Ok(_) => {}
+        }
+    }
+}
+
+/// Messages up to the first of which this holds.
+fn until(socket: &mut Socket, holds: impl Fn(&Value) -> bool) -> (Value, Vec<u8>) {
+    loop {
+        let (facts, jpeg) = next(socket).expect("the connection to stay");
+        if holds(&facts) {
+            return (facts, jpeg);
+        }
+    }
+}
+
+#[test]
+fn a_viewer_sees_picture_and_boxes_at_once_and_after_every_step() {
+    let (studio, _root) = studio();
+    let trial = studio.trial(&json!({ "source": "scene:drift?seed=7&duration=2", "tracker": "mosse" }));
+    let truth = studio.get(&trial).json()["now"]["truth"].clone();
+    studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": truth }));
+    // Nothing moves when this one comes.
+    let mut socket = look(&studio, &trial);
+    let (facts, jpeg) = until(&mut socket, |_| true);
+    assert_eq!((facts["now"]["frame"].as_u64(), facts["targets"].clone()), (Some(0), json!([1])));
+    assert!(jpeg.starts_with(&[0xff, 0xd8]) && jpeg.ends_with(&[0xff, 0xd9]), "{} bytes", jpeg.len());
+    studio.order(&trial, "step");
+    let (facts, _) = until(&mut socket, |f| f["now"]["frame"] == 1);
+    let record = &facts["now"]["records"][0];
+    assert_eq!(record["state"], "tracking");
+    for part in ["box", "predicted", "measured", "searched"] {
+        assert_eq!(record[part].as_array().map(Vec::len), Some(4), "{part}: {record}");
+    }
+    assert_eq!(record["covariance"].as_array().map(Vec::len), Some(3));
+    assert!(record["error_px"].as_f64().unwrap() < 5.0 && !record["why"].as_object().unwrap().is_empty());
+    studio.ok("DELETE", &trial, &json!({}));
+    while next(&mut socket).is_some() {}
+}
+
+#[test]
+fn viewers_that_stand_still_hold_nobody_up() {
+    let (studio, _root) = studio();
+    let scene = "scene:drift?seed=7&duration=10";
+    let trial = studio.trial(&json!({ "source": scene, "tracker": "mosse" }));
+    studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [145.5, 105.5, 30.0, 30.0] }));
+    let _stalled: Vec<Socket> = (0..5).map(|_| look(&studio, &trial)).collect();
+    let mut awake: Vec<Socket> = (0..3).map(|_| look(&studio, &trial)).collect();
+    let watching = std::thread::spawn(move || {
+        for socket in &mut awake {
+            let (facts, _) = until(socket, |f| f["phase"] == "ended");
+            assert_eq!(facts["now"]["frame"], facts["head"]);
+        }
+    });
+    let facts = studio.follow_to_the_end(&trial);
+    assert_eq!(facts["head"], 299);
+    watching.join().unwrap();
+    let csv = studio.get(&format!("{trial}/trajectory")).text();
+    assert_eq!(csv.lines().count(), 301, "no frame was left out for anybody");
+}
+
+#[test]
+fn at_the_input_s_own_pace_a_run_takes_as_long_as_the_input() {
+    let (studio, _root) = studio();
+    let trial = studio.trial(&json!({ "source": "scene:drift?seed=7&duration=1.5", "tracker": "mosse" }));
+    studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [145.5, 105.5, 30.0, 30.0] }));
+    let mut socket = look(&studio, &trial);
+    let began = Instant::now();
+    studio.order(&trial, "start");
+    until(&mut socket, |f| f["phase"] == "ended");
+    // Never faster; how much slower depends on the machine.
+    assert!(began.elapsed() > Duration::from_secs_f64(1.3), "{:?}", began.elapsed());
+}
+
+#[test]
+fn the_time_line_comes_in_parts_and_pictures_one_by_one() {
+    let (studio, _root) = studio();
+    let trial = studio.trial(&json!({ "source": "scene:static?duration=90", "tracker": "mosse" }));
+    studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [100.0, 80.0, 40.0, 40.0] }));
+    studio.follow_to_the_end(&trial);
+    let first = studio.get(&format!("{trial}/rows")).json();
+    assert_eq!((first["rows"].as_array().unwrap().len(), first["next"].as_u64()), (2000, Some(2000)));
+    let second = studio.get(&format!("{trial}/rows?from=2000")).json();
+    assert_eq!((second["rows"].as_array().unwrap().len(), second["next"].clone()), (700, Value::Null));
+    let [frame, time, records] = second["rows"][0].as_array().unwrap().as_slice() else { panic!("{second}") };
+    assert_eq!((frame.as_u64(), time.as_f64().map(|t| (t * 30.0).round())), (Some(2000), Some(2000.0)));
+    assert_eq!(records[0][0], 1);
+    let picture = studio.get(&format!("{trial}/picture?frame=5"));
+    assert_eq!((picture.status, picture.header("content-type").as_deref()), (200, Some("image/jpeg")));
+    assert_eq!(studio.get(&format!("{trial}/picture?frame=2700")).status, 404);
+}
+
+#[test]
+fn what_is_described_is_there_and_what_is_there_is_described() {
+    let (studio, _root) = studio();
+    let trial = studio.trial(&json!({ "source": "scene:drift?duration=1", "tracker": "mosse" }));
+    let description = studio.get("/api/openapi.json").json();
+    let paths = description["paths"].as_object().unwrap();
+    for (path, calls) in paths {
+        let path = path.replace("/api/trials/{trial}", &trial).replace("{target}", "1").replace("{name}", "app.js");
+        for method in calls.as_object().unwrap().keys().filter(|m| *m != "parameters" && *m != "delete") {
+            let status = studio.send(&method.to_uppercase(), &path, &json!({})).status;
+            assert!(![404, 405].contains(&status) || path.contains("targets/1"), "{method} {path}: {status}");
+        }
+    }
+    // As many as the router has.
+    assert_eq!(paths.len(), 19, "{:?}", paths.keys());
+    let catalogue = studio.get("/api/trackers").json();
+    let names = catalogue["trackers"].as_array().unwrap().len();
+    assert_eq!(names, pursuit::trackers::registry::trackers().len());
+    let metrics = studio.get("/metrics").text();
+    assert!(metrics.contains("\npursuit_studio_trials 1\n"), "{metrics}");
+}
