@@ -21,6 +21,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit", 5),
     ("pursuit-experiments", 5),
     ("pursuit-cli", 6),
+    ("pursuit-python", 6),
     ("xtask", 0),
 ];
 
@@ -38,7 +39,20 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     // Evaluation's report shows small pictures of frames.
     ("jpeg-encoder", &["pursuit-media", "pursuit-evaluation"]),
     ("parquet", &["pursuit"]),
-    ("serde_json", &["pursuit", "pursuit-ptz", "pursuit-evaluation", "pursuit-experiments", "pursuit-cli", "xtask"]),
+    ("pyo3", &["pursuit-python"]),
+    ("numpy", &["pursuit-python"]),
+    (
+        "serde_json",
+        &[
+            "pursuit",
+            "pursuit-ptz",
+            "pursuit-evaluation",
+            "pursuit-experiments",
+            "pursuit-cli",
+            "pursuit-python",
+            "xtask",
+        ],
+    ),
     ("ort", &["pursuit-inference"]),
     ("rten", &["pursuit-inference"]),
 ];

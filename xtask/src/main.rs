@@ -15,6 +15,7 @@ mod run;
 mod soak;
 mod suite;
 mod weights;
+mod wheel;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -89,6 +90,15 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Build the Python wheel into target/wheels and test it in a fresh virtual environment, with numpy alone
+    Wheel {
+        /// Test it beside FilterPy and the toolkits of benchmarks too (installs them into target/peers…)
+        #[arg(long)]
+        peers: bool,
+        /// Leave out the optimisation across crates, which takes longest
+        #[arg(long)]
+        quick: bool,
+    },
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -114,6 +124,7 @@ fn main() -> Result<()> {
         Task::Peers { which } => peers::compare(which),
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),
+        Task::Wheel { peers, quick } => wheel::make(quick, peers),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }
