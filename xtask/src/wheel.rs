@@ -11,7 +11,7 @@ const FOLDER: &str = "bindings/python";
 const FIRST_WORDS: &str = "import pursuit; t = pursuit.track('scene:drift?seed=7&duration=1', tracker='kcf'); \
     assert t.boxes().shape == (30, 4) and t.states()['tracking'] == 30";
 
-/// Builds and tests the wheel; with `beside_peers` also beside FilterPy and the toolkits.
+/// Builds and tests the wheel; with `beside_peers` also beside FilterPy, the toolkits and what draws or tabulates.
 pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     let wheel = build(quick)?;
     let command = command(quick)?;
@@ -19,7 +19,7 @@ pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     test(&python, &command, None)?;
     if beside_peers {
         let site = site(&python, &wheel)?;
-        for peer in [peers::tools()?, peers::toolkits()?] {
+        for peer in [peers::tools()?, peers::toolkits()?, frames()?] {
             test(&peer, &command, Some(&site))?;
         }
     }
@@ -29,7 +29,7 @@ pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
 
 /// As [`make`] with everything, but a machine without Python or without access to its packages is no failure: it is said.
 pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
-    let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits());
+    let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits()).and_then(|_| frames());
     match there {
         Ok(_) => make(true, true),
         Err(why) => {
@@ -42,6 +42,11 @@ pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
 /// The Python that builds wheels.
 fn builder() -> Result<PathBuf> {
     peers::environment("wheel-builder", "wheel.txt")
+}
+
+/// The Python with packages that results are handed to.
+fn frames() -> Result<PathBuf> {
+    peers::environment("peers-frames", "frames.txt")
 }
 
 /// Builds the wheel; the tag says the oldest C library that it runs with, which maturin finds out from its symbols.

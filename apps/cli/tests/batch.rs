@@ -1,5 +1,7 @@
 //! `pursuit batch`: many clips, of which some are broken, killed in the middle, gone on with.
 
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
 mod common;
 
 use common::{command, fails, pursuit, rows, stdout};

@@ -3,6 +3,7 @@
 use crate::errors::{of_run, of_tracking, usage};
 use crate::estimate::Estimate;
 use crate::saved;
+use crate::tracker::next_time;
 use crate::values::{self, Ltwh, ltwh};
 use pursuit::toml::Table;
 use pursuit::trackers::registry;
@@ -38,13 +39,16 @@ struct Settings {
 
 struct Running {
     targets: Box<dyn Targets>,
+    /// The number that the next frame has.
     next: u64,
+    /// The time of the frame seen last.
+    time_s: f64,
 }
 
 const MAGIC: &[u8] = b"pursuit targets 1\n";
 
 impl MultiTracker {
-    fn make(settings: Settings, saved: Option<(u64, &[u8])>) -> PyResult<Self> {
+    fn make(settings: Settings, saved: Option<(u64, f64, &[u8])>) -> PyResult<Self> {
         let config = RunConfig {
             tracker: settings.tracker.clone(),
             detect: settings.detector.clone(),
@@ -54,7 +58,7 @@ impl MultiTracker {
         };
         let methods = config.methods().map_err(|e| of_run(&e))?;
         let recipe_of = |name: &str| registry::tracker(name).map(|entry| entry.default_recipe());
-        let (next, state) = saved.map_or((0, None), |(next, state)| (next, Some(state)));
+        let (next, time_s, state) = saved.map_or((0, 0.0, None), |(next, at, state)| (next, at, Some(state)));
         let targets: Result<Box<dyn Targets>, _> = match (methods.detector, state) {
             (None, None) => Ok(Box::new(TargetSet::new()) as _),
             (None, Some(state)) => TargetSet::restore(state, &recipe_of).map(|t| Box::new(t) as _),
@@ -66,7 +70,7 @@ impl MultiTracker {
                 Box::new(if looks { targets.with_appearance(methods.recipe.boxed_clone()) } else { targets }) as _
             }),
         };
-        let running = Mutex::new(Running { targets: targets.map_err(of_tracking)?, next });
+        let running = Mutex::new(Running { targets: targets.map_err(of_tracking)?, next, time_s });
         Ok(Self { settings, recipe: methods.recipe, running })
     }
 
@@ -106,19 +110,23 @@ impl MultiTracker {
     }
 
     /// Follows the target inside box of `frame`, the frame given to update last, or the first; returns its number, from 1.
-    #[pyo3(signature = (frame, r#box, *, depth = None))]
+    ///
+    /// time_s: that frame's time in seconds; without, that of the frame given to update last.
+    #[pyo3(signature = (frame, r#box, *, time_s = None, depth = None))]
     fn add(
         &self,
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
         r#box: &Bound<'_, PyAny>,
+        time_s: Option<f64>,
         depth: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u64> {
-        let (frame, bbox) = (self.frame(None, frame, depth)?, values::bbox(r#box)?);
-        let added = self.locked(py, |r| {
-            let index = r.next.saturating_sub(1);
-            r.next = r.next.max(1);
-            r.targets.add(&*self.recipe, &frame.clone().retimed(index, index as f64 / self.settings.fps), bbox)
+        let (frame, bbox) = (self.frame(time_s, frame, depth)?, values::bbox(r#box)?);
+        let added = self.locked(py, |r| -> pursuit::tracking::Result<TargetId> {
+            let (index, at) = (r.next.saturating_sub(1), time_s.unwrap_or(r.time_s));
+            let id = r.targets.add(&*self.recipe, &frame.clone().retimed(index, at), bbox)?;
+            (r.next, r.time_s) = (r.next.max(1), at);
+            Ok(id)
         });
         Ok(added.map_err(of_tracking)?.0)
     }
@@ -141,10 +149,10 @@ impl MultiTracker {
         let (index, tracks) = self
             .locked(py, |r| {
                 let index = r.next;
-                let at = time_s.unwrap_or(index as f64 / self.settings.fps);
+                let at = time_s.unwrap_or_else(|| next_time(index, r.time_s, self.settings.fps));
                 let mut tracks: Vec<Track> = Vec::new();
                 r.targets.step(&frame.clone().retimed(index, at), &mut tracks)?;
-                r.next = index + 1;
+                (r.next, r.time_s) = (index + 1, at);
                 Ok((index, tracks))
             })
             .map_err(of_tracking)?;
@@ -167,18 +175,19 @@ impl MultiTracker {
 
     /// Everything needed to go on later, as bytes for restore.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let (next, state) = self.locked(py, |r| r.targets.save().map(|s| (r.next, s))).map_err(of_tracking)?;
-        Ok(PyBytes::new(py, &saved::write(MAGIC, &(&self.settings, next), &state)?))
+        let (next, at, state) =
+            self.locked(py, |r| r.targets.save().map(|s| (r.next, r.time_s, s))).map_err(of_tracking)?;
+        Ok(PyBytes::new(py, &saved::write(MAGIC, &(&self.settings, next, at), &state)?))
     }
 
     /// Targets as save left them. Raises StateError for bytes that another program or version wrote.
     #[staticmethod]
     fn restore(saved: &[u8]) -> PyResult<Self> {
-        let ((settings, next), state): ((Settings, u64), _) = saved::read(MAGIC, saved)?;
-        if !(settings.fps.is_finite() && settings.fps > 0.0) {
+        let ((settings, next, at), state): ((Settings, u64, f64), _) = saved::read(MAGIC, saved)?;
+        if !(settings.fps.is_finite() && settings.fps > 0.0 && at.is_finite()) {
             return Err(saved::broken());
         }
-        Self::make(settings, Some((next, state)))
+        Self::make(settings, Some((next, at, state)))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {

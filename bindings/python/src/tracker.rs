@@ -107,6 +107,15 @@ impl Running {
     }
 }
 
+/// The time of frame `index` when none is given: a step after the last; exactly `index / fps` as long as none ever was.
+pub fn next_time(index: u64, last_s: f64, fps: f64) -> f64 {
+    match index.checked_sub(1) {
+        None => 0.0,
+        Some(before) if last_s == before as f64 / fps => index as f64 / fps,
+        Some(_) => last_s + 1.0 / fps,
+    }
+}
+
 #[pymethods]
 impl Tracker {
     #[new]
@@ -175,13 +184,7 @@ impl Tracker {
         let frame = self.frame(0, Some(time_s.unwrap_or(0.0)), frame, depth)?;
         let (index, estimate) = self.locked(py, |running| -> PyResult<_> {
             let index = running.next;
-            let at = time_s.unwrap_or_else(|| {
-                if running.time_s == (index as f64 - 1.0) / self.settings.fps {
-                    index as f64 / self.settings.fps
-                } else {
-                    running.time_s + 1.0 / self.settings.fps
-                }
-            });
+            let at = time_s.unwrap_or_else(|| next_time(index, running.time_s, self.settings.fps));
             let frame = frame.clone().retimed(index, at);
             let estimate = running.started()?.update(&frame).map_err(of_tracking)?;
             (running.next, running.time_s) = (index + 1, at);

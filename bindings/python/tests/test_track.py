@@ -11,6 +11,7 @@ import pursuit
 import pytest
 from conftest import ROOT, moving_square
 from pursuit._picture import png
+from pursuit._track import COLUMNS
 
 CLIPS = ROOT.parent / "shared" / "data"
 
@@ -88,6 +89,20 @@ def test_other_packages_tables():
     polars = pytest.importorskip("polars")
     table = pursuit.track("scene:drift?duration=1", tracker="mosse").to_polars()
     assert isinstance(table, polars.DataFrame) and table["pred_x"].null_count() == 1
+
+
+def test_the_dataset_of_a_batch_is_read_by_others(command, tmp_path):
+    parquet = pytest.importorskip("pyarrow.dataset")
+    list_of_clips = tmp_path / "clips.txt"
+    list_of_clips.write_text("scene:drift?seed=1&duration=1\nscene:drift?seed=2&duration=1\n")
+    arguments = ["-q", "batch", str(list_of_clips), "--tracker", "mosse", "--out", str(tmp_path / "out"), "--json"]
+    said = json.loads(subprocess.run([command, *arguments], check=True, capture_output=True).stdout)
+    if not said["dataset"]:
+        pytest.skip("this build of the command writes no Parquet")
+    table = parquet.dataset(tmp_path / "out" / "dataset", partitioning="hive").to_table().to_pydict()
+    assert set(COLUMNS) | {"clip"} == set(table) and len(table["x"]) == 60
+    second = [x for x, clip in zip(table["x"], table["clip"]) if "seed-2" in clip]
+    assert second == [e.box[0] for e in pursuit.track("scene:drift?seed=2&duration=1", tracker="mosse")]
 
 
 def test_plots(monkeypatch):

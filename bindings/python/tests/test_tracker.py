@@ -176,6 +176,21 @@ def test_many_targets(square):
     assert [e.target for e in targets.update(images[21])] == [1]
 
 
+def test_times_of_any_origin_are_taken(square):
+    images, boxes = square
+    plain, epoch = pursuit.MultiTracker("kcf"), pursuit.MultiTracker("kcf")
+    plain.add(images[0], boxes[0])
+    epoch.add(images[0], boxes[0], time_s=1e9)
+    for k, image in enumerate(images[1:20], 1):
+        (a,), (b,) = plain.update(image), epoch.update(image, time_s=1e9 + k / 30)
+        assert (a.time_s, b.time_s) == (k / 30, 1e9 + k / 30)
+        np.testing.assert_allclose(a.box, b.box, atol=1e-3)
+    # A target added later begins at the time of the frame, not at that of its number.
+    epoch.add(images[19], (100, 80, 20, 20))
+    assert epoch.update(images[20])[1].velocity is not None
+    assert epoch.update(images[21])[0].time_s == pytest.approx(1e9 + 21 / 30)
+
+
 def test_what_moves_is_found_and_followed():
     images, boxes = moving_square(frames=60, step=(1, 1))
     targets = pursuit.MultiTracker(detector="motion")
