@@ -21,6 +21,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit", 5),
     ("pursuit-experiments", 5),
     ("pursuit-studio", 6),
+    ("pursuit-python", 6),
     ("pursuit-cli", 7),
     ("xtask", 0),
 ];
@@ -41,6 +42,8 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("axum", &["pursuit-studio"]),
     ("hyper", &["pursuit-studio"]),
     ("parquet", &["pursuit"]),
+    ("pyo3", &["pursuit-python"]),
+    ("numpy", &["pursuit-python"]),
     (
         "serde_json",
         &[
@@ -50,6 +53,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
             "pursuit-experiments",
             "pursuit-cli",
             "pursuit-studio",
+            "pursuit-python",
             "xtask",
         ],
     ),

@@ -16,6 +16,7 @@ mod run;
 mod soak;
 mod suite;
 mod weights;
+mod wheel;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -92,6 +93,15 @@ enum Task {
     },
     /// Use the studio's page in a real browser (Node.js and Chromium; installs the rest into target/browser)
     Browser,
+    /// Build the Python wheel into target/wheels and test it in a fresh virtual environment, with numpy alone
+    Wheel {
+        /// Test it beside FilterPy and the toolkits of benchmarks too (installs them into target/peers…)
+        #[arg(long)]
+        peers: bool,
+        /// Leave out the optimisation across crates, which takes longest
+        #[arg(long)]
+        quick: bool,
+    },
     /// Run the benches
     Bench {
         /// Arguments for `cargo bench`
@@ -118,6 +128,7 @@ fn main() -> Result<()> {
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),
         Task::Browser => browser::test_or_fail(),
+        Task::Wheel { peers, quick } => wheel::make(quick, peers),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }
 }

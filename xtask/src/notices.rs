@@ -1,5 +1,5 @@
-//! The notices that `pursuit licences` prints: name, version and licence of every crate that a build with all features
-//! contains, and the text of each licence once.
+//! The notices that `pursuit licences` prints and those in the Python wheel: name, version and licence of every crate that a
+//! build with all features contains, and the text of each licence once.
 
 use crate::run;
 use anyhow::{Context, Result, bail};
@@ -7,26 +7,29 @@ use serde_json::Value;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// Where they stand, in the workspace.
-const FILE: &str = "apps/cli/NOTICES.txt";
-/// The program.
-const PROGRAM: &str = "pursuit-cli";
+/// What is handed out, and where its notices stand in the workspace.
+const PROGRAMS: [(&str, &str); 2] =
+    [("pursuit-cli", "apps/cli/NOTICES.txt"), ("pursuit-python", "bindings/python/NOTICES.txt")];
 
-/// Writes the file.
+/// Writes the files.
 pub fn write() -> Result<()> {
-    let text = notices()?;
-    std::fs::write(run::root().join(FILE), &text).with_context(|| format!("cannot write {FILE}"))?;
-    println!("notices: {FILE}, {} lines", text.lines().count());
+    for (program, file) in PROGRAMS {
+        let text = notices(program)?;
+        std::fs::write(run::root().join(file), &text).with_context(|| format!("cannot write {file}"))?;
+        println!("notices: {file}, {} lines", text.lines().count());
+    }
     Ok(())
 }
 
-/// Says when the committed file is not what would be written now.
+/// Says when a committed file is not what would be written now.
 pub fn check() -> Result<()> {
-    let committed = std::fs::read_to_string(run::root().join(FILE)).unwrap_or_default();
-    if committed != notices()? {
-        bail!("{FILE} does not name what the program contains now; run `cargo xtask notices` and commit the file");
+    for (program, file) in PROGRAMS {
+        let committed = std::fs::read_to_string(run::root().join(file)).unwrap_or_default();
+        if committed != notices(program)? {
+            bail!("{file} does not name what {program} contains now; run `cargo xtask notices` and commit the file");
+        }
+        println!("notices: {file} is up to date");
     }
-    println!("notices: {FILE} is up to date");
     Ok(())
 }
 
@@ -38,12 +41,12 @@ struct Inside {
     texts: Vec<String>,
 }
 
-fn notices() -> Result<String> {
+fn notices(program: &str) -> Result<String> {
     let mut out = String::from(
         "pursuit is licensed under MIT or Apache-2.0, at your choice. A build with all features contains the following\n\
          crates; smaller builds contain fewer. The licence texts follow, each once.\n\n",
     );
-    let inside = inside()?;
+    let inside = inside(program)?;
     let mut texts: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for c in &inside {
         out.push_str(&format!("{} {}: {}\n", c.name, c.version, c.license));
@@ -58,8 +61,8 @@ fn notices() -> Result<String> {
     Ok(out)
 }
 
-/// The crates that are compiled into the program, on any platform, ours and those that only run in the compiler left out.
-fn inside() -> Result<Vec<Inside>> {
+/// The crates that are compiled into `program`, on any platform, ours and those that only run in the compiler left out.
+fn inside(program: &str) -> Result<Vec<Inside>> {
     let output = run::cargo("metadata").args(["--format-version", "1", "--all-features", "--locked"]).output()?;
     let metadata: Value = serde_json::from_slice(&output).context("cargo metadata printed something else than JSON")?;
     let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
@@ -67,8 +70,9 @@ fn inside() -> Result<Vec<Inside>> {
     let nodes: HashMap<String, Value> =
         list(&metadata["resolve"]["nodes"]).into_iter().map(|n| (id(&n["id"]), n)).collect();
     let members: HashSet<String> = list(&metadata["workspace_members"]).iter().map(id).collect();
-    let program = members.iter().find(|m| packages.get(*m).is_some_and(|p| p["name"] == PROGRAM));
-    let mut waiting = vec![program.with_context(|| format!("there is no package {PROGRAM}"))?.clone()];
+    let found = members.iter().find(|m| packages.get(*m).is_some_and(|p| p["name"] == program));
+    let found = found.with_context(|| format!("there is no package {program}"))?;
+    let mut waiting = vec![found.clone()];
     let mut seen: HashSet<String> = waiting.iter().cloned().collect();
     let mut inside = Vec::new();
     while let Some(next) = waiting.pop() {

@@ -83,10 +83,10 @@ struct Pythons {
 
 fn environments() -> Result<Pythons> {
     let streams = environment("peers-streams", "streams.txt")?;
-    Ok(Pythons { tools: environment("peers", "requirements.txt")?, toolkits: toolkits()?, streams })
+    Ok(Pythons { tools: tools()?, toolkits: toolkits()?, streams })
 }
 
-fn toolkits() -> Result<PathBuf> {
+pub fn toolkits() -> Result<PathBuf> {
     environment("peers-toolkits", "toolkits.txt")
 }
 
@@ -107,8 +107,13 @@ fn streams(python: &Path) -> Result<()> {
     Ok(())
 }
 
+/// The Python with packages that do what some of our kernels do.
+pub fn tools() -> Result<PathBuf> {
+    environment("peers", "requirements.txt")
+}
+
 /// The Python of a virtual environment, `target/NAME`, with everything that `xtask/peers/REQUIREMENTS` lists.
-fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
+pub fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
     let folder = run::target_dir().join(name);
     let python = folder.join("bin/python");
     let requirements = run::root().join("xtask/peers").join(requirements);
@@ -186,7 +191,7 @@ fn script_of_ours(python: &Path, script: &Path, program: &str) -> run::Step {
 
 /// A script that runs a program of ours that has just been built.
 fn timed(script: &str, program: &str, arguments: &[OsString]) -> Result<()> {
-    let python = environment("peers", "requirements.txt")?;
+    let python = tools()?;
     script_of_ours(&python, &run::root().join("xtask/peers").join(script), program).args(arguments).run()
 }
 

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{browser, features, fuzz, layers, licences, notices, peers, release, run, soak};
+use crate::{browser, features, fuzz, layers, licences, notices, peers, release, run, soak, wheel};
 use anyhow::{Context, Result};
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,9 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     clock.time("features", features::check)?;
     clock.time("tests", || run::cargo("test").args(["--workspace", "--locked", "--features", TESTED]).run())?;
     if quick {
-        skipped.push("the release suite, fuzzing and the comparisons with independent tools (--quick)".into());
+        skipped.push(
+            "the release suite, fuzzing, the Python wheel and the comparisons with independent tools (--quick)".into(),
+        );
     } else {
         clock.time("release suite", release::test)?;
         if cfg!(target_os = "linux") {
@@ -31,6 +33,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
         }
         clock.time("fuzzing", || fuzzing(fuzz_seconds, &mut skipped))?;
         clock.time("browser", || browser::test_or_skip(&mut skipped))?;
+        clock.time("wheel", || wheel::make_or_skip(&mut skipped))?;
         clock.time("comparisons", || peers::compare_or_skip(&mut skipped))?;
     }
     report(&skipped, &clock);

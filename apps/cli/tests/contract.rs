@@ -7,7 +7,7 @@ use common::{fails, pursuit, rows, stderr, stdout};
 
 #[test]
 fn help_man_and_completions_name_every_command() {
-    let commands = ["demo", "track", "eval", "reproduce", "trackers", "licences", "completions", "man"];
+    let commands = ["demo", "track", "batch", "eval", "reproduce", "trackers", "licences", "completions", "man"];
     let commands = commands.into_iter().filter(|c| *c != "reproduce" || cfg!(feature = "reproduce"));
     for args in [&["--help"][..], &["man"], &["completions", "bash"], &["completions", "zsh"], &["completions", "fish"]]
     {

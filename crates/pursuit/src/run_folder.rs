@@ -220,6 +220,11 @@ fn link_latest(folder: &Path) {
 
 /// `pursuit-out/NAME`, with NAME made from the input's.
 fn default_folder(input: &Locator) -> PathBuf {
+    Path::new("pursuit-out").join(name_of(input))
+}
+
+/// A name for a folder, after the input.
+pub(crate) fn name_of(input: &Locator) -> String {
     let shown = input.to_string();
     // Neither the user of a camera nor what stands for the password names a folder.
     let input = shown.rsplit_once("***@").map_or(&*shown, |(_, host)| host);
@@ -227,7 +232,7 @@ fn default_folder(input: &Locator) -> PathBuf {
     let stem = Path::new(last).file_stem().and_then(|s| s.to_str()).unwrap_or(last);
     let safe: String = stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let safe = safe.trim_matches(['.', '-']);
-    Path::new("pursuit-out").join(if safe.is_empty() { "run" } else { safe })
+    if safe.is_empty() { "run".to_owned() } else { safe.to_owned() }
 }
 
 #[cfg(test)]

@@ -36,8 +36,10 @@ pub struct Run {
     depth: Option<DepthFacts>,
     recipe: RecipeFacts,
     config: RunConfig,
-    /// None for standard output.
+    /// None for standard output, and where nothing is written.
     destination: Option<Destination>,
+    /// Whether results go to the sinks and the observer alone.
+    unwritten: bool,
     /// What is gone on with.
     earlier: Option<Earlier>,
     /// Where results go besides the files.
@@ -125,6 +127,7 @@ impl Run {
             recipe,
             config,
             destination,
+            unwritten: false,
             earlier,
             further: Vec::new(),
         };
@@ -139,6 +142,18 @@ impl Run {
     pub fn with_sink(mut self, sink: Box<dyn Sink>) -> Self {
         self.further.push(sink);
         self
+    }
+
+    /// Writes no files and nothing on standard output: results go to the sinks given and to the observer alone.
+    #[must_use]
+    pub fn unwritten(mut self) -> Self {
+        (self.destination, self.unwritten) = (None, true);
+        self
+    }
+
+    /// What of the input's pictures is looked at, where that is not all as it came.
+    pub const fn view(&self) -> Option<View> {
+        self.view
     }
 
     /// What is known of the input: the size of the frames that are looked at, whether it is live. Its truth is in pixels of
@@ -192,6 +207,7 @@ impl Run {
                 let checkpoint = (!self.info.live).then(|| Checkpoint::new(folder.file(STATE)));
                 self.session = self.session.kept_in(checkpoint);
             }
+            None if self.unwritten => {}
             None => sinks.push(InInput::around(Box::new(JsonlSink::standard_output()), self.view)),
         }
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();

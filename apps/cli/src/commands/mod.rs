@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub mod batch;
 pub mod demo;
 pub mod eval;
 pub mod licences;

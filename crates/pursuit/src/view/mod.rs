@@ -95,7 +95,8 @@ impl View {
     }
 
     /// What is said of a frame of the view, in the input's pixels. The method's raw figures stay as they are.
-    pub(crate) fn estimate_in_input(&self, estimate: &Estimate) -> Estimate {
+    #[must_use]
+    pub fn estimate_in_input(&self, estimate: &Estimate) -> Estimate {
         let ([sx, sy], [x, y]) = (self.scale(), self.origin());
         let scale = Matrix4::from_diagonal(&Vector4::new(1.0 / sx, 1.0 / sy, 1.0 / sx, 1.0 / sy));
         let point = |p: Point| Point::new(p.x / sx + x, p.y / sy + y);

@@ -1,0 +1,65 @@
+"""Trackers of pursuit for the VOT toolkit (pip install vot-toolkit), by the TraX protocol.
+
+`python -m pursuit.integrations.vot --ini > trackers.ini` writes an entry for every tracker, which the toolkit finds in its
+workspace; `python -m pursuit.integrations.vot NAME [--set KEY=VALUE]…` is what such an entry starts.
+"""
+
+import argparse
+import shlex
+import sys
+
+from .. import _native
+from .trax import Server, TraxError
+
+
+def entries(python=sys.executable):
+    """The text of a trackers.ini with every tracker of the registry, run by this Python."""
+    text = []
+    for name in _native.trackers():
+        command = f"{shlex.quote(python)} -m pursuit.integrations.vot {name}"
+        text.append(f"[pursuit-{name}]\nlabel = pursuit-{name}\nprotocol = trax\ncommand = {command}\n")
+    return "\n".join(text)
+
+
+def serve(server, tracker):
+    """Answers until the other side is done: images are read by pursuit's own decoders."""
+    for message, image, region in server:
+        estimate = tracker.init(image, region) if message == "initialize" else tracker.update(image)
+        server.state(estimate.box, confidence=f"{estimate.score:.6f}")
+
+
+def _value(text):
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return {"true": True, "false": False}.get(text, text)
+
+
+def main(arguments=None):
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m pursuit.integrations.vot", description=__doc__.splitlines()[0])
+    parser.add_argument("tracker", nargs="?", default=_native.DEFAULT_TRACKER)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="set a parameter")
+    parser.add_argument("--ini", action="store_true", help="print a trackers.ini with every tracker")
+    given = parser.parse_args(arguments)
+    if given.ini:
+        print(entries())
+        return 0
+    server = None
+    try:
+        settings = dict(s.partition("=")[::2] for s in given.set)
+        tracker = _native.Tracker(given.tracker, **{key: _value(value) for key, value in settings.items()})
+        server = Server(given.tracker, description=_native.trackers()[given.tracker])
+        serve(server, tracker)
+    except (_native.PursuitError, TraxError) as error:
+        if server is not None:
+            server.quit(str(error))
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

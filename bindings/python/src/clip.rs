@@ -1,0 +1,186 @@
+//! A whole input, tracked as the command does it, on a thread of its own.
+
+use crate::errors::{PursuitError, of_run, usage};
+use crate::estimate::Estimate;
+use crate::values;
+use numpy::{PyArray3, PyArrayMethods};
+use pursuit::media::OpenOptions;
+use pursuit::{Frame, Progress, Record, Remote, Run, RunConfig, RunError, View};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Deserialize;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Frames that may be tracked ahead of whoever iterates.
+const AHEAD: usize = 64;
+/// How often a wait looks for Ctrl-C.
+const BREATH: Duration = Duration::from_millis(100);
+/// Columns of the small picture for notebooks.
+const THUMBNAIL_WIDTH: usize = 320;
+
+/// The estimates of one input, frame by frame; what `pursuit.track` iterates over.
+#[pyclass(frozen, module = "pursuit")]
+pub struct Clip {
+    news: Mutex<Receiver<News>>,
+    remote: Remote,
+    frame_count: Option<u64>,
+    size: (usize, usize),
+    state: Mutex<State>,
+}
+
+/// What the thread says.
+enum News {
+    Rows(Vec<Record>, Option<Thumbnail>),
+    Over(Box<Result<(String, Option<RunError>), RunError>>),
+}
+
+struct Thumbnail {
+    width: usize,
+    rgb: Vec<u8>,
+    /// Pixels of the frame to one of this.
+    scale: f64,
+}
+
+#[derive(Default)]
+struct State {
+    facts: Option<String>,
+    thumbnail: Option<Thumbnail>,
+    over: bool,
+}
+
+#[pymethods]
+impl Clip {
+    /// Prepares a run from the keys of a configuration file; with `out` it leaves the files of `pursuit track` there.
+    #[new]
+    #[pyo3(signature = (**config))]
+    fn new(py: Python<'_>, config: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let table = config.map(values::table).transpose()?.unwrap_or_default();
+        let config = RunConfig::deserialize(table)
+            .map_err(|e| usage(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
+        let written = config.out.is_some();
+        let run = py.detach(|| Run::prepare(config, &OpenOptions::from_env())).map_err(|e| of_run(&e))?;
+        let run = if written { run } else { run.unwritten() };
+        let (remote, frame_count, size) = (run.remote(), run.frame_count(), run.input().size);
+        let (speak, news) = sync_channel(AHEAD);
+        let spawned = std::thread::Builder::new().name("pursuit".into()).spawn(move || follow(run, &speak));
+        spawned.map_err(|e| PursuitError::new_err(format!("no thread can be started: {e}")))?;
+        let (news, size, state) = (Mutex::new(news), (size.width, size.height), Mutex::default());
+        Ok(Self { news, remote, frame_count, size, state })
+    }
+
+    /// How many frames there will be, where the input knows.
+    #[getter]
+    fn frame_count(&self) -> Option<u64> {
+        self.frame_count
+    }
+
+    /// Width and height of the frames looked at, in pixels.
+    #[getter]
+    fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// What run.json holds, as JSON; None before the end.
+    #[getter]
+    fn facts(&self) -> Option<String> {
+        self.state().facts.clone()
+    }
+
+    /// A small picture of the first frame, uint8 (height, width, 3), and how many pixels of the frame one of it is.
+    #[getter]
+    fn thumbnail<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, f64)>> {
+        let state = self.state();
+        let Some(picture) = &state.thumbnail else { return Ok(None) };
+        let height = picture.rgb.len() / (3 * picture.width);
+        let flat = numpy::PyArray1::from_slice(py, &picture.rgb);
+        Ok(Some((flat.reshape([height, picture.width, 3])?, picture.scale)))
+    }
+
+    /// The estimates of the next frame, in order of the targets' numbers; None after the last.
+    fn next(&self, py: Python<'_>) -> PyResult<Option<Vec<Estimate>>> {
+        loop {
+            if self.state().over {
+                return Ok(None);
+            }
+            let news = py.detach(|| self.news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(BREATH));
+            match news {
+                Ok(News::Rows(rows, thumbnail)) => {
+                    let mut state = self.state();
+                    state.thumbnail = thumbnail.or(state.thumbnail.take());
+                    let known = rows
+                        .into_iter()
+                        .filter_map(|row| Some(Estimate::new(row.frame, row.target.0, row.update_ms, row.estimate?)));
+                    return Ok(Some(known.collect()));
+                }
+                Ok(News::Over(end)) => return self.end(*end),
+                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.state().over = true;
+                    return Err(PursuitError::new_err("the tracking thread broke off; this is a defect of pursuit"));
+                }
+            }
+        }
+    }
+
+    /// Ends the run after the frame in hand; files are closed properly.
+    fn stop(&self) {
+        self.remote.stop();
+    }
+}
+
+impl Clip {
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn end(&self, end: Result<(String, Option<RunError>), RunError>) -> PyResult<Option<Vec<Estimate>>> {
+        let mut state = self.state();
+        state.over = true;
+        let (facts, failure) = end.map_err(|e| of_run(&e))?;
+        state.facts = Some(facts);
+        failure.map_or(Ok(None), |error| Err(of_run(&error)))
+    }
+}
+
+impl Drop for Clip {
+    fn drop(&mut self) {
+        // Nobody listens any more; the thread ends with its next frame.
+        self.remote.stop();
+    }
+}
+
+/// Runs to the end and says everything; where nobody listens, it was stopped.
+fn follow(run: Run, speak: &SyncSender<News>) {
+    let (view, mut first) = (run.view(), true);
+    let remote = run.remote();
+    let finished = run.run(|Progress { frame, records, .. }| {
+        let picture = std::mem::take(&mut first).then(|| thumbnail(frame));
+        let rows = records.iter().map(|r| in_input(r, view)).collect();
+        if speak.send(News::Rows(rows, picture)).is_err() {
+            remote.stop();
+        }
+    });
+    let end = finished.and_then(|mut finished| {
+        let facts = serde_json::to_string(&finished.facts).map_err(|e| RunError::usage(e.to_string()))?;
+        Ok((facts, finished.outcome.failure.take()))
+    });
+    let _ = speak.send(News::Over(Box::new(end)));
+}
+
+fn in_input(record: &Record, view: Option<View>) -> Record {
+    match (view, &record.estimate) {
+        (Some(view), Some(estimate)) => Record { estimate: Some(view.estimate_in_input(estimate)), ..record.clone() },
+        _ => record.clone(),
+    }
+}
+
+/// Every so many-th pixel of every so many-th row.
+fn thumbnail(frame: &Arc<Frame>) -> Thumbnail {
+    let color = frame.color();
+    let step = color.width().div_ceil(THUMBNAIL_WIDTH).max(1);
+    let rows = (0..color.height()).step_by(step);
+    let rgb: Vec<u8> = rows.flat_map(|y| color.row(y).iter().step_by(step).flatten().copied()).collect();
+    Thumbnail { width: color.width().div_ceil(step), rgb, scale: step as f64 }
+}

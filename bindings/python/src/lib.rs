@@ -1,0 +1,31 @@
+//! The Python module `pursuit._native`: calls of the facade, on numpy arrays. What users import is `pursuit`, whose Python
+//! part lies beside this crate.
+
+mod clip;
+mod detect;
+mod errors;
+mod estimate;
+mod estimation;
+mod evaluate;
+mod many;
+mod pixels;
+mod registry;
+mod saved;
+mod tracker;
+mod values;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    errors::add(module)?;
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<tracker::Tracker>()?;
+    module.add_class::<many::MultiTracker>()?;
+    module.add_class::<detect::Detector>()?;
+    module.add_class::<clip::Clip>()?;
+    registry::add(module)?;
+    evaluate::add(module)?;
+    estimation::add(module)
+}

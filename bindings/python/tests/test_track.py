@@ -1,0 +1,205 @@
+"""Whole inputs, and the command beside them."""
+
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pursuit
+import pytest
+from conftest import ROOT, moving_square
+from pursuit._picture import png
+from pursuit._track import COLUMNS
+
+CLIPS = ROOT.parent / "shared" / "data"
+
+
+def by_command(command, folder, input, *options):
+    arguments = [command, "-q", "track", input, "--out", str(folder), "--no-video", "--format", "jsonl", *options]
+    subprocess.run(arguments, check=True, capture_output=True)
+    lines = (folder / "trajectory.jsonl").read_text().splitlines()
+    rows = list(csv.DictReader((folder / "trajectory.csv").open()))
+    return [json.loads(line) for line in lines], rows
+
+
+def same(track, objects, rows):
+    """To the last digit of what the command writes, and of what it computes."""
+    table = track.to_numpy()
+    assert len(table) == len(rows) == len(objects) > 0
+    for e, row, written in zip(track.estimates, table, rows):
+        assert (written["frame"], written["target"], written["state"]) == (str(e.frame), str(e.target), e.state)
+        for name in ("x", "y", "w", "h", "pred_x", "pred_y", "meas_x", "meas_w"):
+            assert written[name] == ("" if np.isnan(row[name]) else f"{row[name]:.3f}"), (e.frame, name)
+        assert written["score"] == f"{e.score:.4f}" and written["time_s"] == f"{e.time_s:.6f}"
+    for e, whole in zip(track.estimates, objects):
+        assert (list(e.box), e.score) == (whole["box"], whole["score"])
+        assert (e.prediction and list(e.prediction)) == whole["prediction"]
+
+
+@pytest.mark.parametrize("tracker", ["pursuit", "kcf"])
+def test_a_scene_is_followed_as_the_command_does(tracker, command, tmp_path):
+    input = "scene:occluding-bar?seed=3&duration=2"
+    objects, rows = by_command(command, tmp_path, input, "--tracker", tracker)
+    same(pursuit.track(input, tracker=tracker), objects, rows)
+
+
+def test_real_clips_are_followed_as_the_command_does(command, tmp_path):
+    clips = sorted(CLIPS.glob("**/*.mp4"))[:1] if CLIPS.is_dir() else []
+    if not clips:
+        pytest.skip("there is no footage beside the checkout")
+    box, options = (100, 80, 60, 60), ("--box", "100,80,60,60", "--to", "60", "--tracker", "kcf")
+    objects, rows = by_command(command, tmp_path, str(clips[0]), *options)
+    same(pursuit.track(clips[0], box, tracker="kcf", end=60), objects, rows)
+
+
+def test_parameters_and_parts_of_the_input(command, tmp_path):
+    input = "scene:drift?seed=3&duration=2"
+    options = ("--tracker", "kcf", "--set", "motion.model=imm", "--from", "5", "--stride", "2", "--region", "20,20,260,180")
+    objects, rows = by_command(command, tmp_path, input, *options)
+    track = pursuit.track(input, tracker="kcf", motion="imm", start=5, stride=2, region=(20, 20, 260, 180))
+    same(track, objects, rows)
+
+
+def test_files_are_left_where_a_folder_is_named(tmp_path):
+    track = pursuit.track("scene:drift?duration=1", tracker="mosse", out=tmp_path / "run", video=False).run()
+    assert (tmp_path / "run" / "trajectory.csv").is_file()
+    assert track.facts["status"] == "done" and track.facts["frame_count"] == len(track) == 30
+
+
+def test_nothing_is_written_otherwise(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pursuit.track("scene:drift?duration=1", tracker="mosse").run()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_as_tables_and_pictures():
+    track = pursuit.track("scene:drift?duration=1", tracker="mosse")
+    table = track.to_numpy()
+    assert table.dtype.names[:4] == ("frame", "time_s", "target", "state") and len(table) == 30
+    assert track.boxes().shape == (30, 4) and track.states()["tracking"] == 30
+    html = track._repr_html_()
+    assert "data:image/png;base64," in html and "30 tracking" in html
+    pandas = pytest.importorskip("pandas")
+    assert isinstance(track.to_pandas(), pandas.DataFrame)
+
+
+def test_other_packages_tables():
+    polars = pytest.importorskip("polars")
+    table = pursuit.track("scene:drift?duration=1", tracker="mosse").to_polars()
+    assert isinstance(table, polars.DataFrame) and table["pred_x"].null_count() == 1
+
+
+def test_the_dataset_of_a_batch_is_read_by_others(command, tmp_path):
+    parquet = pytest.importorskip("pyarrow.dataset")
+    list_of_clips = tmp_path / "clips.txt"
+    list_of_clips.write_text("scene:drift?seed=1&duration=1\nscene:drift?seed=2&duration=1\n")
+    arguments = ["-q", "batch", str(list_of_clips), "--tracker", "mosse", "--out", str(tmp_path / "out"), "--json"]
+    said = json.loads(subprocess.run([command, *arguments], check=True, capture_output=True).stdout)
+    if not said["dataset"]:
+        pytest.skip("this build of the command writes no Parquet")
+    table = parquet.dataset(tmp_path / "out" / "dataset", partitioning="hive").to_table().to_pydict()
+    assert set(COLUMNS) | {"clip"} == set(table) and len(table["x"]) == 60
+    second = [x for x, clip in zip(table["x"], table["clip"]) if "seed-2" in clip]
+    assert second == [e.box[0] for e in pursuit.track("scene:drift?seed=2&duration=1", tracker="mosse")]
+
+
+def test_plots(monkeypatch):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    assert len(pursuit.track("scene:drift?duration=1", tracker="mosse").plot()) == 3
+
+
+def test_arrays_are_followed():
+    images, boxes = moving_square()
+    track = pursuit.track(np.stack(images), boxes[0], tracker="kcf")
+    assert len(track) == 40
+    both = pursuit.track(iter(images), [boxes[0], (100, 80, 20, 20)], tracker="kcf").run()
+    assert [e.target for e in both.estimates[:4]] == [1, 2, 1, 2]
+
+
+def test_an_iterator_that_is_dropped_ends_its_run():
+    track = pursuit.track("scene:drift?duration=600", tracker="mosse")
+    assert next(iter(track)).frame == 0
+    del track
+    track = pursuit.track("scene:drift?duration=600", tracker="mosse")
+    for e in track:
+        if e.frame == 5:
+            track.stop()
+            break
+    assert len(track) == 6
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        (dict(input="no/such.mp4", box=(1, 2, 3, 4)), pursuit.InputError, "such.mp4"),
+        (dict(input="scene:nowhere"), pursuit.UsageError, "nowhere"),
+        (dict(input="scene:drift", tracker="kfc"), pursuit.UsageError, "kfc"),
+        (dict(input="scene:drift", box=(1, 2)), pursuit.UsageError, "left, top, width, height"),
+        (dict(input="scene:drift", learning=2), pursuit.UsageError, "learning"),
+        (dict(input="scene:drift", plots=True), pursuit.UsageError, "out="),
+        (dict(input="scene:drift", stride=0), pursuit.UsageError, "nonzero"),
+        (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, "box="),
+        (dict(input=[np.zeros((9, 9), np.uint8)], box=(1, 1, 3, 3), detect="ball"), pursuit.UsageError, "detect"),
+    ],
+)
+def test_errors(given, error, words):
+    with pytest.raises(error) as raised:
+        pursuit.track(**given).run()
+    assert words in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_a_file_that_breaks_off_is_told_and_what_was_read_is_kept(tmp_path):
+    header = b"YUV4MPEG2 W64 H48 F25:1 Ip A1:1 C420\n"
+    frame = b"FRAME\n" + bytes(range(256)) * 12 + bytes(1536)
+    path = tmp_path / "broken.y4m"
+    path.write_bytes(header + 5 * frame + frame[:99])
+    track = pursuit.track(path, (10, 10, 20, 20), tracker="mosse")
+    with pytest.raises(pursuit.InputError, match="broken.y4m"):
+        track.run()
+    assert len(track.estimates) == 5
+
+
+def test_reproduce_and_eval_are_the_command_s(command, tmp_path):
+    images, boxes = moving_square(frames=20, color=True)
+    folder = tmp_path / "data" / "square"
+    folder.mkdir(parents=True)
+    lines = ["index,image,x,y,w,h"]
+    for k, (image, box) in enumerate(zip(images, boxes)):
+        (folder / f"{k:04}.png").write_bytes(png(image))
+        lines.append(f"{k},{k:04}.png,{box[0]},{box[1]},{box[2]},{box[3]}")
+    (folder / "frames.csv").write_text("\n".join(lines) + "\n")
+    ours = pursuit.eval(tmp_path / "data", ["kcf", "mosse"], out=tmp_path / "a", report=False)
+    arguments = ["-q", "eval", str(tmp_path / "data"), "--trackers", "kcf,mosse", "--out", str(tmp_path / "b"), "--no-report"]
+    subprocess.run([command, *arguments], check=True, capture_output=True)
+    theirs = json.loads((tmp_path / "b" / "results.json").read_text())
+    for name in ("kcf", "mosse"):
+        for figure in ("auc", "precision20", "success50", "average_overlap"):
+            assert ours["trackers"][name]["mean"][figure] == theirs["trackers"][name]["mean"][figure]
+    with pytest.raises(pursuit.UsageError):
+        pursuit.eval(tmp_path / "data", ["kfc"], out=tmp_path / "c")
+    with pytest.raises(pursuit.InputError):
+        pursuit.eval(tmp_path / "nothing", ["kcf"], out=tmp_path / "c")
+    assert pursuit.reproduce("ball", seeds=1)["seeds"] == 1
+    with pytest.raises(pursuit.UsageError):
+        pursuit.reproduce("nobody2020")
+
+
+def test_examples_of_the_documentation():
+    """The blocks of the guide run as they stand, in one program each."""
+    pages = (ROOT / "docs" / "guide" / "python.md", ROOT / "README.md", ROOT / "bindings" / "python" / "README.md")
+    blocks = [b.split("```")[0] for page in pages for b in page.read_text().split("```python\n")[1:]]
+    assert len(blocks) >= 6
+    for block in blocks:
+        subprocess.run([sys.executable, "-c", block], check=True, capture_output=True, cwd=pathlib.Path(__file__).parent)
+
+
+def test_examples_of_the_docstrings():
+    import doctest
+
+    for module in (pursuit, pursuit.estimation, sys.modules["pursuit._track"]):
+        result = doctest.testmod(module)
+        assert result.failed == 0
+        assert result.attempted > 0

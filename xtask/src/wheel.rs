@@ -1,0 +1,123 @@
+//! The Python wheel: built by maturin, installed into a fresh virtual environment with numpy alone, and tested there beside
+//! the command of the same build.
+
+use crate::{peers, run};
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+
+/// The binding.
+const FOLDER: &str = "bindings/python";
+/// The program of the README: it must run before anything but the wheel and numpy is there.
+const FIRST_WORDS: &str = "import pursuit; t = pursuit.track('scene:drift?seed=7&duration=1', tracker='kcf'); \
+    assert t.boxes().shape == (30, 4) and t.states()['tracking'] == 30";
+
+/// Builds and tests the wheel; with `beside_peers` also beside FilterPy, the toolkits and what draws or tabulates.
+pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
+    let wheel = build(quick)?;
+    let command = command(quick)?;
+    let python = fresh_environment(&wheel)?;
+    test(&python, &command, None)?;
+    if beside_peers {
+        let site = site(&python, &wheel)?;
+        for peer in [peers::tools()?, peers::toolkits()?, frames()?] {
+            test(&peer, &command, Some(&site))?;
+        }
+    }
+    println!("wheel: {}", wheel.display());
+    Ok(())
+}
+
+/// As [`make`] with everything, but a machine without Python or without access to its packages is no failure: it is said.
+pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
+    let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits()).and_then(|_| frames());
+    match there {
+        Ok(_) => make(true, true),
+        Err(why) => {
+            skipped.push(format!("the Python wheel: {why:#}"));
+            Ok(())
+        }
+    }
+}
+
+/// The Python that builds wheels.
+fn builder() -> Result<PathBuf> {
+    peers::environment("wheel-builder", "wheel.txt")
+}
+
+/// The Python with packages that results are handed to.
+fn frames() -> Result<PathBuf> {
+    peers::environment("peers-frames", "frames.txt")
+}
+
+/// Builds the wheel; the tag says the oldest C library that it runs with, which maturin finds out from its symbols.
+fn build(quick: bool) -> Result<PathBuf> {
+    let folder = std::path::absolute(run::target_dir().join("wheels"))?;
+    if folder.exists() {
+        // What an earlier version left is not to be taken for this one.
+        std::fs::remove_dir_all(&folder)?;
+    }
+    let step = run::program(builder()?)
+        .args(["-m", "maturin", "build", "--release", "--locked", "--manifest-path"])
+        .arg(run::root().join(FOLDER).join("Cargo.toml"))
+        .arg("--out")
+        .arg(&folder)
+        .env("CARGO_INCREMENTAL", "0");
+    if quick { step.env("CARGO_PROFILE_RELEASE_LTO", "off") } else { step }.run()?;
+    let mut wheels = std::fs::read_dir(&folder)?.filter_map(|e| Some(e.ok()?.path()));
+    let wheel = wheels.find(|p| p.extension().is_some_and(|e| e == "whl")).context("maturin left no wheel")?;
+    let name = wheel.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    let wanted = format!("pursuit_tracking-{}-cp310-abi3-", env!("CARGO_PKG_VERSION"));
+    if !name.starts_with(&wanted) || (cfg!(target_os = "linux") && !name.contains("manylinux")) {
+        bail!("the wheel is called {name}; wanted {wanted}… and, on Linux, a manylinux tag");
+    }
+    Ok(wheel)
+}
+
+/// The command of the same build, which must say the same.
+fn command(quick: bool) -> Result<PathBuf> {
+    let step = run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]);
+    if quick { step.env("CARGO_PROFILE_RELEASE_LTO", "off") } else { step }.run()?;
+    Ok(std::path::absolute(run::target_dir().join("release/pursuit"))?)
+}
+
+/// The Python of a new virtual environment that has the wheel and what it asks for; pytest comes when that has worked.
+fn fresh_environment(wheel: &Path) -> Result<PathBuf> {
+    let folder = std::path::absolute(run::target_dir().join("wheel-test"))?;
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    run::program("python3").args(["-m", "venv"]).arg(&folder).run().context("no usable python3")?;
+    let python = folder.join("bin/python");
+    let pip = || run::program(&python).args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    pip().args(["--only-binary", ":all:"]).arg(wheel).run()?;
+    run::program(&python).args(["-c", FIRST_WORDS]).run()?;
+    pip().arg("pytest").run()?;
+    Ok(python)
+}
+
+/// A folder with the wheel and pytest, for the Pythons of others, which have their own numpy.
+fn site(python: &Path, wheel: &Path) -> Result<PathBuf> {
+    let folder = std::path::absolute(run::target_dir().join("wheel-site"))?;
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    let install = || {
+        let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--target"];
+        run::program(python).args(pip).arg(&folder)
+    };
+    install().arg("pytest").run()?;
+    install().arg("--no-deps").arg(wheel).run()?;
+    Ok(folder)
+}
+
+fn test(python: &Path, command: &Path, site: Option<&Path>) -> Result<()> {
+    let step = run::program(python)
+        .args(["-B", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider"])
+        .arg(run::root().join(FOLDER).join("tests"))
+        .env("PURSUIT", command);
+    match site {
+        Some(site) => step.env("PYTHONPATH", site),
+        None => step,
+    }
+    .run()
+}
