@@ -80,6 +80,11 @@ fn trackers_print_configuration_files_that_can_be_used() {
         let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
         let output =
             pursuit(&["track", "scene:table-tennis", "--config", file, "--out", out, "--no-video", "--to", "2"]);
+        let about: serde_json::Value = serde_json::from_slice(&pursuit(&["trackers", name, "--json"]).stdout).unwrap();
+        if about["trackers"][0]["needs_file"] == true {
+            fails(&output, 2, &[&format!("`model` of `{name}`"), "for example"]);
+            continue;
+        }
         assert!(output.status.success(), "{name}: {}", stderr(&output));
     }
 }

@@ -1,4 +1,5 @@
 //! Files that a library never gets to see, and what is changed in those that it does.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use super::OnnxOptions;
 use super::file::Model;
