@@ -232,64 +232,6 @@ pub struct Track {
     pub fps: Option<f64>,
 }
 
-#[cfg(feature = "studio")]
-#[derive(Debug, Args)]
-pub struct Studio {
-    /// The input to open: as for `pursuit track`; without, one is chosen in the page
-    #[arg(value_name = "INPUT")]
-    pub input: Option<OsString>,
-    /// Port to listen at (0: any that is free)
-    #[arg(long, default_value_t = 7400, value_name = "N")]
-    pub port: u16,
-    /// Address to listen at; anything but the loopback makes a token necessary, which is in the address printed
-    #[arg(long, default_value = "127.0.0.1", value_name = "ADDR")]
-    pub host: String,
-    /// Folder that files named in the page must lie in, symbolic links resolved
-    #[arg(long, default_value = ".", value_name = "DIR")]
-    pub root: PathBuf,
-    /// Open no browser
-    #[arg(long)]
-    pub no_open: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct Batch {
-    /// Manifests (`.jsonl` or `.txt`: a clip a line, as JSON with the keys of a configuration file, or its input alone),
-    /// patterns ('clips/*.mp4'), or inputs as of `track`
-    #[arg(value_name = "MANIFEST|GLOB|INPUT", required = true)]
-    pub inputs: Vec<OsString>,
-    /// Folder for the results; the same command goes on with what is there
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Clips at a time (0: one for each processor)
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub jobs: usize,
-    /// Start on this box in every clip that says no other: left, top, width, height in pixels (repeat for several targets)
-    #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
-    pub boxes: Vec<String>,
-    /// Tracker to use (see `pursuit trackers`)
-    #[arg(long, value_name = "NAME")]
-    pub tracker: Option<String>,
-    /// Detector that finds the target where no box is given
-    #[arg(long, value_name = "NAME")]
-    pub detect: Option<String>,
-    /// Follow everything that the detector finds, not one target
-    #[arg(long)]
-    pub many: bool,
-    /// Set a parameter: KEY=VALUE of whoever knows it; TRACKER.KEY, detect.KEY, acquire.KEY or many.KEY of one alone
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub settings: Vec<String>,
-    /// Read what all clips have in common from a TOML file; options given here override it, what a clip says overrides both
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
-    /// Write an overlay video of every clip too
-    #[arg(long)]
-    pub video: bool,
-    /// Print the summary as JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// Takes a length of time above zero.
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().and_then(|s| Duration::try_from_secs_f64(s).ok());
