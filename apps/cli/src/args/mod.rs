@@ -1,5 +1,15 @@
 //! The command line: one table that parsing, help, man page and completions are made from.
 
+mod batch;
+mod ptz;
+#[cfg(feature = "studio")]
+mod studio;
+
+pub use batch::Batch;
+pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
+#[cfg(feature = "studio")]
+pub use studio::Studio;
+
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -291,113 +301,6 @@ fn paper_parser() -> impl TypedValueParser<Value = Paper> {
 }
 
 #[derive(Debug, Args)]
-pub struct Ptz {
-    #[command(subcommand)]
-    pub command: PtzCommand,
-}
-
-#[derive(Debug, Subcommand)]
-pub enum PtzCommand {
-    /// Follow a simulated walker with a simulated head, and compare controllers
-    Simulate(PtzSimulate),
-    /// Follow a target with a head: as `track`, and the head turns to where the target will be
-    Follow(Box<PtzFollow>),
-    /// Measure a head by small moves: delay, pixels a degree, acceleration, play
-    Calibrate(PtzCalibrate),
-    /// Reach a head and print what it can do and what it says of itself
-    Probe(PtzProbe),
-}
-
-/// A head and the way to its password.
-#[derive(Debug, Args)]
-pub struct HeadAt {
-    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
-    #[arg(long, value_name = "ADDRESS")]
-    pub head: String,
-    #[command(flatten)]
-    pub secret: Secret,
-}
-
-/// Where a password is: never on the command line itself.
-#[derive(Debug, Args)]
-pub struct Secret {
-    /// Variable of the environment that holds the password
-    #[arg(long, value_name = "NAME", default_value = "PURSUIT_PTZ_PASSWORD")]
-    pub password_env: String,
-    /// File whose first line is the password
-    #[arg(long, value_name = "FILE", conflicts_with = "password_env")]
-    pub password_file: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub struct PtzFollow {
-    #[command(flatten)]
-    pub track: Track,
-    #[command(flatten)]
-    pub head: HeadAt,
-    /// How the head is driven, as a TOML file: delays, limits, lost policy, zoom (what `calibrate` prints belongs there)
-    #[arg(long, value_name = "FILE.toml")]
-    pub follower: Option<PathBuf>,
-    /// How wide the picture is at the widest zoom, from its left to its right edge
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
-    pub field_of_view: f64,
-}
-
-#[derive(Debug, Args)]
-pub struct PtzCalibrate {
-    /// The camera on the head, live: `camera:0`, `rtsp://…`, `http(s)://…` or `-` (Y4M or MJPEG on standard input)
-    pub input: String,
-    #[command(flatten)]
-    pub head: HeadAt,
-    /// How old a picture is when it arrives; the rest of the delay counts as the commands'
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
-    pub frame_age: f64,
-}
-
-#[derive(Debug, Args)]
-pub struct PtzSimulate {
-    /// The head, the camera and the follower, as a TOML file [default: 60°/s, 300 ms of delay, 60° wide]
-    #[arg(long, value_name = "FILE.toml")]
-    pub head: Option<PathBuf>,
-    /// How the target moves [default: all]
-    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = ["pacing", "passing", "standing", "dog_leg"])]
-    pub walk: Vec<String>,
-    /// A scene the camera looks at, and a tracker at its pictures: wide-world?seed=3
-    #[arg(long, value_name = "SCENE", conflicts_with_all = ["walk", "clip"])]
-    pub scene: Option<String>,
-    /// A clip of a wide camera that stands still, with its true boxes: the camera crops its pictures from it
-    #[arg(long, value_name = "INPUT", conflicts_with = "walk")]
-    pub clip: Option<String>,
-    /// How wide the clip is, from its left to its right edge
-    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, requires = "clip")]
-    pub clip_view: f64,
-    /// The tracker that looks at the pictures of a scene or a clip
-    #[arg(long, value_name = "NAME", default_value = pursuit::trackers::registry::DEFAULT_TRACKER)]
-    pub tracker: String,
-    /// Controllers to compare [default: all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',',
-          value_parser = ["velocity", "steps", "unpredicted", "proportional", "stop_and_go"])]
-    pub controller: Vec<String>,
-    /// How many runs to average over [default: 20; of a scene or a clip 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    pub seeds: Option<u64>,
-    /// The first of the seeds
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
-    pub first_seed: u64,
-    /// Print the figures as JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct PtzProbe {
-    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
-    pub head: String,
-    #[command(flatten)]
-    pub secret: Secret,
-}
-
-#[derive(Debug, Args)]
 pub struct Trackers {
     /// Show the parameters of this tracker or detector
     pub name: Option<String>,
@@ -412,7 +315,7 @@ pub struct Eval {
     /// TLD, MOTChallenge
     #[arg(required = true, value_name = "DATASET")]
     pub datasets: Vec<PathBuf>,
-    /// Trackers to measure, separated by commas [default: all]
+    /// Trackers to measure, separated by commas [default: all that need no file]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub trackers: Vec<String>,
     /// Set a parameter: KEY=VALUE of every tracker that knows it, TRACKER.KEY=VALUE of one alone
