@@ -39,8 +39,9 @@ fn test(folder: &Path, browser: &Path) -> Result<()> {
 
 /// The tests with everything they need, in `target/browser`, and a Chromium.
 fn prepare() -> Result<(PathBuf, PathBuf)> {
-    if !run::program("node").arg("--version").works() {
-        bail!("there is no Node.js; install `nodejs` and `npm`");
+    let node = || ["node", "npm"].iter().all(|name| run::program(name).arg("--version").works());
+    if !(node() || install(&["nodejs", "npm"]) && node()) {
+        bail!("there is no Node.js and none can be installed; install `nodejs` and `npm`");
     }
     let browser = chromium()?;
     let folder = std::path::absolute(run::target_dir().join("browser"))?;
@@ -61,7 +62,7 @@ fn prepare() -> Result<(PathBuf, PathBuf)> {
     Ok((folder, browser))
 }
 
-/// The Chromium on the path; on Debian, as the superuser, installed where there is none.
+/// The Chromium on the path; on Debian installed where there is none.
 fn chromium() -> Result<PathBuf> {
     let found = || {
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -71,10 +72,12 @@ fn chromium() -> Result<PathBuf> {
     if let Some(browser) = found() {
         return Ok(browser);
     }
-    let install = ["install", "--yes", "--no-install-recommends", "chromium"];
-    let installed = run::program("apt-get").arg("update").works() && run::program("apt-get").args(install).works();
-    match found() {
-        Some(browser) if installed => Ok(browser),
-        _ => bail!("there is no Chromium and none can be installed; install `chromium`"),
-    }
+    install(&["chromium"]);
+    found().context("there is no Chromium and none can be installed; install `chromium`")
+}
+
+/// Installs packages of Debian, which takes the superuser; whether that worked.
+fn install(packages: &[&str]) -> bool {
+    let apt = |arguments: &[&str]| run::program("apt-get").args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
+    apt(&["update"]).works() && apt(&["install", "--yes", "--no-install-recommends"]).args(packages).works()
 }
