@@ -4,15 +4,13 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 10] = [
+const BUILDS: [(&str, &str, &str); 8] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
-    ("pursuit-cli", "h264,onnxruntime", "no C++ compiler, with video files and networks by file"),
-    ("pursuit-cli", "h264,studio", "the studio without a C++ compiler"),
+    ("pursuit-cli", "h264,onnxruntime,studio", "no C++ compiler, with networks by file and the studio"),
     ("pursuit-cli", "encode,h264,onnxruntime,reproduce,parquet,rten,studio", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
-    ("pursuit-trackers", "rten", "networks by file, with nothing installed"),
     ("pursuit-media", "encode", "a recorder"),
     ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];
