@@ -179,7 +179,7 @@ fn depth_beside_the_picture_is_found_out_on_real_footage() {
         let facts = |depth| open(path(&folder), &with(depth)).unwrap().depth_facts().unwrap().clone();
         let found = facts(DepthOptions::default());
         assert_eq!((found.registered, found.registration_detected), (beside, beside), "{name}");
-        let said = facts(DepthOptions { registered: true, ..DepthOptions::default() });
+        let said = facts(DepthOptions { registered: Some(true), ..DepthOptions::default() });
         assert!(!said.registered && !said.registration_detected, "{name}");
     }
 }

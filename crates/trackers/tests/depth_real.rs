@@ -31,7 +31,7 @@ fn clip(name: &str, depth: DepthOptions) -> Option<Clip> {
 
 /// Depth as it is, wherever it lies.
 fn as_it_is() -> DepthOptions {
-    DepthOptions { registered: true, ..DepthOptions::default() }
+    DepthOptions { registered: Some(true), ..DepthOptions::default() }
 }
 
 /// The mug's depth is not registered; the numbers are those of its description.

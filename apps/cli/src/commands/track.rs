@@ -174,7 +174,7 @@ fn depth_options(args: &Track) -> Result<DepthOptions, RunError> {
         intrinsics: four(&args.intrinsics, "--intrinsics")?,
         depth_intrinsics: four(&args.depth_intrinsics, "--depth-intrinsics")?,
         offset_mm: offset.transpose()?,
-        registered: args.depth_registered,
+        registered: args.depth_registered.then_some(true),
     })
 }
 

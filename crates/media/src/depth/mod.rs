@@ -41,8 +41,8 @@ pub struct DepthOptions {
     pub offset_mm: Option<[f64; 3]>,
     /// Depth lies on the picture: it is not looked at whether it does. Without this and without intrinsics of the depth
     /// camera, folders of images of one size are looked at, and what evidently lies elsewhere is moved.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub registered: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registered: Option<bool>,
 }
 
 /// What was found out about a source's depth, for the record.
@@ -111,7 +111,7 @@ impl DepthReader {
     /// Looks at some of the pictures and depth images `rows` whether depth lies on the picture, unless that is said, and moves it
     /// if it evidently does not. What cannot be read breaks off at its own frame.
     pub(crate) fn align(mut self, options: &DepthOptions, rows: &[(&Path, &Path)], size: Size) -> Result<Self> {
-        if options.registered || self.registers() {
+        if options.registered == Some(true) || self.registers() {
             return Ok(self);
         }
         let apart = rows.len().div_ceil(alignment::PAIRS).max(1);

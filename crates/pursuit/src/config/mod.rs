@@ -111,7 +111,7 @@ fn merged(own: DepthOptions, over: DepthOptions) -> DepthOptions {
         intrinsics: over.intrinsics.or(own.intrinsics),
         depth_intrinsics: over.depth_intrinsics.or(own.depth_intrinsics),
         offset_mm: over.offset_mm.or(own.offset_mm),
-        registered: over.registered || own.registered,
+        registered: over.registered.or(own.registered),
     }
 }
 
@@ -303,7 +303,7 @@ mod tests {
                 intrinsics: Some([n as f64; 4]),
                 depth_intrinsics: Some([n as f64 + 0.5; 4]),
                 offset_mm: Some([n as f64; 3]),
-                registered: n == 1,
+                registered: Some(n == 1),
             },
             boxes: vec![[n as f64, 0.0, 1.0, 1.0]],
             tracker: Some(format!("tracker {n}")),
