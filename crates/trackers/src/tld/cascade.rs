@@ -97,6 +97,8 @@ impl Cascade {
         };
         self.prepare(gray, &area, known.params.ferns.smooth_px + 2.0);
         self.windows = self.parts.iter().map(|(_, part)| part.windows()).sum();
+        // More pass at times than are handed on: room for most such cases from the start on.
+        self.candidates.reserve(2 * known.params.ferns.most_windows);
         self.scan_parts(known);
         if self.candidates.len() > most {
             self.candidates.select_nth_unstable_by(most, order);
@@ -123,7 +125,7 @@ impl Cascade {
                 shares.for_each(|(worker, share)| scope.spawn(move |_| worker.scan(image, known, share)));
             });
         }
-        self.candidates.extend(self.workers.iter().flat_map(|worker| &worker.candidates));
+        self.workers.iter().for_each(|worker| self.candidates.extend_from_slice(&worker.candidates));
     }
 
     /// Has the nearest-neighbour classifier judge the candidates, and puts the likeliest first.

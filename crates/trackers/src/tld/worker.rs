@@ -27,6 +27,7 @@ impl Worker {
     /// Scans the windows of `parts`.
     pub fn scan(&mut self, image: Summed<'_>, known: &Knowledge<'_>, parts: &[(Scale, Part)]) {
         self.candidates.clear();
+        self.candidates.reserve(2 * known.params.ferns.most_windows);
         parts.iter().for_each(|(scale, part)| self.scan_scale(image, known, scale, part));
     }
 
