@@ -11,6 +11,7 @@ theirs on their own way, is printed and not judged. Skips, saying so, where the 
 import csv
 import json
 import math
+import os
 import pathlib
 import subprocess
 import sys
@@ -165,9 +166,7 @@ def main():
     if not models.exists():
         print("skipped: NanoTrack beside its released tracker, for want of ../shared/data")
         return
-    build = ["cargo", "build", "--quiet", "--release", "--package", "pursuit-inference", "--example", "follow"]
-    subprocess.run(build, cwd=ROOT, check=True)
-    program = ROOT / "target/release/examples/follow"
+    program = pathlib.Path(os.environ["EXAMPLES"]) / "follow"
     peers = json.loads((DATA / "peers.json").read_text())["trackers"]
     wrong = []
     for name in sys.argv[1:] or CHOICE:

@@ -7,6 +7,7 @@ Both see the same frames of ../shared/data: people before a still camera and a m
 must have its twin with the same class, a score within .002 and sides within a quarter of a pixel; with rten the same. Prints milliseconds a
 frame. Skips, saying so, where the footage or the network is absent.
 """
+import os
 import pathlib
 import subprocess
 import sys
@@ -103,8 +104,7 @@ def main():
         print("skipped: detection of objects beside YOLOX's demo, for want of ../shared/data")
         return
     count = int(sys.argv[1]) if sys.argv[1:] else 8
-    build = ["cargo", "build", "--quiet", "--release", "--package", "pursuit-inference", "--features", "onnxruntime,rten", "--example", "detect"]
-    subprocess.run(build, cwd=ROOT, check=True)
+    program = pathlib.Path(os.environ["EXAMPLES"]) / "detect"
     library = str(pathlib.Path(ort.__file__).parent / "capi")
     options = ort.SessionOptions()
     options.intra_op_num_threads = 1
@@ -125,7 +125,7 @@ def main():
             theirs.append([(c, s, l / ratio, t / ratio, (r - l) / ratio, (b - t) / ratio) for c, s, l, t, r, b in boxes])
         said = []
         for which in [library, "rten"]:
-            found, our_ms = ours(PROGRAM, which, images)
+            found, our_ms = ours(program, which, images)
             apart = [twins(a, b, ratio) for a, b in zip(theirs, found)]
             score, most = (max(a[i] for a in apart) for i in range(2))
             said.append(f"{'rten' if which == 'rten' else 'onnxruntime'}: scores {score:.5f}, sides {most:.3f} px apart at most, {our_ms:.1f} ms")
@@ -146,6 +146,5 @@ try:
 except ImportError as e:
     sys.exit(f"{e}: install xtask/peers/requirements.txt")
 MODEL = DATA / "models/yolox_nano/yolox_nano.onnx"
-PROGRAM = ROOT / "target/release/examples/detect"
 cv2.setNumThreads(1)
 main()

@@ -28,8 +28,8 @@ pub fn test_or_fail() -> Result<()> {
 fn test(folder: &Path, browser: &Path) -> Result<()> {
     let types = run::program("node").arg(folder.join("node_modules/typescript/bin/tsc")).arg("--project");
     types.arg(run::root().join(TESTS).join("tsconfig.json")).run()?;
-    run::cargo("build").args(["--locked", "--package", "pursuit-cli"]).run()?;
-    let pursuit = std::path::absolute(run::target_dir().join("debug/pursuit"))?;
+    run::workspace("build").args(["--bin", "pursuit"]).run()?;
+    let pursuit = run::product("pursuit")?;
     let pictures = std::path::absolute(run::target_dir().join("browser-pictures"))?;
     let script = run::program("node").arg(folder.join("studio.test.mjs"));
     script.arg(pursuit).arg(browser).arg(&pictures).run()?;

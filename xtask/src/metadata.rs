@@ -37,7 +37,6 @@ fn package(p: &Value, members: &HashSet<&str>) -> Package {
 
 /// Something that cargo compiles.
 pub struct Target {
-    pub package: String,
     /// `lib`, `test`, `bin`, …
     pub kind: String,
     pub name: String,
@@ -53,7 +52,6 @@ pub fn targets() -> Result<Vec<Target>> {
     let packages = metadata["packages"].as_array().context("cargo metadata lists no packages")?;
     let targets = packages.iter().flat_map(|p| {
         p["targets"].as_array().into_iter().flatten().map(move |t| Target {
-            package: text(&p["name"]),
             kind: text(&t["kind"][0]),
             name: text(&t["name"]),
             source: text(&t["src_path"]),

@@ -45,7 +45,7 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
         Some(Comparison::People { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
             let script = run::root().join("xtask/peers/people.py");
-            script_of_ours(&toolkits()?, &script, "release/pursuit").args(arguments).run()
+            script_of_ours(&toolkits()?, &script, run::target_dir().join("release/pursuit")).args(arguments).run()
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),
@@ -92,7 +92,9 @@ pub fn toolkits() -> Result<PathBuf> {
 
 /// Our ONVIF driver and the camera simulator of the toolkits' environment.
 fn onvif(python: &Path) -> Result<()> {
-    script_of_ours(python, &run::root().join("xtask/peers/onvif.py"), "release/pursuit").run()
+    run::suite("build").args(["--package", "pursuit-ptz", "--features", "onvif", "--example", "drive"]).run()?;
+    let script = run::root().join("xtask/peers/onvif.py");
+    run::program(python).arg(script).env("DRIVE", run::product("examples/drive")?).run()
 }
 
 /// Our connections to cameras, in this process and through `ffmpeg`, and servers of others.
@@ -100,9 +102,9 @@ fn streams(python: &Path) -> Result<()> {
     for features in ["rtsp", "h264"] {
         let example =
             ["--package", "pursuit-media", "--no-default-features", "--features", features, "--example", "watch"];
-        run::cargo("build").arg("--locked").args(example).run()?;
-        let watch = std::path::absolute(run::target_dir().join("debug/examples/watch"))?;
-        run::program(python).arg(run::root().join("xtask/peers/streams.py")).env("WATCH", watch).run()?;
+        run::suite("build").args(example).run()?;
+        let script = run::root().join("xtask/peers/streams.py");
+        run::program(python).arg(script).env("WATCH", run::product("examples/watch")?).run()?;
     }
     Ok(())
 }
@@ -173,18 +175,20 @@ fn run_all(pythons: &Pythons) -> Result<()> {
         })
         .collect();
     scripts.sort();
+    let ours = ["--bin", "pursuit", "--example", "follow", "--example", "detect"];
+    run::workspace("build").args(ours).run()?;
     for script in scripts {
-        // Without optimisation across crates, as in the release suite: what that built serves here too.
-        script_of_ours(&pythons.tools, &script, "release/pursuit").env("CARGO_PROFILE_RELEASE_LTO", "false").run()?;
+        let step = script_of_ours(&pythons.tools, &script, run::product("pursuit")?);
+        step.env("EXAMPLES", run::product("examples")?).run()?;
     }
     Ok(())
 }
 
 /// A script of `xtask/peers`, told where our program is.
-fn script_of_ours(python: &Path, script: &Path, program: &str) -> run::Step {
+fn script_of_ours(python: &Path, script: &Path, program: PathBuf) -> run::Step {
     run::program(python)
         .arg(script)
-        .env("PURSUIT", run::target_dir().join(program))
+        .env("PURSUIT", program)
         .env("OPENBLAS_NUM_THREADS", "1")
         .env("OMP_NUM_THREADS", "1")
 }
@@ -192,6 +196,7 @@ fn script_of_ours(python: &Path, script: &Path, program: &str) -> run::Step {
 /// A script that runs a program of ours that has just been built.
 fn timed(script: &str, program: &str, arguments: &[OsString]) -> Result<()> {
     let python = tools()?;
+    let program = run::target_dir().join(program);
     script_of_ours(&python, &run::root().join("xtask/peers").join(script), program).args(arguments).run()
 }
 
@@ -200,10 +205,7 @@ fn decoding_through_ffmpeg(python: &Path) -> Result<()> {
     let ask =
         run::program(python).args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
     let ffmpeg = String::from_utf8(ask.output()?)?;
-    run::cargo("test")
-        .args(["--locked", "--package", "pursuit-media", "--test", "ffmpeg"])
-        .env("PURSUIT_TEST_FFMPEG", ffmpeg)
-        .run()
+    run::workspace("test").args(["--test", "ffmpeg"]).env("PURSUIT_TEST_FFMPEG", ffmpeg).run()
 }
 
 /// Our metrics beside those of the official toolkits, on trajectories made up afresh.
@@ -215,10 +217,7 @@ fn metrics_of_toolkits(python: &Path) -> Result<()> {
             .args(["--seed", seed, "--cases", "10", "--out"])
             .arg(&cases)
             .run()?;
-        run::cargo("test")
-            .args(["--locked", "--package", "pursuit-evaluation", "--test", "toolkits"])
-            .env("PURSUIT_TOOLKIT_CASES", &cases)
-            .run()?;
+        run::workspace("test").args(["--test", "toolkits"]).env("PURSUIT_TOOLKIT_CASES", &cases).run()?;
     }
     Ok(())
 }

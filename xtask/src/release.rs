@@ -4,24 +4,17 @@
 use crate::metadata::{self, Target};
 use crate::run;
 use anyhow::Result;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Spelt so that this file does not hold it.
 const MARK: &str = concat!("#[ignore = \"", "release");
 
-/// Builds the program and runs the marked tests. Only test programs that hold one are built, and without optimisation
-/// across crates (`false`, not `off`, which would leave functions apart within a crate too and be two to three times as
-/// slow): linking the others would take longer than the tests.
+/// Runs the marked tests, which the tests' own build holds.
 pub fn test() -> Result<()> {
-    let cargo = |subcommand| run::cargo(subcommand).env("CARGO_PROFILE_RELEASE_LTO", "false");
-    cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
     let marked: Vec<Target> = metadata::targets()?.into_iter().filter(is_marked).collect();
     for kind in ["lib", "test"] {
         let those: Vec<&Target> = marked.iter().filter(|t| t.kind == kind).collect();
-        let packages: BTreeSet<&str> = those.iter().map(|t| t.package.as_str()).collect();
-        let mut step = cargo("test").args(["--release", "--locked"]);
-        step = packages.iter().fold(step, |step, package| step.args(["--package", package]));
+        let mut step = run::workspace("test");
         step = match kind {
             "lib" => step.arg("--lib"),
             _ => those.iter().fold(step, |step, target| step.args(["--test", target.name.as_str()])),
@@ -58,13 +51,11 @@ mod tests {
     #[test]
     fn marked_tests_are_found_where_they_are() {
         let marked: Vec<Target> = metadata::targets().unwrap().into_iter().filter(is_marked).collect();
-        let found = |package: &str, kind: &str, name: &str| {
-            marked.iter().any(|t| (t.package.as_str(), t.kind.as_str(), t.name.as_str()) == (package, kind, name))
-        };
-        assert!(found("pursuit-estimation", "test", "own_models"), "in a folder");
-        assert!(found("pursuit-cli", "test", "real_footage"), "in a file");
-        assert!(found("pursuit-experiments", "lib", "pursuit_experiments"), "in a library");
-        assert!(!found("pursuit-cli", "test", "contract"));
-        assert!(marked.iter().all(|t| t.package != "xtask"), "the mark is looked for, and not held, here");
+        let found = |kind: &str, name: &str| marked.iter().any(|t| (t.kind.as_str(), t.name.as_str()) == (kind, name));
+        assert!(found("test", "own_models"), "in a folder");
+        assert!(found("test", "real_footage"), "in a file");
+        assert!(found("lib", "pursuit_experiments"), "in a library");
+        assert!(!found("test", "contract"));
+        assert!(!found("bin", "xtask"), "the mark is looked for, and not held, here");
     }
 }

@@ -19,9 +19,31 @@ pub fn target_dir() -> PathBuf {
 pub struct Step(Command);
 
 /// `cargo SUBCOMMAND`, without incremental compilation: what that keeps for the next build is half of what a whole run
-/// of the suite writes (9 of 18 GB in `target/debug`), and a fresh checkout never reads it.
+/// of the suite writes, and a fresh checkout never reads it.
 pub fn cargo(subcommand: &str) -> Step {
     program(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())).arg(subcommand).env("CARGO_INCREMENTAL", "0")
+}
+
+/// The profile that the suite is built with: one, so that what one check has compiled serves the others.
+pub const PROFILE: &str = "suite";
+
+/// What the tests are built with beside the defaults. That each combination which users pick can be built alone is checked
+/// before.
+const TESTED: &str = "pursuit/parquet,pursuit-inference/onnxruntime,pursuit-inference/rten";
+
+/// `cargo SUBCOMMAND` as the suite builds.
+pub fn suite(subcommand: &str) -> Step {
+    cargo(subcommand).args(["--locked", "--profile", PROFILE])
+}
+
+/// The same on the whole workspace with everything that is tested: each check that asks for this shares one build.
+pub fn workspace(subcommand: &str) -> Step {
+    suite(subcommand).args(["--workspace", "--features", TESTED])
+}
+
+/// A program that the suite has built, with its folder (`examples/NAME`).
+pub fn product(path: &str) -> Result<PathBuf> {
+    Ok(std::path::absolute(target_dir().join(PROFILE).join(path))?)
 }
 
 /// Any program.

@@ -7,10 +7,6 @@ use std::time::{Duration, Instant};
 /// Seconds of the short form of `cargo xtask soak`.
 const SOAK_SECONDS: u32 = 30;
 
-/// What the tests are built with beside the defaults: one build holds all of them. That each combination which users pick
-/// can be built alone is checked before.
-const TESTED: &str = "pursuit/parquet,pursuit-inference/onnxruntime,pursuit-inference/rten";
-
 /// All checks, the cheap ones first; stops at the first that fails.
 pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     let (mut skipped, mut clock) = (Vec::new(), Clock::default());
@@ -21,7 +17,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     clock.time("notices", notices::check)?;
     clock.time("documentation", docs)?;
     clock.time("features", features::check)?;
-    clock.time("tests", || run::cargo("test").args(["--workspace", "--locked", "--features", TESTED]).run())?;
+    clock.time("tests", || run::workspace("test").run())?;
     if quick {
         skipped.push(
             "the release suite, fuzzing, the Python wheel and the comparisons with independent tools (--quick)".into(),
@@ -62,7 +58,7 @@ impl std::fmt::Display for Clock {
 
 /// Builds the documentation, with broken links and missing pieces as errors.
 pub fn docs() -> Result<()> {
-    run::cargo("doc").args(["--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings").run()
+    run::suite("doc").args(["--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings").run()
 }
 
 fn format(skipped: &mut Vec<String>) -> Result<()> {
@@ -78,7 +74,7 @@ fn lints(skipped: &mut Vec<String>) -> Result<()> {
         skipped.push("the lints: clippy is not installed".into());
         return Ok(());
     }
-    run::cargo("clippy").args(["--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]).run()
+    run::workspace("clippy").args(["--all-targets", "--", "-D", "warnings"]).run()
 }
 
 fn fuzzing(seconds: u32, skipped: &mut Vec<String>) -> Result<()> {

@@ -11,7 +11,7 @@ const FOLDER: &str = "bindings/python";
 const FIRST_WORDS: &str = "import pursuit; t = pursuit.track('scene:drift?seed=7&duration=1', tracker='kcf'); \
     assert t.boxes().shape == (30, 4) and t.states()['tracking'] == 30";
 
-/// Builds and tests the wheel, `quick` without optimisation across crates, as the release suite is built; with `beside_peers` also beside FilterPy, the toolkits and what draws or tabulates.
+/// Builds and tests the wheel, `quick` as the suite is built; with `beside_peers` also beside FilterPy, the toolkits and what draws or tabulates.
 pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     let wheel = build(quick)?;
     let command = command(quick)?;
@@ -57,12 +57,13 @@ fn build(quick: bool) -> Result<PathBuf> {
         std::fs::remove_dir_all(&folder)?;
     }
     let step = run::program(builder()?)
-        .args(["-m", "maturin", "build", "--release", "--locked", "--manifest-path"])
+        .args(["-m", "maturin", "build", "--locked", "--profile", if quick { run::PROFILE } else { "release" }])
+        .arg("--manifest-path")
         .arg(run::root().join(FOLDER).join("Cargo.toml"))
         .arg("--out")
         .arg(&folder)
         .env("CARGO_INCREMENTAL", "0");
-    if quick { step.env("CARGO_PROFILE_RELEASE_LTO", "false") } else { step }.run()?;
+    step.run()?;
     let mut wheels = std::fs::read_dir(&folder)?.filter_map(|e| Some(e.ok()?.path()));
     let wheel = wheels.find(|p| p.extension().is_some_and(|e| e == "whl")).context("maturin left no wheel")?;
     let name = wheel.file_name().and_then(|n| n.to_str()).unwrap_or_default();
@@ -75,8 +76,11 @@ fn build(quick: bool) -> Result<PathBuf> {
 
 /// The command of the same build, which must say the same.
 fn command(quick: bool) -> Result<PathBuf> {
-    let step = run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]);
-    if quick { step.env("CARGO_PROFILE_RELEASE_LTO", "false") } else { step }.run()?;
+    if quick {
+        run::workspace("build").args(["--bin", "pursuit"]).run()?;
+        return run::product("pursuit");
+    }
+    run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
     Ok(std::path::absolute(run::target_dir().join("release/pursuit"))?)
 }
 
