@@ -22,6 +22,12 @@ pub enum Comparison {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<OsString>,
     },
+    /// Make sequences into which another scene is cut, for `pursuit eval --protocol long-term`
+    Cuts {
+        /// Arguments of xtask/peers/cuts.py: where to, and the folders of sequences
+        #[arg(required = true)]
+        arguments: Vec<OsString>,
+    },
     /// Drive the head of an ONVIF camera simulator that we did not write
     Onvif,
     /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
@@ -46,6 +52,9 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
             let script = run::root().join("xtask/peers/people.py");
             script_of_ours(&toolkits()?, &script, run::target_dir().join("release/pursuit")).args(arguments).run()
+        }
+        Some(Comparison::Cuts { arguments }) => {
+            run::program(tools()?).arg(run::root().join("xtask/peers/cuts.py")).args(arguments).run()
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),

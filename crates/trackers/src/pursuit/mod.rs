@@ -49,7 +49,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
         search: SearchParams {
             prediction_gain: 0.0,
             reach: 5.0,
-            wide_windows: 3,
+            wide_windows: 6,
             side_windows: 0,
             keep_inside: true,
             ..SearchParams::default()
