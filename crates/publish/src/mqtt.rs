@@ -268,7 +268,9 @@ fn explain(error: &ConnectionError) -> (String, bool) {
         }
         ConnectionError::NotConnAck(Packet::ConnAck(_)) => ("the broker is not ready".to_owned(), false),
         ConnectionError::NotConnAck(_) => ("what answers there does not speak MQTT".to_owned(), false),
-        ConnectionError::MqttState(StateError::Deserialization(rumqttc::mqttbytes::Error::Io(io))) => (io.to_string(), false),
+        ConnectionError::MqttState(StateError::Deserialization(rumqttc::mqttbytes::Error::Io(io))) => {
+            (io.to_string(), false)
+        }
         ConnectionError::MqttState(StateError::Deserialization(_)) => {
             ("what answers there does not speak MQTT".to_owned(), false)
         }

@@ -49,8 +49,7 @@ enum Item<T> {
 
 impl<T> Queue<T> {
     pub fn new(capacity: usize, encode: Box<dyn Fn(T) -> Message + Send + Sync>) -> Self {
-        let waiting =
-            Waiting { items: VecDeque::new(), documents: BTreeMap::new(), taken_in: 0, dropped: 0 };
+        let waiting = Waiting { items: VecDeque::new(), documents: BTreeMap::new(), taken_in: 0, dropped: 0 };
         let ended = watch::Sender::new(None);
         Self { waiting: Mutex::new(waiting), capacity: capacity.max(1), encode, news: Notify::new(), ended }
     }

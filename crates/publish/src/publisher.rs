@@ -79,7 +79,8 @@ impl<T: Send + 'static> Publisher<T> {
             Scheme::Mqtts => return Err(PublishError::Missing { scheme: "mqtts", feature: "mqtts" }),
         };
         let thread = |source| PublishError::Thread { source };
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build().map_err(thread)?;
+        let runtime =
+            tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build().map_err(thread)?;
         let queue = Arc::new(Queue::new(options.capacity, Box::new(encode)));
         let report = Arc::new(Report::new(broker.to_string()));
         let (own_queue, own_report) = (queue.clone(), report.clone());

@@ -15,7 +15,8 @@ pub(crate) fn transport(ca_file: Option<&Path>) -> Result<Transport> {
         Some(path) => of_file(path)?,
         None => of_system()?,
     };
-    let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider())).with_safe_default_protocol_versions();
+    let config =
+        ClientConfig::builder_with_provider(Arc::new(ring::default_provider())).with_safe_default_protocol_versions();
     let config = config.map_err(|e| certificates(Path::new("this build"), e.to_string()))?;
     let config = config.with_root_certificates(roots).with_no_client_auth();
     Ok(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(config))))

@@ -24,7 +24,8 @@ fn publisher(broker: Broker, options: Options, qos: Qos) -> Publisher<u32> {
 
 /// Leaves something for listeners that come.
 fn marker(port: u16) {
-    let mut publisher = publisher(broker(port), Options { status_topic: "m/status".into(), ..options() }, Qos::AtLeastOnce);
+    let mut publisher =
+        publisher(broker(port), Options { status_topic: "m/status".into(), ..options() }, Qos::AtLeastOnce);
     publisher.push(Message::retained("marker", "here"));
     assert_eq!(publisher.finish().dropped, 0);
 }
@@ -235,7 +236,10 @@ mod tls {
             assert!(error.contains(word), "{error}");
         }
         // A broker that speaks no TLS.
-        let plain = Broker { ca_file: Some(file("ca.crt")), ..Broker::parse(&format!("mqtts://localhost:{}", server(b"\x20\x02\x00\x00"))).unwrap() };
+        let plain = Broker {
+            ca_file: Some(file("ca.crt")),
+            ..Broker::parse(&format!("mqtts://localhost:{}", server(b"\x20\x02\x00\x00"))).unwrap()
+        };
         let mut publisher = publisher(plain, options(), Qos::AtLeastOnce);
         let counts = publisher.finish();
         assert!(counts.failed_attempts > 0 && publisher.check().is_ok(), "{counts:?}");

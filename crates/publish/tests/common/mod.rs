@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+/// Where a listener is called until it hears it.
+const CALL: &str = "listener";
 /// For how long something that must happen is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -88,20 +90,36 @@ impl Mosquitto {
         }
     }
 
-    /// A listener to everything, which comes back when the broker does.
+    /// A listener to everything, which comes back when the broker does. It listens when this returns.
     pub fn listen(&self, arguments: &[&str]) -> Listener {
-        let mut command = Command::new(program("mosquitto_sub").unwrap());
-        command.args(["-h", "127.0.0.1", "-p", &self.port.to_string(), "-q", "2", "-t", "#", "-F", "%r %t %p"]);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
+        let client = |name: &str, own: &[&str]| {
+            let mut command = Command::new(program(name).unwrap());
+            made_quietly(&mut command)
+                .args(["-h", "127.0.0.1", "-p", &self.port.to_string()])
+                .args(own)
+                .args(arguments);
+            command
+        };
+        let mut listener = client("mosquitto_sub", &["-q", "2", "-t", "#", "-F", "%r %t %p"]);
+        let mut child = listener.stdout(Stdio::piped()).spawn().unwrap();
         let heard: Arc<Mutex<Vec<Heard>>> = Arc::default();
-        let (lines, all) = (BufReader::new(child.stdout.take().unwrap()).lines(), heard.clone());
+        let is_there = Arc::new(AtomicBool::new(false));
+        let (lines, all, hears) =
+            (BufReader::new(child.stdout.take().unwrap()).lines(), heard.clone(), is_there.clone());
         std::thread::spawn(move || {
             for line in lines.map_while(Result::ok) {
                 let mut words = line.splitn(3, ' ').map(str::to_owned);
                 let (is_old, topic) = (words.next().as_deref() == Some("1"), words.next().unwrap_or_default());
-                all.lock().unwrap().push(Heard { is_old, topic, payload: words.next().unwrap_or_default() });
+                if topic == CALL {
+                    hears.store(true, Ordering::SeqCst);
+                } else {
+                    all.lock().unwrap().push(Heard { is_old, topic, payload: words.next().unwrap_or_default() });
+                }
             }
+        });
+        wait_until("the listener", || {
+            let _ = client("mosquitto_pub", &["-t", CALL, "-m", "?"]).status();
+            is_there.load(Ordering::SeqCst)
         });
         Listener { child, heard }
     }
