@@ -65,17 +65,20 @@ fn home_assistant_is_told_what_there_is_and_changes_alone_can_be_published() {
     let more = ["--publish", &address, "--publish-every", "state", "--publish-discovery", "homeassistant"];
     let output = track(folder.path(), &more);
     assert!(output.status.success(), "{}", stderr(&output));
-    listener.wait_for("pursuit/scene-drift/status", "offline");
+    // No prefix was given: it is made of the input's name.
+    let prefix = "pursuit/scene-drift-seed-7-duration-1";
+    assert_eq!(run_json(folder.path())["publish"]["prefix"], prefix);
+    listener.wait_for(&format!("{prefix}/status"), "offline");
     let heard = listener.heard();
     assert!(heard.iter().all(|h| !h.topic.ends_with("/frame")), "{heard:?}");
-    let config = "homeassistant/binary_sensor/pursuit_scene-drift/target_1/config";
+    let config = "homeassistant/binary_sensor/pursuit_scene-drift-seed-7-duration-1/target_1/config";
     let config: Value = serde_json::from_str(&listener.under(config)[0]).unwrap();
     // What the template makes of the messages under the topic is what Home Assistant shows.
     let topic = config["state_topic"].as_str().unwrap();
     assert_eq!(config["value_template"], "{{ 'ON' if value_json.present else 'OFF' }}");
     assert_eq!(all_json(listener.under(topic))[0]["present"], true);
-    assert_eq!(config["availability_topic"], "pursuit/scene-drift/status");
-    assert_eq!(all_json(listener.under("pursuit/scene-drift/present"))[0]["targets"], serde_json::json!([1]));
+    assert_eq!(config["availability_topic"], format!("{prefix}/status"));
+    assert_eq!(all_json(listener.under(&format!("{prefix}/present")))[0]["targets"], serde_json::json!([1]));
     assert_eq!(run_json(folder.path())["publish"]["every"], "state");
 }
 
@@ -125,7 +128,7 @@ fn the_broker_says_when_a_watcher_died() {
     let Some(mosquitto) = Mosquitto::open() else { return };
     let listener = mosquitto.listen(&[]);
     let folder = tempfile::tempdir().unwrap();
-    let args = ["track", "scene:drift?seed=7&duration=3600", "--tracker", "mosse", "--no-video", "--publish"];
+    let args = ["track", "scene:drift?seed=7&duration=200", "--tracker", "mosse", "--no-video", "--publish"];
     let mut command = command(&args);
     command.arg(format!("mqtt://127.0.0.1:{}/p", mosquitto.port)).arg("--out").arg(folder.path());
     let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
