@@ -55,7 +55,7 @@ struct Measured {
 fn run(address: Option<&str>, targets: u64, frames: u64) -> Result<Measured, RunError> {
     let boxes = (0..targets).map(|n| [16.0 + (n % 20) as f64 * 13.0, 16.0 + (n / 20 % 10) as f64 * 17.0, 24.0, 24.0]);
     let config = RunConfig {
-        input: Some("scene:drift?seed=7&duration=3600".into()),
+        input: Some(format!("scene:drift?seed=7&duration={}", frames / 30 + 1).into()),
         boxes: boxes.collect(),
         tracker: Some("mosse".into()),
         publish: address.map(Into::into),
