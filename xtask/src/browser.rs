@@ -77,7 +77,7 @@ fn chromium() -> Result<PathBuf> {
 }
 
 /// Installs packages of Debian, which takes the superuser; whether that worked.
-fn install(packages: &[&str]) -> bool {
+pub fn install(packages: &[&str]) -> bool {
     let apt = |arguments: &[&str]| run::program("apt-get").args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
     apt(&["update"]).works() && apt(&["install", "--yes", "--no-install-recommends"]).args(packages).works()
 }

@@ -7,8 +7,8 @@ use anyhow::Result;
 const BUILDS: [(&str, &str, &str); 8] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
-    ("pursuit-cli", "h264,onnxruntime,studio", "no C++ compiler, with networks by file and the studio"),
-    ("pursuit-cli", "encode,h264,onnxruntime,reproduce,parquet,rten,studio", "everything"),
+    ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
+    ("pursuit-cli", "encode,h264,mqtts,onnxruntime,reproduce,parquet,rten,studio", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit-media", "encode", "a recorder"),

@@ -8,6 +8,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-charts", 0),
     ("pursuit-containers", 0),
     ("pursuit-geometry", 0),
+    ("pursuit-publish", 0),
     ("pursuit-estimation", 0),
     ("pursuit-imaging", 1),
     ("pursuit-vision", 2),
@@ -42,6 +43,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("axum", &["pursuit-studio"]),
     ("hyper", &["pursuit-studio"]),
     ("parquet", &["pursuit"]),
+    ("rumqttc", &["pursuit-publish"]),
     ("pyo3", &["pursuit-python"]),
     ("numpy", &["pursuit-python"]),
     (

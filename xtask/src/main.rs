@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
 
+mod broker;
 mod browser;
 mod features;
 mod fuzz;

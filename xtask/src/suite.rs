@@ -17,6 +17,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     clock.time("notices", notices::check)?;
     clock.time("documentation", docs)?;
     clock.time("features", features::check)?;
+    clock.time("broker", || crate::broker::install_or_skip(&mut skipped))?;
     clock.time("tests", || run::workspace("test").run())?;
     if quick {
         skipped.push(

@@ -1,7 +1,9 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 5] = [
+pub const FEATURES: [(&str, bool); 7] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
+    ("mqtt", cfg!(feature = "mqtt")),
+    ("mqtts", cfg!(feature = "mqtts")),
     ("parquet", cfg!(feature = "parquet")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),

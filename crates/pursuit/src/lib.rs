@@ -28,6 +28,7 @@ mod error;
 mod features;
 mod follow;
 mod input;
+pub mod publish;
 mod record;
 mod resume;
 pub mod run;

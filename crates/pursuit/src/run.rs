@@ -1,5 +1,6 @@
 //! What `run.json` holds: what was run, with what, on what, and how it went.
 
+use crate::publish::PublishFacts;
 pub use crate::timing::{Timing, TimingSummary};
 use crate::{RunError, View};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
@@ -36,6 +37,9 @@ pub struct RunFile {
     /// What befell a live input, where it was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream: Option<StreamFacts>,
+    /// What became of the messages, where results were published.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub publish: Option<PublishFacts>,
     /// How often something of the input could not be read, and was left out.
     pub damage_count: u64,
     /// What and why, of the first of them.

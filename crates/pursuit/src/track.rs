@@ -2,6 +2,8 @@
 
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
+#[cfg(feature = "mqtt")]
+use crate::publish::{Publication, PublishFacts};
 use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
@@ -19,6 +21,8 @@ use pursuit_tracking::MultiTracker;
 use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
 use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "mqtt")]
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -44,6 +48,9 @@ pub struct Run {
     earlier: Option<Earlier>,
     /// Where results go besides the files.
     further: Vec<Box<dyn Sink>>,
+    /// Where they are published.
+    #[cfg(feature = "mqtt")]
+    publication: Option<Publication>,
 }
 
 /// What starts a run that has both the truth's first box and a detector.
@@ -103,6 +110,15 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
+        #[cfg(feature = "mqtt")]
+        let publication = match &config.publish {
+            Some(address) => Some(Publication::new(address, &config.publish_options, &run_folder::name_of(name))?),
+            None => None,
+        };
+        #[cfg(not(feature = "mqtt"))]
+        if config.publish.is_some() {
+            return Err(crate::publish::missing());
+        }
         let destination = destination(&config, name)?;
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
@@ -130,6 +146,8 @@ impl Run {
             unwritten: false,
             earlier,
             further: Vec::new(),
+            #[cfg(feature = "mqtt")]
+            publication,
         };
         if let Some(earlier) = &run.earlier {
             earlier.check(&run.input_facts(), &run.recipe)?;
@@ -186,12 +204,22 @@ impl Run {
     pub fn run(mut self, mut observe: impl FnMut(Progress<'_>)) -> Result<Finished, RunError> {
         self.session.start()?;
         let mut facts = self.facts();
+        let mut sinks = std::mem::take(&mut self.further);
+        #[cfg(feature = "mqtt")]
+        let published = match &self.publication {
+            Some(publication) => {
+                let sink = publication.start(&facts.input, &facts.recipe)?;
+                let published = sink.facts();
+                sinks.push(InInput::around(Box::new(sink), self.view));
+                Some(published)
+            }
+            None => None,
+        };
         let folder = match (self.destination.take(), &self.earlier) {
             (Some(destination), None) => Some(destination.open()?),
             (Some(destination), Some(_)) => Some(destination.reopen()?),
             (None, _) => None,
         };
-        let mut sinks = std::mem::take(&mut self.further);
         match &folder {
             Some(folder) => {
                 facts.write(&folder.file(FACTS))?;
@@ -240,6 +268,11 @@ impl Run {
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
+        #[cfg(feature = "mqtt")]
+        {
+            let facts_of = |f: Arc<Mutex<PublishFacts>>| f.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            facts.publish = published.map(facts_of);
+        }
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
@@ -275,6 +308,7 @@ impl Run {
             frame_count: 0,
             dropped_frames: 0,
             stream: None,
+            publish: None,
             damage_count: 0,
             damage: Vec::new(),
             states: StateCounts::default(),

@@ -2,11 +2,13 @@
 
 mod batch;
 mod ptz;
+mod publish;
 #[cfg(feature = "studio")]
 mod studio;
 
 pub use batch::Batch;
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
+pub use publish::Publish;
 #[cfg(feature = "studio")]
 pub use studio::Studio;
 
@@ -210,6 +212,8 @@ pub struct Track {
     /// Write the trajectory in a further format
     #[arg(long = "format", value_parser = format_parser(), value_name = "FORMAT", value_delimiter = ',')]
     pub formats: Vec<Format>,
+    #[command(flatten)]
+    pub publish: Publish,
     /// First frame to look at, from 0
     #[arg(long, value_name = "N")]
     pub from: Option<u64>,

@@ -132,6 +132,8 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         }),
         plots: flag(args.plots, true),
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
+        publish: args.publish.address.clone().map(Locator::new),
+        publish_options: args.publish.options(),
         from: args.from,
         to: args.to,
         stride: args.stride,
@@ -145,7 +147,8 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
     let input = config.input.map(|input| with_credentials(input, args)).transpose()?;
     let detector = config.detect.as_deref();
     let parameters = networks::located(config.parameters, config.tracker.as_deref().into_iter(), detector);
-    Ok(RunConfig { input, parameters, ..config })
+    let publish = config.publish.map(|address| args.publish.with_password(address)).transpose()?;
+    Ok(RunConfig { input, publish, parameters, ..config })
 }
 
 /// The input with the credentials that are kept elsewhere.
@@ -257,6 +260,10 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             "stream    {} stalls, {} breaks, connected again {} times, {:.1} s without a frame at most",
             stream.stalls, stream.breaks, stream.reconnects, stream.longest_gap_s
         )?;
+    }
+    if let Some(published) = &facts.publish {
+        let (all, dropped) = (published.messages, published.dropped);
+        writeln!(text, "messages  {} sent to {}, {dropped} dropped", all - dropped, published.broker)?;
     }
     if let Some(why) = pursuit::NO_OVERLAY.filter(|_| wants_video) {
         writeln!(text, "no video  {why}")?;

@@ -66,6 +66,15 @@ impl Locator {
         Some((percent_decoded(user), percent_decoded(password)))
     }
 
+    /// The user in it, and the password where there is one, as they are meant.
+    pub fn login(&self) -> Option<(String, Option<String>)> {
+        let (user, password) = match self.parts().0?.split_once(':') {
+            Some((user, password)) => (user, Some(percent_decoded(password))),
+            None => (self.parts().0?, None),
+        };
+        Some((percent_decoded(user), password)).filter(|(user, password)| !user.is_empty() || password.is_some())
+    }
+
     /// The address without user and password.
     pub fn address(&self) -> String {
         match self.text.split_once("://") {
@@ -212,6 +221,9 @@ mod tests {
         assert_eq!(raw.credentials(), Some(("user".to_owned(), "s/s%".to_owned())));
         assert_eq!(raw.address(), "rtsp://camera/1");
         assert_eq!(Locator::new("rtsp://user@camera/1").address(), "rtsp://camera/1");
+        assert_eq!(with.login(), Some(("me".to_owned(), Some("se:s/a@me%é".to_owned()))));
+        assert_eq!(Locator::new("mqtt://m%65@house/yard").login(), Some(("me".to_owned(), None)));
+        assert!([plain.login(), Locator::new("mqtt://@house").login()].iter().all(Option::is_none));
         let file = Locator::new("clip.mp4");
         assert_eq!((file.with_credentials("a", "b"), file.address()), (file.clone(), "clip.mp4".to_owned()));
     }

@@ -6,6 +6,7 @@ mod settings;
 pub use catalogue::catalogue;
 pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, Settings};
 
+use crate::publish::PublishOptions;
 use crate::sinks::OverlayStyle;
 use crate::{Resize, RunError};
 use pursuit_geometry::BBox;
@@ -74,6 +75,13 @@ pub struct RunConfig {
     /// Further trajectory files: `csv`, `jsonl`, `mot`, `parquet`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub formats: Vec<String>,
+    /// A broker that results are published to, `mqtt://[USER@]HOST[:PORT][/PREFIX]`. A password in it is neither shown nor
+    /// stored.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub publish: Option<Locator>,
+    /// How they are published.
+    #[serde(skip_serializing_if = "is_default")]
+    pub publish_options: PublishOptions,
     /// First frame to look at.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<u64>,
@@ -100,8 +108,8 @@ pub struct RunConfig {
     pub read_from: Option<PathBuf>,
 }
 
-fn is_default(options: &DepthOptions) -> bool {
-    *options == DepthOptions::default()
+fn is_default<T: Default + PartialEq>(options: &T) -> bool {
+    *options == T::default()
 }
 
 /// The options with those of `over` in their place that it says.
@@ -149,6 +157,8 @@ impl RunConfig {
             overlay: over.overlay.or(self.overlay),
             plots: over.plots.or(self.plots),
             formats: list(self.formats, over.formats),
+            publish: over.publish.or(self.publish),
+            publish_options: self.publish_options.overridden_by(over.publish_options),
             from: over.from.or(self.from),
             to: over.to.or(self.to),
             stride: over.stride.or(self.stride),
@@ -264,6 +274,7 @@ pub fn parse_box(text: &str) -> Result<[f64; 4], RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::publish::{Discovery, Every};
     use pursuit_media::depth::DepthCoding;
 
     #[test]
@@ -316,6 +327,14 @@ mod tests {
             overlay: Some(if n == 1 { OverlayStyle::Full } else { OverlayStyle::Minimal }),
             plots: Some(n == 1),
             formats: vec![format!("format {n}")],
+            publish: Some(format!("mqtt://host{n}").into()),
+            publish_options: PublishOptions {
+                every: Some(if n == 1 { Every::State } else { Every::Seconds(2.0) }),
+                qos: Some(n as u8),
+                buffer: Some(n as usize),
+                ca_file: Some(format!("ca {n}").into()),
+                discovery: Some(Discovery::HomeAssistant),
+            },
             from: Some(n),
             to: Some(n),
             stride: NonZeroU64::new(n),

@@ -17,6 +17,8 @@ mod predictions;
 pub use csv::{CsvSink, TRAJECTORY_COLUMNS, trajectory_csv};
 pub use format::Format;
 pub use jsonl::JsonlSink;
+#[cfg(all(test, feature = "mqtt"))]
+pub(crate) use jsonl::object as jsonl_object;
 pub use mot::{MotSink, mot_lines};
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;

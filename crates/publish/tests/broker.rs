@@ -1,0 +1,247 @@
+//! Against a real broker, which is killed and returns, and against servers that are none.
+
+mod common;
+
+use common::{Gate, Mosquitto, free_port, wait_until};
+use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
+use std::collections::BTreeSet;
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpListener};
+use std::time::Duration;
+
+fn broker(port: u16) -> Broker {
+    Broker::parse(&format!("mqtt://127.0.0.1:{port}")).unwrap()
+}
+
+fn options() -> Options {
+    Options { linger: Duration::from_secs(30), ..Options::new("t/status") }
+}
+
+fn publisher(broker: Broker, options: Options, qos: Qos) -> Publisher<u32> {
+    let encode = move |n: u32| Message { topic: "t/n".into(), payload: n.to_string().into(), qos, retain: false };
+    Publisher::start(broker, options, encode).unwrap()
+}
+
+/// Leaves something for listeners that come.
+fn marker(port: u16) {
+    let mut publisher =
+        publisher(broker(port), Options { status_topic: "m/status".into(), ..options() }, Qos::AtLeastOnce);
+    publisher.push(Message::retained("marker", "here"));
+    assert_eq!(publisher.finish().dropped, 0);
+}
+
+#[test]
+fn everything_arrives_once_and_in_order_with_every_quality_of_service() {
+    for qos in [Qos::AtMostOnce, Qos::AtLeastOnce, Qos::ExactlyOnce] {
+        let Some(mosquitto) = Mosquitto::open() else { return };
+        let listener = mosquitto.listen(&[]);
+        let mut publisher = publisher(broker(mosquitto.port), options(), qos);
+        listener.wait_for("t/status", "online");
+        for n in 0..500 {
+            publisher.extend([2 * n, 2 * n + 1]);
+        }
+        publisher.push(Message::retained("t/document", "last"));
+        let counts = publisher.finish();
+        listener.wait_for("t/status", "offline");
+        assert_eq!(listener.under("t/n"), (0..1000).map(|n| n.to_string()).collect::<Vec<_>>());
+        assert_eq!((counts.messages, counts.dropped, counts.connections), (1001, 0, 1));
+        let late = mosquitto.listen(&[]);
+        late.wait_for("t/status", "offline");
+        late.wait_for("t/document", "last");
+        assert!(late.heard().iter().all(|h| h.is_old), "{:?}", late.heard());
+    }
+}
+
+#[test]
+fn a_broker_that_is_killed_and_returns_gets_the_newest_and_what_is_retained() {
+    let Some(mut mosquitto) = Mosquitto::open() else { return };
+    let early = mosquitto.listen(&[]);
+    let gate = Gate::to(mosquitto.port);
+    let mut publisher = publisher(broker(gate.port), Options { capacity: 100, ..options() }, Qos::AtLeastOnce);
+    publisher.push(Message::retained("t/document", "one"));
+    publisher.extend(0..50);
+    early.wait_for("t/n", "49");
+    early.wait_for("t/document", "one");
+    mosquitto.kill();
+    gate.set_open(false);
+    publisher.extend(50..1000);
+    wait_until("attempts that fail", || publisher.counts().failed_attempts > 1);
+    assert_eq!(publisher.counts().messages, 1001);
+    mosquitto.again();
+    // The listener is back before the publisher.
+    marker(mosquitto.port);
+    early.wait_for("marker", "here");
+    gate.set_open(true);
+    early.wait_for("t/n", "999");
+    publisher.extend(1000..1010);
+    let counts = publisher.finish();
+    early.wait_for("t/status", "offline");
+    let heard: BTreeSet<u32> = early.under("t/n").iter().map(|n| n.parse().unwrap()).collect();
+    // Nothing is lost unnoticed; of what arrived, only the few may count as dropped that were not acknowledged in time.
+    let lost = counts.messages - 1 - heard.len() as u64;
+    assert!((lost..=lost + 20).contains(&counts.dropped), "{lost} lost, {counts:?}");
+    assert!((950..1010).all(|n| heard.contains(&n)), "the newest are kept: {heard:?}");
+    assert!(counts.dropped >= 800 && counts.connections == 2, "{counts:?}");
+    // The broker had forgotten it.
+    mosquitto.listen(&[]).wait_for("t/document", "one");
+}
+
+#[test]
+fn messages_wait_for_a_broker_that_comes_later() {
+    let Some(mut mosquitto) = Mosquitto::open() else { return };
+    mosquitto.kill();
+    let mut publisher = publisher(broker(mosquitto.port), options(), Qos::AtLeastOnce);
+    publisher.extend(0..20);
+    publisher.push(Message::retained("t/document", "old"));
+    publisher.push(Message::retained("t/document", "new"));
+    wait_until("an attempt that fails", || publisher.counts().failed_attempts > 0);
+    mosquitto.again();
+    let counts = publisher.finish();
+    assert_eq!((counts.messages, counts.dropped), (22, 0), "{counts:?}");
+    mosquitto.listen(&[]).wait_for("t/document", "new");
+}
+
+#[test]
+fn a_wrong_password_is_said_and_never_shown() {
+    let Some(mosquitto) = Mosquitto::with_password() else { return };
+    let with = |password: &str| {
+        let login = Some(Login { user: "me".into(), password: password.into() });
+        publisher(Broker { login, ..broker(mosquitto.port) }, options(), Qos::AtMostOnce)
+    };
+    let mut right = with("sesame");
+    right.extend(0..10);
+    assert_eq!(right.finish().dropped, 0);
+    right.check().unwrap();
+    let mut wrong = with("wrong-secret");
+    wrong.extend(0..10);
+    assert_eq!(wrong.finish().dropped, 10);
+    let error = wrong.check().unwrap_err();
+    assert!(matches!(error, PublishError::Refused { .. }));
+    let text = format!("{error} {error:?}");
+    assert!(text.contains("user or the password") && text.contains("me@127.0.0.1"), "{text}");
+    assert!(!text.contains("wrong-secret"), "{text}");
+}
+
+/// A server that takes connections and answers each with `answer`.
+fn server(answer: &'static [u8]) -> u16 {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let port = listener.local_addr().unwrap().port();
+    std::thread::spawn(move || {
+        for mut connection in listener.incoming().flatten() {
+            std::thread::spawn(move || {
+                let _ = connection.write_all(answer);
+                while connection.read(&mut [0; 1024]).is_ok_and(|read| read > 0) {}
+            });
+        }
+    });
+    port
+}
+
+#[test]
+fn servers_that_are_no_brokers_hold_nothing_up() {
+    let answers: [(&str, &[u8]); 5] = [
+        ("silent", b""),
+        ("garbage", &[0xff; 300]),
+        ("http", b"HTTP/1.1 400 Bad Request\r\n\r\n"),
+        // A packet of the greatest length there is, of which nothing comes.
+        ("endless", &[0x20, 0xff, 0xff, 0xff, 0x7f]),
+        // An acknowledgement of a message that was never sent, after one of the connection.
+        ("confused", &[0x20, 2, 0, 0, 0x40, 2, 0, 9]),
+    ];
+    for (name, answer) in answers {
+        let options = Options { capacity: 100, linger: Duration::from_millis(500), ..Options::new("t/status") };
+        let mut publisher = publisher(broker(server(answer)), options, Qos::AtLeastOnce);
+        publisher.extend(0..1000);
+        if name != "silent" {
+            let counts = || publisher.counts().failed_attempts + publisher.counts().connections;
+            wait_until(name, || counts() > 1);
+        }
+        let counts = publisher.finish();
+        assert_eq!((counts.messages, counts.dropped), (1000, 1000), "{name}: {counts:?}");
+        assert!(publisher.check().is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn an_end_without_a_broker_does_not_wait_long() {
+    let mut publisher = publisher(broker(free_port()), options(), Qos::AtMostOnce);
+    publisher.extend(0..10);
+    // Far less than `linger`: a broker that is not there after one more attempt is given up.
+    let counts = publisher.finish();
+    assert_eq!((counts.messages, counts.dropped, counts.connections), (10, 10, 0));
+    assert!(counts.failed_attempts >= 1);
+}
+
+#[cfg(not(feature = "tls"))]
+#[test]
+fn what_this_build_lacks_is_said() {
+    let secure = Broker::parse("mqtts://127.0.0.1").unwrap();
+    let started = Publisher::<u32>::start(secure, options(), |_| unreachable!());
+    assert!(started.err().unwrap().to_string().contains("--features mqtts"));
+}
+
+#[cfg(feature = "tls")]
+mod tls {
+    use super::*;
+    use std::path::Path;
+    use std::process::Command;
+
+    /// Makes an authority and a certificate of it for `localhost` in `folder`; whether that worked.
+    fn make(folder: &Path) -> bool {
+        let script = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout ca.key -out ca.crt \
+             -addext basicConstraints=critical,CA:TRUE && \
+             openssl req -newkey rsa:2048 -nodes -subj /CN=localhost -keyout server.key -out server.csr && \
+             printf 'subjectAltName=DNS:localhost,IP:127.0.0.1\\nbasicConstraints=CA:FALSE\\n' > ext && \
+             openssl x509 -req -in server.csr -CA ca.crt -CAkey ca.key -CAcreateserial -days 2 -extfile ext -out server.crt && \
+             openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=stranger -keyout other.key -out other.crt";
+        let made = Command::new("sh").arg("-c").arg(script).current_dir(folder).output();
+        made.is_ok_and(|made| made.status.success())
+    }
+
+    #[test]
+    fn only_certificates_of_the_authority_named_are_trusted() {
+        let folder = tempfile::tempdir().unwrap();
+        if !make(folder.path()) {
+            println!("skipped: there is no openssl that makes certificates");
+            return;
+        }
+        let file = |name: &str| folder.path().join(name);
+        let Some(mosquitto) = Mosquitto::start(|_| {
+            format!(
+                "allow_anonymous true\ncafile {}\ncertfile {}\nkeyfile {}",
+                file("ca.crt").display(),
+                file("server.crt").display(),
+                file("server.key").display()
+            )
+        }) else {
+            return;
+        };
+        let secure = |ca: &str| Broker {
+            ca_file: Some(file(ca)),
+            ..Broker::parse(&format!("mqtts://localhost:{}", mosquitto.port)).unwrap()
+        };
+        let listener = mosquitto.listen(&["--cafile", file("ca.crt").to_str().unwrap()]);
+        let mut right = publisher(secure("ca.crt"), options(), Qos::AtLeastOnce);
+        listener.wait_for("t/status", "online");
+        right.extend(0..100);
+        assert_eq!(right.finish().dropped, 0);
+        listener.wait_for("t/n", "99");
+        let mut wrong = publisher(secure("other.crt"), options(), Qos::AtLeastOnce);
+        wrong.finish();
+        let error = wrong.check().unwrap_err().to_string();
+        assert!(error.contains("certificate is not to be trusted"), "{error}");
+        for (name, word) in [("server.key", "there is none"), ("absent.crt", "absent.crt")] {
+            let started = Publisher::<u32>::start(secure(name), options(), |_| unreachable!());
+            let error = started.err().unwrap().to_string();
+            assert!(error.contains(word), "{error}");
+        }
+        // A broker that speaks no TLS.
+        let plain = Broker {
+            ca_file: Some(file("ca.crt")),
+            ..Broker::parse(&format!("mqtts://localhost:{}", server(b"\x20\x02\x00\x00"))).unwrap()
+        };
+        let mut publisher = publisher(plain, options(), Qos::AtLeastOnce);
+        let counts = publisher.finish();
+        assert!(counts.failed_attempts > 0 && publisher.check().is_ok(), "{counts:?}");
+    }
+}

@@ -1,0 +1,216 @@
+//! A real broker, Mosquitto, and an independent listener, `mosquitto_sub`.
+#![allow(dead_code, missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests")]
+
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Where a listener is called until it hears it.
+const CALL: &str = "listener";
+/// For how long something that must happen is waited for.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub fn free_port() -> u16 {
+    TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port()
+}
+
+/// Where a program of Mosquitto is; the broker is not on every user's path.
+#[allow(clippy::disallowed_methods, reason = "a test looks for programs")]
+fn program(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders = std::env::split_paths(&path).chain(["/usr/sbin".into(), "/usr/bin".into(), "/usr/local/sbin".into()]);
+    folders.map(|folder| folder.join(name)).find(|file| file.is_file())
+}
+
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !is_so() {
+        assert!(began.elapsed() < PATIENCE, "never came: {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A broker on a port of its own, which remembers nothing when it is killed.
+pub struct Mosquitto {
+    folder: tempfile::TempDir,
+    pub port: u16,
+    child: Option<Child>,
+}
+
+impl Mosquitto {
+    /// None where Mosquitto is not installed, which is said. `settings` are lines of its configuration, made with the folder
+    /// that it lies in.
+    pub fn start(settings: impl FnOnce(&Path) -> String) -> Option<Self> {
+        if program("mosquitto").is_none() || program("mosquitto_sub").is_none() {
+            println!("skipped: there is no Mosquitto; install `mosquitto` and `mosquitto-clients`");
+            return None;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let port = free_port();
+        let own = settings(folder.path());
+        let text = format!("listener {port} 127.0.0.1\nuser root\npersistence false\n{own}\n");
+        std::fs::write(folder.path().join("broker.conf"), text).unwrap();
+        let mut broker = Self { folder, port, child: None };
+        broker.again();
+        Some(broker)
+    }
+
+    pub fn open() -> Option<Self> {
+        Self::start(|_| "allow_anonymous true".to_owned())
+    }
+
+    /// One that knows the user `me` with the password `sesame`.
+    pub fn with_password() -> Option<Self> {
+        Self::start(|folder| {
+            let file = folder.join("passwords");
+            let mut made = Command::new(program("mosquitto_passwd").unwrap());
+            made.args(["-b", "-c"]).arg(&file).args(["me", "sesame"]);
+            let made = made_quietly(&mut made);
+            assert!(made.status().unwrap().success());
+            format!("allow_anonymous false\npassword_file {}", file.display())
+        })
+    }
+
+    pub fn again(&mut self) {
+        let mut command = Command::new(program("mosquitto").unwrap());
+        command.arg("-c").arg(self.folder.path().join("broker.conf"));
+        self.child = Some(made_quietly(&mut command).spawn().unwrap());
+        let port = self.port;
+        wait_until("the broker", || TcpStream::connect((Ipv4Addr::LOCALHOST, port)).is_ok());
+    }
+
+    pub fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+
+    /// A listener to everything, which comes back when the broker does. It listens when this returns.
+    pub fn listen(&self, arguments: &[&str]) -> Listener {
+        let client = |name: &str, own: &[&str]| {
+            let mut command = Command::new(program(name).unwrap());
+            made_quietly(&mut command)
+                .args(["-h", "127.0.0.1", "-p", &self.port.to_string()])
+                .args(own)
+                .args(arguments);
+            command
+        };
+        let mut listener = client("mosquitto_sub", &["-q", "2", "-t", "#", "-F", "%r %t %p"]);
+        let mut child = listener.stdout(Stdio::piped()).spawn().unwrap();
+        let heard: Arc<Mutex<Vec<Heard>>> = Arc::default();
+        let is_there = Arc::new(AtomicBool::new(false));
+        let (lines, all, hears) =
+            (BufReader::new(child.stdout.take().unwrap()).lines(), heard.clone(), is_there.clone());
+        std::thread::spawn(move || {
+            for line in lines.map_while(Result::ok) {
+                let mut words = line.splitn(3, ' ').map(str::to_owned);
+                let (is_old, topic) = (words.next().as_deref() == Some("1"), words.next().unwrap_or_default());
+                if topic == CALL {
+                    hears.store(true, Ordering::SeqCst);
+                } else {
+                    all.lock().unwrap().push(Heard { is_old, topic, payload: words.next().unwrap_or_default() });
+                }
+            }
+        });
+        wait_until("the listener", || {
+            let _ = client("mosquitto_pub", &["-t", CALL, "-m", "?"]).status();
+            is_there.load(Ordering::SeqCst)
+        });
+        Listener { child, heard }
+    }
+}
+
+/// A way to a port that can be shut: connections are cut and none come about while it is.
+pub struct Gate {
+    pub port: u16,
+    is_open: Arc<AtomicBool>,
+}
+
+impl Gate {
+    pub fn to(target: u16) -> Self {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let (port, is_open) = (listener.local_addr().unwrap().port(), Arc::new(AtomicBool::new(true)));
+        let open = is_open.clone();
+        std::thread::spawn(move || {
+            for client in listener.incoming().flatten() {
+                let Ok(server) = TcpStream::connect((Ipv4Addr::LOCALHOST, target)) else { continue };
+                let ways = [(client.try_clone(), server.try_clone()), (Ok(server), Ok(client))];
+                for (from, to) in ways.map(|(from, to)| (from.unwrap(), to.unwrap())) {
+                    let open = open.clone();
+                    std::thread::spawn(move || carry(from, to, &open));
+                }
+            }
+        });
+        Self { port, is_open }
+    }
+
+    pub fn set_open(&self, is_open: bool) {
+        self.is_open.store(is_open, Ordering::SeqCst);
+    }
+}
+
+fn carry(mut from: TcpStream, mut to: TcpStream, is_open: &AtomicBool) {
+    from.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
+    let mut bytes = [0; 4096];
+    while is_open.load(Ordering::SeqCst) {
+        match from.read(&mut bytes) {
+            Ok(0) => break,
+            Ok(read) if to.write_all(&bytes[..read]).is_err() => break,
+            Err(e) if !matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => break,
+            _ => {}
+        }
+    }
+    let _ = from.shutdown(Shutdown::Both);
+    let _ = to.shutdown(Shutdown::Both);
+}
+
+fn made_quietly(command: &mut Command) -> &mut Command {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null())
+}
+
+impl Drop for Mosquitto {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// A message as it was heard.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heard {
+    /// Whether it was retained before the listener came.
+    pub is_old: bool,
+    pub topic: String,
+    pub payload: String,
+}
+
+pub struct Listener {
+    child: Child,
+    heard: Arc<Mutex<Vec<Heard>>>,
+}
+
+impl Listener {
+    pub fn heard(&self) -> Vec<Heard> {
+        self.heard.lock().unwrap().clone()
+    }
+
+    /// The payloads under a topic.
+    pub fn under(&self, topic: &str) -> Vec<String> {
+        self.heard().into_iter().filter(|h| h.topic == topic).map(|h| h.payload).collect()
+    }
+
+    pub fn wait_for(&self, topic: &str, payload: &str) {
+        wait_until(&format!("{payload} under {topic}"), || self.under(topic).iter().any(|p| p == payload));
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

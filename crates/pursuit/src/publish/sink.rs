@@ -1,0 +1,222 @@
+use super::home_assistant::HomeAssistant;
+use super::message::{PRESENT_SCHEMA, Present, RUN_SCHEMA, RunMessage, Sample, to_json};
+use super::{Every, PublishFacts, PublishOptions};
+use crate::run::{InputFacts, RecipeFacts};
+use crate::sinks::Sink;
+use crate::{Record, RunError};
+use pursuit_imaging::Frame;
+use pursuit_media::Locator;
+use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
+use pursuit_tracking::{TargetId, TrackState};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Frames this much before their time, in seconds, are told of: clocks round.
+const EARLY_S: f64 = 1e-3;
+
+/// Publishes what becomes of the targets. It never waits for the broker: when that does not keep up, or is not there, the
+/// oldest messages are dropped and counted.
+pub struct PublishSink {
+    publisher: Publisher<Sample>,
+    every: Every,
+    prefix: String,
+    home: Option<HomeAssistant>,
+    /// The last state of every target that there is, and when a frame of it was last told of.
+    targets: BTreeMap<TargetId, Known>,
+    /// The targets told to be there; none before the first frame.
+    present: Option<Vec<u64>>,
+    facts: Arc<Mutex<PublishFacts>>,
+    is_finished: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Known {
+    state: TrackState,
+    told_s: f64,
+}
+
+/// A broker and how it is told, checked, not connected to yet.
+#[derive(Debug, Clone)]
+pub(crate) struct Publication {
+    broker: Broker,
+    prefix: String,
+    options: PublishOptions,
+}
+
+impl Publication {
+    /// Reads the address. `name` takes the place of a prefix that it does not give.
+    ///
+    /// # Errors
+    /// [`RunError::Usage`] for an address or an option that makes no sense.
+    pub fn new(address: &Locator, options: &PublishOptions, name: &str) -> Result<Self, RunError> {
+        let broker = Broker::parse(&address.address()).map_err(|e| RunError::usage(e.to_string()))?;
+        if options.qos.is_some_and(|qos| Qos::of(qos).is_none()) {
+            return Err(RunError::usage("the quality of service of messages is 0, 1 or 2"));
+        }
+        if options.buffer.is_some_and(|buffer| !(1..=10_000_000).contains(&buffer)) {
+            return Err(RunError::usage("1 to 10000000 messages can wait for the broker"));
+        }
+        let login = address.login().map(|(user, password)| Login { user, password: password.unwrap_or_default() });
+        let broker = Broker { login, ca_file: options.ca_file.clone(), ..broker };
+        let prefix = broker.prefix.clone().unwrap_or_else(|| format!("pursuit/{name}"));
+        Ok(Self { broker, prefix, options: options.clone() })
+    }
+
+    /// Begins to connect.
+    ///
+    /// # Errors
+    /// What this build cannot reach, and certificates that are of no use.
+    pub fn start(&self, input: &InputFacts, recipe: &RecipeFacts) -> Result<PublishSink, RunError> {
+        let mut options = Options::new(format!("{}/status", self.prefix));
+        options.capacity = self.options.buffer.unwrap_or(options.capacity);
+        let qos = self.options.qos.and_then(Qos::of).unwrap_or(Qos::AtMostOnce);
+        let (every, prefix) = (self.options.every(), self.prefix.clone());
+        let encode = move |sample: Sample| Message {
+            topic: format!("{prefix}/targets/{}/frame", sample.target),
+            payload: sample.json(),
+            qos,
+            retain: false,
+        };
+        let facts = PublishFacts {
+            broker: self.broker.to_string(),
+            prefix: self.prefix.clone(),
+            every,
+            messages: 0,
+            dropped: 0,
+            connections: 0,
+            failed_attempts: 0,
+        };
+        let publisher =
+            Publisher::start(self.broker.clone(), options, encode).map_err(|e| RunError::usage(e.to_string()))?;
+        let home = self.options.discovery.map(|_| HomeAssistant::new(&self.prefix, every != Every::State));
+        let run = RunMessage {
+            schema: RUN_SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            input: &input.name,
+            width: input.width,
+            height: input.height,
+            tracker: &recipe.tracker,
+            detector: recipe.detector.as_deref(),
+            every: every.to_string(),
+        };
+        publisher.push(Message::retained(format!("{}/run", self.prefix), to_json(&run)));
+        home.iter().for_each(|home| publisher.push(home.count()));
+        let sink = PublishSink {
+            publisher,
+            every,
+            prefix: self.prefix.clone(),
+            home,
+            targets: BTreeMap::new(),
+            present: None,
+            facts: Arc::new(Mutex::new(facts)),
+            is_finished: false,
+        };
+        Ok(sink)
+    }
+}
+
+impl PublishSink {
+    /// What has become of the messages, brought up to date at the end.
+    pub(crate) fn facts(&self) -> Arc<Mutex<PublishFacts>> {
+        self.facts.clone()
+    }
+
+    fn check(&self) -> Result<(), RunError> {
+        self.publisher.check().map_err(|error| match error {
+            PublishError::Refused { broker, reason } => {
+                RunError::output(Path::new(&broker))(std::io::Error::other(reason))
+            }
+            other => RunError::usage(other.to_string()),
+        })
+    }
+
+    fn change(&self, sample: &Sample, previous: Option<TrackState>) {
+        let topic = format!("{}/targets/{}/state", self.prefix, sample.target);
+        self.publisher.push(Message::retained(topic, sample.change_json(previous)));
+    }
+
+    /// Tells that a target is no more, and makes the broker forget it.
+    fn end(&self, sample: &Sample, previous: TrackState) {
+        let forget = self.home.iter().flat_map(|home| home.forget(sample.target));
+        forget.for_each(|message| self.publisher.push(message));
+        let topic = format!("{}/targets/{}/state", self.prefix, sample.target);
+        let last = Message::retained(topic.clone(), sample.change_json(Some(previous)));
+        self.publisher.push(Message { retain: false, ..last });
+        self.publisher.push(Message::retained(topic, Vec::new()));
+    }
+
+    /// Tells which targets are there, where that is news.
+    fn tell_present(&mut self, frame: &Frame, unix_time_s: f64) {
+        let there = self.targets.iter().filter(|(_, known)| known.state != TrackState::Lost);
+        let targets: Vec<u64> = there.map(|(id, _)| id.0).collect();
+        if self.present.as_ref() == Some(&targets) {
+            return;
+        }
+        self.present = Some(targets.clone());
+        let (frame, time_s, present) = (frame.index(), frame.time_s(), targets.len());
+        let message = Present { schema: PRESENT_SCHEMA, frame, time_s, unix_time_s, present, targets };
+        self.publisher.push(Message::retained(format!("{}/present", self.prefix), to_json(&message)));
+    }
+}
+
+impl Sink for PublishSink {
+    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+        self.check()?;
+        let unix_time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        let (mut has_changed, mut due) = (self.present.is_none(), Vec::with_capacity(records.len()));
+        for record in records {
+            let state = record.estimate.as_ref().map_or(TrackState::Lost, |e| e.state);
+            let known = self.targets.get(&record.target).copied();
+            let mut told_s = known.map_or(f64::NEG_INFINITY, |k| k.told_s);
+            let is_due = match self.every {
+                Every::Frame => true,
+                Every::State => false,
+                // A clock that was set back tells anew.
+                Every::Seconds(s) => !(0.0..s - EARLY_S).contains(&(record.time_s - told_s)),
+            };
+            if is_due {
+                told_s = record.time_s;
+                due.push(Sample::of(record, unix_time_s));
+            }
+            if known.is_none_or(|k| k.state != state) {
+                has_changed = true;
+                if let (None, Some(home)) = (known, &self.home) {
+                    home.target(record.target.0).into_iter().for_each(|config| self.publisher.push(config));
+                }
+                self.change(&Sample::of(record, unix_time_s), known.map(|k| k.state));
+            }
+            self.targets.insert(record.target, Known { state, told_s });
+        }
+        if self.targets.len() > records.len() {
+            let gone = |id: &TargetId| !records.iter().any(|r| r.target == *id);
+            let ended: Vec<(TargetId, Known)> =
+                self.targets.iter().filter(|(id, _)| gone(id)).map(|(id, known)| (*id, *known)).collect();
+            for (id, known) in ended {
+                self.targets.remove(&id);
+                self.end(&Sample::gone(id.0, frame.index(), frame.time_s(), unix_time_s), known.state);
+                has_changed = true;
+            }
+        }
+        if has_changed {
+            self.tell_present(frame, unix_time_s);
+        }
+        self.publisher.extend(due);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        if std::mem::replace(&mut self.is_finished, true) {
+            return Ok(());
+        }
+        let counts = self.publisher.finish();
+        let mut facts = self.facts.lock().unwrap_or_else(PoisonError::into_inner);
+        facts.messages = counts.messages;
+        facts.dropped = counts.dropped;
+        facts.connections = counts.connections;
+        facts.failed_attempts = counts.failed_attempts;
+        drop(facts);
+        self.check()
+    }
+}
