@@ -3,8 +3,10 @@
 use crate::errors::{ComputationError, UsageError, of_run, usage};
 use crate::registry::to_python;
 use crate::values;
+use pursuit::BBox;
 use pursuit::config::recipes;
-use pursuit::evaluation::{Entry, EvalOptions, Progress, evaluate as run};
+use pursuit::evaluation::metrics::many::{Crowd, Labelled, clear, hota, identity};
+use pursuit::evaluation::{Entry, EvalOptions, EvaluationError, Progress, evaluate as run};
 use pursuit::media::OpenOptions;
 use pursuit::{RunError, toml};
 use pursuit_experiments::{ExperimentError, Options, Paper};
@@ -19,6 +21,7 @@ const BREATH: Duration = Duration::from_millis(50);
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(crowd_scores, module)?)?;
     module.add_function(wrap_pyfunction!(reproduce, module)?)
 }
 
@@ -66,6 +69,52 @@ fn evaluate<'py>(
         results.map_err(|_| ComputationError::new_err("the evaluation broke off; this is a defect of pursuit"))?;
     let results = results.map_err(|e| of_run(&e.into()))?;
     to_python(py, &results)
+}
+
+/// A box of many: frame, target, left, top, width, height in pixels.
+type Row = (u64, u64, f64, f64, f64, f64);
+
+/// HOTA, CLEAR MOT and IDF1 with what they are made of, as TrackEval names it, of what is true and what is said.
+#[pyfunction]
+fn crowd_scores<'py>(py: Python<'py>, truth: Vec<Row>, said: Vec<Row>, threshold: f64) -> PyResult<Bound<'py, PyDict>> {
+    if !(threshold > 0.0 && threshold <= 1.0) {
+        return Err(usage(format!("threshold is {threshold}; an overlap is above 0 and at most 1, for example 0.5")));
+    }
+    let labelled = |rows: Vec<Row>| -> Vec<Labelled> {
+        let one = |(frame, target, l, t, w, h)| Labelled { frame, target, bbox: BBox::from_ltwh(l, t, w, h) };
+        rows.into_iter().map(one).collect()
+    };
+    let judged = py.detach(|| {
+        let crowd = Crowd::new(&labelled(truth), &labelled(said))?;
+        Ok((clear(&crowd, threshold)?, identity(&crowd, threshold)?, hota(&crowd)?))
+    });
+    let (clear, identity, hota) = judged.map_err(|e: EvaluationError| of_run(&e.into()))?;
+    let figures = PyDict::new(py);
+    for (name, value) in [
+        ("HOTA", hota.hota),
+        ("DetA", hota.detection),
+        ("AssA", hota.association),
+        ("LocA", hota.localization),
+        ("MOTA", clear.mota()),
+        ("MOTP", clear.motp()),
+        ("IDF1", identity.idf1()),
+        ("IDR", identity.recall()),
+        ("IDP", identity.precision()),
+    ] {
+        figures.set_item(name, value)?;
+    }
+    for (name, count) in [
+        ("CLR_TP", clear.matches),
+        ("CLR_FN", clear.misses),
+        ("CLR_FP", clear.false_alarms),
+        ("IDSW", clear.switches),
+        ("IDTP", identity.matches),
+        ("IDFN", identity.misses),
+        ("IDFP", identity.false_alarms),
+    ] {
+        figures.set_item(name, count)?;
+    }
+    Ok(figures)
 }
 
 /// Runs a paper's experiment again, as `pursuit reproduce` does; returns its figures beside ours.

@@ -11,7 +11,7 @@ Detector       find targets in frames; detect: in one frame or a whole input
 trackers       every tracker by name; help(pursuit.trackers.kcf) shows its parameters
 estimation     Kalman filters, IMM, particle filters, smoothers, association on arrays of N tracks x T steps
 eval           measure trackers on annotated sequences; reproduce: run a paper's experiment again
-cv2            OpenCV's tracker interface; integrations: got10k, VOT, supervision, Ultralytics
+cv2            OpenCV's tracker interface; integrations: got10k, VOT, TrackEval, supervision, Ultralytics
 
 Boxes are (left, top, width, height) in pixels; pixel (row i, column j) covers [j, j+1) x [i, i+1). Times are in seconds.
 Every error is a PursuitError with one line that says what was wrong, where, and what would mend it.

@@ -151,6 +151,11 @@ def reproduce(
     seeds: int | None = None,
     dataset: str | os.PathLike[str] | None = None,
 ) -> dict[str, Any]: ...
+def crowd_scores(
+    truth: list[tuple[int, int, float, float, float, float]],
+    said: list[tuple[int, int, float, float, float, float]],
+    threshold: float,
+) -> dict[str, float]: ...
 def kalman_filter(
     z: Floats,
     f: Floats,

@@ -15,6 +15,7 @@
 pub mod accuracy;
 pub mod calibration;
 pub mod long_term;
+pub mod many;
 pub mod one_pass;
 pub mod princeton;
 pub mod supervised;

@@ -1,1 +1,1 @@
-"""Other people's tools: got10k and vot (judges of trackers), supervision and ultralytics (what detectors find)."""
+"""Other people's tools: got10k, vot and trackeval (judges of trackers), supervision and ultralytics (what detectors find)."""
