@@ -1,5 +1,6 @@
 //! `pursuit track --publish …`, heard by somebody else's client of somebody else's broker.
 #![cfg(feature = "mqtt")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../../../crates/publish/tests/common/mod.rs"]
 mod broker;

@@ -1,4 +1,5 @@
 //! Against a real broker, which is killed and returns, and against servers that are none.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
 
