@@ -28,7 +28,7 @@ pub fn test_or_fail() -> Result<()> {
 fn test(folder: &Path, browser: &Path) -> Result<()> {
     let types = run::program("node").arg(folder.join("node_modules/typescript/bin/tsc")).arg("--project");
     types.arg(run::root().join(TESTS).join("tsconfig.json")).run()?;
-    run::workspace("build").args(["--bin", "pursuit"]).run()?;
+    run::build_programs()?;
     let pursuit = run::product("pursuit")?;
     let pictures = std::path::absolute(run::target_dir().join("browser-pictures"))?;
     let script = run::program("node").arg(folder.join("studio.test.mjs"));

@@ -184,8 +184,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
         })
         .collect();
     scripts.sort();
-    let ours = ["--bin", "pursuit", "--example", "follow", "--example", "detect"];
-    run::workspace("build").args(ours).run()?;
+    run::build_programs()?;
     for script in scripts {
         let step = script_of_ours(&pythons.tools, &script, run::product("pursuit")?);
         step.env("EXAMPLES", run::product("examples")?).run()?;

@@ -8,7 +8,7 @@ const BETWEEN_S: u32 = 30;
 
 /// Follows for this long; short runs break more often.
 pub fn run(seconds: u32) -> Result<()> {
-    run::workspace("build").args(["--example", "soak"]).run()?;
+    run::build_programs()?;
     let between = BETWEEN_S.min(seconds / 6).max(1);
     run::program(run::product("examples/soak")?).args([seconds.to_string(), between.to_string()]).run()
 }

@@ -77,7 +77,7 @@ fn build(quick: bool) -> Result<PathBuf> {
 /// The command of the same build, which must say the same.
 fn command(quick: bool) -> Result<PathBuf> {
     if quick {
-        run::workspace("build").args(["--bin", "pursuit"]).run()?;
+        run::build_programs()?;
         return run::product("pursuit");
     }
     run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
