@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
 
+mod api;
 mod broker;
 mod browser;
 mod features;
@@ -94,6 +95,9 @@ enum Task {
     },
     /// Use the studio's page in a real browser (Node.js and Chromium; installs the rest into target/browser)
     Browser,
+    /// Ask the studio everything that schemathesis can make up from the description of its calls (Python; installs the rest
+    /// into target/peers-api)
+    Api,
     /// Build the Python wheel into target/wheels and test it in a fresh virtual environment, with numpy alone
     Wheel {
         /// Test it beside FilterPy and the toolkits of benchmarks too (installs them into target/peers…)
@@ -129,6 +133,7 @@ fn main() -> Result<()> {
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { folder, check } => weights::make(&folder, check),
         Task::Browser => browser::test_or_fail(),
+        Task::Api => api::test_or_fail(),
         Task::Wheel { peers, quick } => wheel::make(quick, peers),
         Task::Bench { arguments } => run::cargo("bench").arg("--workspace").args(arguments).run(),
     }

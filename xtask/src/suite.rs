@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{browser, features, fuzz, layers, licences, notices, peers, release, run, soak, wheel};
+use crate::{api, browser, features, fuzz, layers, licences, notices, peers, release, run, soak, wheel};
 use anyhow::{Context, Result};
 use std::time::{Duration, Instant};
 
@@ -30,6 +30,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
         }
         clock.time("fuzzing", || fuzzing(fuzz_seconds, &mut skipped))?;
         clock.time("browser", || browser::test_or_skip(&mut skipped))?;
+        clock.time("made-up requests", || api::test_or_skip(&mut skipped))?;
         clock.time("wheel", || wheel::make_or_skip(&mut skipped))?;
         clock.time("comparisons", || peers::compare_or_skip(&mut skipped))?;
     }

@@ -1,4 +1,4 @@
-// Calls of the studio, and the live connection that comes back when it was lost.
+// Calls of the studio.
 
 /**
  * @typedef {{ target: number, state?: string, score?: number, box?: number[], predicted?: number[]|null,
@@ -10,7 +10,9 @@
  *     decoder: string, truth: boolean },
  *   tracker: string, parameters: Record<string, any>, edits: { frame: number, what: string, target: number|null }[],
  *   speed: number|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
- *   step_ms: number, viewers: number }} Facts
+ *   step_ms: number, viewers: number, read_only?: boolean,
+ *   picture: { kind: "jpeg"|"h264"|"none", frame: number, time_s: number, key?: boolean, codec?: string,
+ *     width?: number, height?: number } }} Facts
  */
 
 /**
@@ -36,77 +38,4 @@ export async function call(method, path, body) {
   const error = new Error(message);
   /** @type {any} */ (error).status = response.status;
   throw error;
-}
-
-/** Shows a trial until closed; connects again when the connection breaks off. */
-export class Live {
-  /**
-   * @param {number} trial
-   * @param {(facts: Facts, picture: ImageBitmap|null) => void} show
-   * @param {(state: "connecting"|"live"|"lost"|"over") => void} tell
-   */
-  constructor(trial, show, tell) {
-    this.trial = trial;
-    this.show = show;
-    this.tell = tell;
-    this.closed = false;
-    this.wait = 250;
-    /** @type {Blob|ArrayBuffer|null} */
-    this.newest = null;
-    this.busy = false;
-    /** @type {WebSocket|null} */
-    this.socket = null;
-    this.connect();
-  }
-
-  connect() {
-    if (this.closed) return;
-    this.tell("connecting");
-    const socket = new WebSocket(`ws://${location.host}/api/trials/${this.trial}/live`);
-    this.socket = socket;
-    socket.binaryType = "arraybuffer";
-    socket.onmessage = (event) => {
-      this.wait = 250;
-      this.tell("live");
-      // Only the newest is worth showing.
-      this.newest = event.data;
-      this.paint();
-    };
-    socket.onclose = async () => {
-      if (this.closed || this.socket !== socket) return;
-      this.tell("lost");
-      await new Promise((done) => setTimeout(done, this.wait));
-      this.wait = Math.min(2 * this.wait, 4000);
-      try {
-        await call("GET", `/api/trials/${this.trial}`);
-      } catch (error) {
-        if (/** @type {any} */ (error).status) { this.tell("over"); return; }
-      }
-      this.connect();
-    };
-  }
-
-  async paint() {
-    if (this.busy) return;
-    this.busy = true;
-    while (this.newest && !this.closed) {
-      const data = /** @type {ArrayBuffer} */ (this.newest);
-      this.newest = null;
-      const length = new DataView(data).getUint32(0, true);
-      const facts = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
-      const jpeg = data.slice(4 + length);
-      let picture = null;
-      if (jpeg.byteLength > 0) {
-        try { picture = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" })); } catch { /* none then */ }
-      }
-      if (!this.closed) this.show(facts, picture);
-      picture?.close();
-    }
-    this.busy = false;
-  }
-
-  close() {
-    this.closed = true;
-    this.socket?.close();
-  }
 }

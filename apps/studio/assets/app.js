@@ -1,12 +1,15 @@
 // The page: what the user does becomes calls, what comes back is shown.
 
-import { Live, call } from "./api.js";
+import { call } from "./api.js";
 import { Comparison } from "./compare.js";
+import { listen } from "./keyboard.js";
+import { Live } from "./live.js";
 import { LAYERS, Monitor } from "./monitor.js";
 import { Parameters } from "./parameters.js";
 import { Sources } from "./source.js";
 import { Targets } from "./targets.js";
 import { Timeline } from "./timeline.js";
+import { freeze, outlook } from "./watching.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -85,8 +88,8 @@ async function leave() {
 async function watch() {
   if (state.trial === null) return;
   state.live = new Live(state.trial, show, (how) => {
-    const words = { connecting: "connecting …", live: "live", lost: "connection lost, trying again …", over: "this trial is over" };
-    $("connection").dataset.state = how === "over" ? "lost" : how === "connecting" && $("connection").dataset.state === "lost" ? "lost" : how;
+    const words = { connecting: "connecting …", live: "live", lost: "connection lost, trying again …", over: "this trial is over", ended: "the run is over" };
+    $("connection").dataset.state = how === "over" ? "lost" : how === "ended" ? "over" : how === "connecting" && $("connection").dataset.state === "lost" ? "lost" : how;
     $("connection").textContent = words[how];
     // What is no longer there need not be closed.
     if (how === "over") state.trial = null;
@@ -94,12 +97,12 @@ async function watch() {
   });
 }
 
-/** @param {import("./api.js").Facts} facts @param {ImageBitmap|null} picture */
+/** @param {import("./api.js").Facts} facts @param {ImageBitmap|VideoFrame|null} picture */
 function show(facts, picture) {
   const before = state.facts;
   state.facts = facts;
   $("empty").hidden = true;
-  $("exports").hidden = false;
+  $("exports").hidden = facts.read_only === true;
   $("source").value = document.activeElement === $("source") ? $("source").value : state.source;
   if (before?.tracker !== facts.tracker) {
     $("tracker").value = facts.tracker;
@@ -138,7 +141,8 @@ function hint() {
   if (!facts) return;
   const behind = facts.now && facts.head !== null && facts.now.frame < facts.head;
   const live = facts.input.live;
-  if (state.info?.picking) $("hint").textContent = "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
+  if (facts.read_only) $("hint").textContent = outlook(facts);
+  else if (state.info?.picking) $("hint").textContent = "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
   else if (!facts.targets.length) $("hint").textContent = "Drag a box around the target; then press Start.";
   else if (state.selected) $("hint").textContent = `Target ${state.selected} is chosen: drag a box to put it right in this frame${behind && !live ? "; what comes after is followed again" : ""}.`;
   else $("hint").textContent = "Click on a target, or on its number, to correct it; drag a box for one more.";
@@ -279,7 +283,8 @@ async function refresh() {
     // The newest row may have been edited.
     const fresh = await allRows(trial, Math.max(last, 0));
     if (trial === state.trial && version === state.shownVersion) {
-      timeline.rows = [...timeline.rows.filter((r) => r[0] < (fresh[0]?.[0] ?? Infinity)), ...fresh];
+      const first = state.facts.first ?? 0;
+      timeline.rows = [...timeline.rows.filter((r) => r[0] >= first && r[0] < (fresh[0]?.[0] ?? Infinity)), ...fresh];
       if (comparison.trial !== null) timeline.rival = await allRows(comparison.trial, 0);
       timeline.draw();
     }
@@ -327,7 +332,7 @@ function wire() {
     label.append(box, swatch, layer.label);
     $("layers").append(label);
   }
-  addEventListener("keydown", key);
+  listen({ state, monitor, hint: $("hint"), order, then, fail, take, remove: removeTarget, choose });
   addEventListener("resize", () => monitor.draw());
   setInterval(() => { if (state.facts?.phase === "running" || timeline.rows.at(-1)?.[0] !== state.facts?.head) refresh(); }, ROWS_EVERY);
 }
@@ -338,51 +343,6 @@ async function openNamed(again) {
   if (source && (again || source !== state.source || state.trial === null)) await open(source);
 }
 
-/** @param {KeyboardEvent} event */
-function key(event) {
-  const where = /** @type {HTMLElement} */ (event.target);
-  if (where.closest("input, select, textarea, button, summary, a") || event.ctrlKey || event.metaKey || !state.facts) return;
-  if (event.key.startsWith("Arrow") && (event.shiftKey || event.altKey)) { nudge(event); return; }
-  const running = state.facts.phase === "running";
-  /** @type {Record<string, () => any>} */
-  const acts = {
-    " ": () => (running ? order("pause").catch(fail) : then(() => order("start"))),
-    ArrowRight: () => then(() => order("step")), ".": () => then(() => order("step")),
-    ArrowLeft: () => then(() => order("back")), ",": () => then(() => order("back")),
-    Home: () => then(() => order("seek", { frame: state.facts?.first ?? 0 })),
-    End: () => then(() => order("seek", { frame: state.facts?.head ?? 0 })),
-    Escape: () => { if (state.nudged) { state.nudged = monitor.draft = null; monitor.draw(); } else order("stop").catch(fail); },
-    Enter: () => { const box = state.nudged; if (box) { state.nudged = monitor.draft = null; then(() => take(box)); } },
-    Delete: () => { const target = state.selected; if (target) then(() => removeTarget(target)); },
-    n: () => {
-      const { width, height } = /** @type {import("./api.js").Facts} */ (state.facts).input;
-      [state.selected, monitor.selected] = [0, 0];
-      state.nudged = monitor.draft = [width * .45, height * .45, width * .1, height * .1].map(Math.round);
-      monitor.draw();
-    },
-  };
-  const act = acts[event.key] ?? (/^\d$/.test(event.key) ? () => { state.selected = 0; choose(Number(event.key)); } : null);
-  if (!act) return;
-  event.preventDefault();
-  act();
-}
-
-/** Moves the box of the chosen target, or a new one, by a pixel; Enter takes it. @param {KeyboardEvent} event */
-function nudge(event) {
-  const own = state.facts?.now?.records.find((r) => r.target === state.selected)?.box;
-  const box = state.nudged ?? (own ? [...own] : null);
-  if (!box) return;
-  event.preventDefault();
-  const along = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key] ?? [0, 0];
-  const at = event.altKey ? 2 : 0;
-  box[at] += along[0];
-  box[at + 1] += along[1];
-  if (box[2] < 2 || box[3] < 2) return;
-  state.nudged = monitor.draft = box;
-  $("hint").textContent = "Enter takes this box, Escape gives it up.";
-  monitor.draw();
-}
-
 async function begin() {
   wire();
   const [info, catalogue] = await Promise.all([call("GET", "/api/info"), call("GET", "/api/trackers")]);
@@ -390,6 +350,13 @@ async function begin() {
   $("tracker").replaceChildren(...state.trackers.map((t) => new Option(t.name, t.name)));
   $("tracker").value = info.default_tracker;
   describe(info.default_tracker);
+  if (info.read_only) {
+    freeze($, [monitor, targets, timeline, parameters]);
+    Object.assign(state, { trial: info.trials[0] });
+    accept(await call("GET", `/api/trials/${state.trial}`));
+    await watch();
+    return;
+  }
   $("rival").append(...state.trackers.map((t) => new Option(t.name, t.name)));
   /** @type {{ path: string, folder: boolean }[]} */
   const files = await call("GET", "/api/files").catch(() => []);

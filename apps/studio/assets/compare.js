@@ -1,6 +1,7 @@
 // Two methods on the same input, in step: what the first is told, the second is told too.
 
-import { Live, call } from "./api.js";
+import { call } from "./api.js";
+import { Live } from "./live.js";
 import { Monitor } from "./monitor.js";
 
 export class Comparison {

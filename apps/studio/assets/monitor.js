@@ -41,6 +41,8 @@ export class Monitor {
     /** @type {{ x: number, y: number }|null} */
     this.from = null;
     this.selected = 0;
+    /** Whether nothing can be changed: then a drag draws nothing. */
+    this.frozen = false;
     /** @type {(target: number) => number[][]} */
     this.trailOf = () => [];
     if (picked !== null) this.listen();
@@ -56,7 +58,7 @@ export class Monitor {
       this.draft = null;
     });
     this.canvas.addEventListener("pointermove", (event) => {
-      if (!this.from) return;
+      if (!this.from || this.frozen) return;
       this.draft = between(this.from, this.at(event));
       this.draw();
     });
@@ -66,7 +68,7 @@ export class Monitor {
       const to = this.at(event);
       this.from = null;
       this.draft = null;
-      if (box[2] >= CLICK && box[3] >= CLICK) this.picked(box);
+      if (box[2] >= CLICK && box[3] >= CLICK) { if (!this.frozen) this.picked(box); }
       else this.chosen(this.under(to));
       this.draw();
     });
@@ -99,7 +101,7 @@ export class Monitor {
     return this.facts?.now?.records.find((r) => holds(r.box))?.target ?? 0;
   }
 
-  /** @param {Facts} facts @param {ImageBitmap|null} picture */
+  /** @param {Facts} facts @param {ImageBitmap|VideoFrame|null} picture */
   show(facts, picture) {
     this.facts = facts;
     const { width, height } = facts.input;
@@ -110,7 +112,10 @@ export class Monitor {
     if (picture) {
       this.background ??= document.createElement("canvas");
       [this.background.width, this.background.height] = [width, height];
-      this.background.getContext("2d")?.drawImage(picture, 0, 0, width, height);
+      const [wide, high] = "displayWidth" in picture ? [picture.displayWidth, picture.displayHeight] : [picture.width, picture.height];
+      // Video has even sides: what was added is left out.
+      const { width: columns = wide, height: rows = high } = facts.picture;
+      this.background.getContext("2d")?.drawImage(picture, 0, 0, columns, rows, 0, 0, width, height);
     }
     this.draw();
   }

@@ -17,6 +17,8 @@ export class Parameters {
     this.changed = changed;
     /** @type {Map<string, { row: HTMLElement, set: (value: any) => void, fallback: any }>} */
     this.rows = new Map();
+    /** Whether nothing can be changed. */
+    this.frozen = false;
     filter.addEventListener("input", () => this.narrow());
   }
 
@@ -30,6 +32,7 @@ export class Parameters {
       const when = WHILE_RUNNING.includes(p.name) ? "Can be changed while running." : "A change follows again from the first frame.";
       this.group(p.name, `${p.doc}\n${when}`, p.parameters ?? [], `${p.name}.`);
     }
+    if (this.frozen) for (const field of this.place.querySelectorAll("input, select")) /** @type {HTMLInputElement} */ (field).disabled = true;
     this.narrow();
   }
 

@@ -12,6 +12,8 @@ export class Targets {
     this.none = none;
     this.chosen = chosen;
     this.removed = removed;
+    /** Whether nothing can be changed. */
+    this.frozen = false;
     /** @type {Map<number, HTMLTableRowElement>} */
     this.rows = new Map();
   }
@@ -55,7 +57,7 @@ export class Targets {
     remove.textContent = "Remove";
     remove.setAttribute("aria-label", `Remove target ${target}`);
     remove.addEventListener("click", () => this.removed(target));
-    row.cells[8].append(remove);
+    if (!this.frozen) row.cells[8].append(remove);
     const after = [...this.rows].filter(([t]) => t > target).map(([, r]) => r)[0] ?? null;
     this.body.insertBefore(row, after);
     this.rows.set(target, row);
@@ -71,7 +73,7 @@ function point(box) {
 /** The method's own figures, the first few. @param {TargetRecord} record */
 function why(record) {
   const figures = Object.entries(record.why ?? {}).slice(0, 5).map(([name, value]) => `${name.replaceAll("_", " ")} ${Number(value.toPrecision(3))}`);
-  if (!record.predicted && record.measured) return "put here by you";
+  if (!record.predicted && record.measured) return "put here";
   if (record.state !== "tracking" && !record.measured) figures.unshift("nothing measured");
   return figures.join(", ");
 }

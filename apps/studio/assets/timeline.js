@@ -18,8 +18,11 @@ export class Timeline {
     /** @type {import("./api.js").Facts|null} */
     this.facts = null;
     this.quantity = "score";
+    /** Whether nothing can be changed: then a click goes nowhere. */
+    this.frozen = false;
     let dragging = false;
     const go = (/** @type {PointerEvent} */ event) => {
+      if (this.frozen) return;
       const place = canvas.getBoundingClientRect();
       const [first, last] = this.range();
       this.seek(Math.round(first + (event.clientX - place.left) / place.width * (last - first)));

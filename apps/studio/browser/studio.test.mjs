@@ -7,6 +7,7 @@ import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { listen, lookAt, watched } from "./live.mjs";
 import { FRAMES, HEIGHT, WIDTH, patch, writeClip } from "./clip.mjs";
 
 const [pursuit, browserPath, shots] = process.argv.slice(2);
@@ -31,6 +32,7 @@ let { child, url } = await studio(0);
 const port = Number(new URL(url).port);
 const browser = await chromium.launch({ executablePath: browserPath, args: ["--no-sandbox"] });
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, colorScheme: "light" });
+const kinds = listen(page);
 /** @type {string[]} */
 const complaints = [];
 page.on("pageerror", (error) => complaints.push(String(error)));
@@ -65,14 +67,14 @@ async function drag([l, t, w, h]) {
   await page.mouse.up();
 }
 
-/** @param {string} name */
-async function shot(name) {
+/** @param {string} name @param {import("playwright-core").Page} [of] */
+async function shot(name, of = page) {
   for (const scheme of /** @type {const} */ (["light", "dark"])) {
-    await page.emulateMedia({ colorScheme: scheme });
-    await page.waitForTimeout(120);
-    await page.screenshot({ path: join(shots, `${name}-${scheme}.png`) });
+    await of.emulateMedia({ colorScheme: scheme });
+    await of.waitForTimeout(120);
+    await of.screenshot({ path: join(shots, `${name}-${scheme}.png`) });
   }
-  await page.emulateMedia({ colorScheme: "light" });
+  await of.emulateMedia({ colorScheme: "light" });
 }
 
 /** @param {string} name */
@@ -112,6 +114,13 @@ const checks = {
     assert.match(await row.innerText(), /tracking/);
     await button("Start").click();
     await until(async () => (await frame()) > 12, "it does not run");
+    // The video is decoded, and boxes and picture are of the same frame.
+    for (let i = 0; i < 5; i += 1) {
+      const seen = await lookAt(page, patch);
+      assert.ok(seen.inside > 110 && seen.inside > seen.outside + 40, `not the picture of frame ${seen.frame}: ${JSON.stringify(seen)}`);
+      await page.waitForTimeout(60);
+    }
+    assert.ok((kinds.h264 ?? 0) > 8, `no video: ${JSON.stringify(kinds)}`);
     await shot("running");
     await button("Pause").click();
     await says("paused");
@@ -209,6 +218,29 @@ const checks = {
   },
   async "the page complains of nothing"() {
     assert.deepEqual(complaints, []);
+  },
+  async "a browser that decodes no video is shown JPEG"() {
+    const plain = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+    await plain.addInitScript(() => { Reflect.deleteProperty(globalThis, "VideoDecoder"); });
+    const own = listen(plain);
+    await plain.goto(url);
+    await plain.getByLabel("Source", { exact: true }).fill("clip.y4m");
+    await plain.getByRole("button", { name: "Open", exact: true }).click();
+    await plain.waitForFunction(() => /frame 0/.test(document.getElementById("status")?.textContent ?? ""));
+    await plain.evaluate(async ([l, t, w, h]) => {
+      const { trials } = await (await fetch("/api/info")).json();
+      const send = (/** @type {string} */ path, /** @type {any} */ body) => fetch(`/api/trials/${trials.at(-1)}/${path}`, { method: "POST", body: JSON.stringify(body), headers: { "content-type": "application/json" } });
+      await send("targets", { box: [l, t, w, h] });
+      await send("orders", { order: "start" });
+    }, patch(0));
+    await plain.waitForFunction(() => Number(/frame (\d+)/.exec(document.getElementById("status")?.textContent ?? "")?.[1]) > 8);
+    const seen = await lookAt(plain, patch);
+    assert.ok(seen.inside > 110 && seen.inside > seen.outside + 40, JSON.stringify(seen));
+    assert.ok(own.jpeg > 5 && !own.h264, JSON.stringify(own));
+    await plain.close();
+  },
+  async "a run of the command line is watched and not touched"() {
+    await watched({ browser, pursuit, folder, shot });
   },
 };
 

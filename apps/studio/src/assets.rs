@@ -18,11 +18,14 @@ const ASSETS: &[(&str, &str, &str)] = assets![
     "app.js" SCRIPT,
     "api.js" SCRIPT,
     "compare.js" SCRIPT,
+    "keyboard.js" SCRIPT,
+    "live.js" SCRIPT,
     "monitor.js" SCRIPT,
     "parameters.js" SCRIPT,
     "source.js" SCRIPT,
     "targets.js" SCRIPT,
     "timeline.js" SCRIPT,
+    "watching.js" SCRIPT,
 ];
 
 /// The file of that name; the page itself for none.

@@ -2,6 +2,7 @@
 
 use crate::error::Refusal;
 use crate::studio::Studio;
+use crate::trial::read_only;
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, uri::Authority};
@@ -62,6 +63,9 @@ async fn check(studio: &Studio, method: &Method, uri: &Uri, headers: &HeaderMap)
     let guard = &studio.guard;
     guard.check_host(headers)?;
     guard.check_origin(headers)?;
+    if studio.root.is_none() && ![Method::GET, Method::HEAD].contains(method) {
+        return Err(read_only());
+    }
     let Some(token) = &guard.token else { return Ok(None) };
     let given = query_value(uri, "token");
     if let Some(given) = &given {

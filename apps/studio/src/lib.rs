@@ -17,7 +17,9 @@ mod server;
 mod studio;
 mod trial;
 mod uploads;
+mod watch;
 
 pub use error::StudioError;
 pub use options::{Options, Picked};
 pub use server::Server;
+pub use watch::Watch;

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) struct Metrics {
     requests: AtomicU64,
     refused: AtomicU64,
+    turned_away: AtomicU64,
     opened: AtomicU64,
     pictures: AtomicU64,
     bytes: AtomicU64,
@@ -19,6 +20,11 @@ impl Metrics {
 
     pub fn refused(&self) {
         self.refused.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A connection beyond those that can be served or wait.
+    pub fn turned_away(&self) {
+        self.turned_away.fetch_add(1, Ordering::Relaxed);
     }
 
     pub fn opened(&self) {
@@ -45,6 +51,8 @@ impl Metrics {
         say("trials_opened_total", "counter", "Trials opened so far.", count(&self.opened));
         say("requests_total", "counter", "Requests that came.", count(&self.requests));
         say("refused_total", "counter", "Requests refused for their host, origin or token.", count(&self.refused));
+        let away = count(&self.turned_away);
+        say("connections_refused_total", "counter", "Connections refused because there were too many.", away);
         say("pictures_total", "counter", "Messages sent to viewers.", count(&self.pictures));
         say("picture_bytes_total", "counter", "Bytes of those messages.", count(&self.bytes));
         text

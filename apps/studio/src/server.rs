@@ -5,20 +5,27 @@ use crate::guard::{Guard, new_token};
 use crate::metrics::Metrics;
 use crate::root::Root;
 use crate::studio::{Studio, Trials};
+use crate::trial::Job;
 use crate::uploads::Uploads;
 use crate::{Options, Picked, api};
 use axum::Router;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use std::io::Write;
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::sync::Semaphore;
 
-/// Connections that are served at once; further ones wait until one is closed.
+/// Connections that are served at once.
 const MOST_CONNECTIONS: usize = 256;
+/// Further ones that wait until one is closed; those beyond are refused.
+const MOST_WAITING: usize = 64;
+/// What a connection is told that is refused.
+const FULL: &[u8] =
+    b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\nRetry-After: 5\r\n\r\n";
 /// A connection on which no request comes for this long is closed.
 const PATIENCE: Duration = Duration::from_secs(15);
 /// The longest head of a request, bytes.
@@ -41,8 +48,17 @@ impl Server {
     /// # Errors
     /// A root that is no folder, an address that cannot be listened at.
     pub fn open(options: Options) -> Result<Self, StudioError> {
-        let Options { input, host, port, root, pick, open } = options;
-        let root = Root::new(&root)?;
+        let root = Root::new(&options.root)?;
+        Self::listen(options, Some(root), Trials::new)
+    }
+
+    /// The same for a job that is only watched.
+    pub(crate) fn watching(options: Options, job: Arc<Job>) -> Result<Self, StudioError> {
+        Self::listen(options, None, |chance| Trials::new(chance).watching(job))
+    }
+
+    fn listen(options: Options, root: Option<Root>, trials: impl FnOnce(u32) -> Trials) -> Result<Self, StudioError> {
+        let Options { input, host, port, pick, open, .. } = options;
         let at = || format!("{host}:{port}");
         let listen = |source| StudioError::Listen { address: at(), source };
         let name = host.trim_start_matches('[').trim_end_matches(']');
@@ -66,7 +82,7 @@ impl Server {
             picking: pick,
             picked: OnceLock::new(),
             wrong_tokens: tokio::sync::Mutex::new(()),
-            trials: Mutex::new(Trials::new(chance)),
+            trials: Mutex::new(trials(chance)),
         };
         Ok(Self { listener, address, studio: Arc::new(studio) })
     }
@@ -111,17 +127,26 @@ impl Server {
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(self.listener);
             let listener = listener.map_err(|e| StudioError::System(e.to_string()))?;
+            let studio = self.studio.clone();
             let router = api::router(self.studio);
+            let known = Arc::new(Semaphore::new(MOST_CONNECTIONS + MOST_WAITING));
             let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
             let accept = async {
                 loop {
-                    let Ok(place) = places.clone().acquire_owned().await else { return };
                     match listener.accept().await {
                         Ok((stream, _)) => {
-                            let connection = serve(stream, router.clone());
+                            let Ok(one) = known.clone().try_acquire_owned() else {
+                                studio.metrics.turned_away();
+                                // As much as goes at once; nobody is waited for.
+                                let _ = stream.into_std().and_then(|mut stream| stream.write(FULL));
+                                continue;
+                            };
+                            let (router, places) = (router.clone(), places.clone());
                             tokio::spawn(async move {
-                                connection.await;
-                                drop(place);
+                                if let Ok(_place) = places.acquire().await {
+                                    serve(stream, router).await;
+                                }
+                                drop(one);
                             });
                         }
                         // Out of files, say: those that are open will be closed.

@@ -5,7 +5,7 @@ use crate::guard::Guard;
 use crate::metrics::Metrics;
 use crate::options::Picked;
 use crate::root::Root;
-use crate::trial::{Setup, Trial};
+use crate::trial::{Job, Setup, Trial, read_only};
 use crate::uploads::Uploads;
 use pursuit::media::{Locator, OpenOptions};
 use std::collections::BTreeMap;
@@ -16,7 +16,8 @@ const MOST_TRIALS: usize = 8;
 
 pub(crate) struct Studio {
     pub guard: Guard,
-    pub root: Root,
+    /// The folder that files may come from; none where a job is only watched.
+    pub root: Option<Root>,
     pub uploads: Uploads,
     pub metrics: Metrics,
     /// The input of the command line: the only one that need not lie below the root.
@@ -43,9 +44,20 @@ impl Trials {
     pub fn new(chance: u32) -> Self {
         Self { open: BTreeMap::new(), opening: 0, last: u64::from(chance) }
     }
+
+    /// A job to be watched, and nothing else.
+    pub fn watching(self, job: Arc<Job>) -> Self {
+        Self { open: BTreeMap::from([(self.last, Arc::new(Trial::watching(job)))]), ..self }
+    }
 }
 
 impl Studio {
+    /// # Errors
+    /// Where a job is only watched.
+    pub fn root(&self) -> Result<&Root, Refusal> {
+        self.root.as_ref().ok_or_else(read_only)
+    }
+
     fn trials(&self) -> MutexGuard<'_, Trials> {
         self.trials.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -12,9 +12,13 @@ use tungstenite::{Message, WebSocket, client};
 type Socket = WebSocket<TcpStream>;
 
 fn look(studio: &Opened, trial: &str) -> Socket {
+    look_as(studio, trial, "jpeg")
+}
+
+fn look_as(studio: &Opened, trial: &str, video: &str) -> Socket {
     let stream = TcpStream::connect(("127.0.0.1", studio.address.port())).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    client(format!("ws://{}{trial}/live", studio.host()), stream).unwrap().0
+    client(format!("ws://{}{trial}/live?video={video}", studio.host()), stream).unwrap().0
 }
 
 /// The next message: facts and JPEG; `None` at the end.
@@ -72,8 +76,9 @@ fn viewers_that_stand_still_hold_nobody_up() {
     let scene = "scene:drift?seed=7&duration=10";
     let trial = studio.trial(&json!({ "source": scene, "tracker": "mosse" }));
     studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [145.5, 105.5, 30.0, 30.0] }));
-    let _stalled: Vec<Socket> = (0..5).map(|_| look(&studio, &trial)).collect();
-    let mut awake: Vec<Socket> = (0..3).map(|_| look(&studio, &trial)).collect();
+    let kind = |i: usize| if i.is_multiple_of(2) { "h264" } else { "jpeg" };
+    let _stalled: Vec<Socket> = (0..6).map(|i| look_as(&studio, &trial, kind(i))).collect();
+    let mut awake: Vec<Socket> = (0..4).map(|i| look_as(&studio, &trial, kind(i))).collect();
     let watching = std::thread::spawn(move || {
         for socket in &mut awake {
             let (facts, _) = until(socket, |f| f["phase"] == "ended");
@@ -85,6 +90,59 @@ fn viewers_that_stand_still_hold_nobody_up() {
     watching.join().unwrap();
     let csv = studio.get(&format!("{trial}/trajectory")).text();
     assert_eq!(csv.lines().count(), 301, "no frame was left out for anybody");
+}
+
+#[test]
+fn while_it_runs_the_picture_is_video_that_begins_with_a_key_frame_and_stands_still_as_jpeg() {
+    let (studio, _root) = studio();
+    let trial = studio.trial(&json!({ "source": "scene:drift?seed=7&duration=4", "tracker": "mosse" }));
+    studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [145.5, 105.5, 30.0, 30.0] }));
+    let mut first = look_as(&studio, &trial, "h264");
+    let (facts, still) = next(&mut first).unwrap();
+    assert_eq!((facts["picture"]["kind"].as_str(), &still[..2]), (Some("jpeg"), &[0xff, 0xd8][..]));
+    studio.order(&trial, "start");
+    let (mut stills, mut late) = (look(&studio, &trial), None);
+    let (mut pictures, mut begun, mut bytes) = (0, false, 0);
+    loop {
+        let (facts, data) = next(&mut first).unwrap();
+        let about = &facts["picture"];
+        match about["kind"].as_str().unwrap() {
+            "h264" => {
+                assert!(data.starts_with(&[0, 0, 0, 1]), "{:?}", &data[..8]);
+                assert!(begun || about["key"] == true, "a beginning that is none: {about}");
+                assert_eq!((&about["frame"], &about["time_s"]), (&facts["now"]["frame"], &facts["now"]["time_s"]));
+                assert_eq!((about["width"].as_u64(), about["height"].as_u64()), (Some(320), Some(240)));
+                assert!(about["codec"].as_str().unwrap().starts_with("avc1."), "{about}");
+                begun = true;
+                pictures += 1;
+                bytes += data.len();
+            }
+            "none" => assert!(begun && data.is_empty()),
+            _ if facts["phase"] == "ended" => break,
+            kind => assert!(!begun && kind == "jpeg", "{about}"),
+        }
+        if pictures == 20 && late.is_none() {
+            let mut socket = look_as(&studio, &trial, "h264");
+            let (facts, data) = next(&mut socket).unwrap();
+            assert_eq!((facts["picture"]["key"].as_bool(), data[4] & 31), (Some(true), 7), "{}", facts["picture"]);
+            late = Some(socket);
+        }
+    }
+    assert!(pictures > 30, "{pictures} pictures");
+    assert!(bytes < pictures * still.len(), "{bytes} bytes of {pictures} pictures, a JPEG has {}", still.len());
+    // Who cannot decode it is shown the same run.
+    let (facts, jpeg) = until(&mut stills, |f| f["phase"] == "ended");
+    assert_eq!((facts["picture"]["kind"].as_str(), jpeg.starts_with(&[0xff, 0xd8])), (Some("jpeg"), true));
+    let mut late = late.unwrap();
+    let (facts, _) = until(&mut late, |f| f["phase"] == "ended");
+    assert_eq!(facts["picture"]["kind"], "jpeg");
+    let handshake = [
+        ("Connection", "Upgrade"),
+        ("Upgrade", "websocket"),
+        ("Sec-WebSocket-Version", "13"),
+        ("Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="),
+    ];
+    assert_eq!(studio.request("GET", &format!("{trial}/live?video=vhs"), &handshake, b"").status, 400);
 }
 
 #[test]

@@ -181,6 +181,11 @@ impl Run {
         &self.info
     }
 
+    /// The tracker with every parameter, and what starts it.
+    pub const fn recipe(&self) -> &RecipeFacts {
+        &self.recipe
+    }
+
     /// How many frames there will be, where the input knows.
     pub fn frame_count(&self) -> Option<u64> {
         self.info.frame_count

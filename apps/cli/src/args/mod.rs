@@ -153,6 +153,10 @@ pub struct Track {
     #[cfg(feature = "studio")]
     #[arg(long, conflicts_with_all = ["boxes", "detect", "resume"])]
     pub pick: bool,
+    /// Show the run in the browser while it goes on, to look at only: prints an address of this machine
+    #[cfg(feature = "studio")]
+    #[arg(long)]
+    pub watch: bool,
     /// Tracker to use (see `pursuit trackers`)
     #[arg(long, value_name = "NAME")]
     pub tracker: Option<String>,

@@ -1,8 +1,8 @@
 use crate::args::Studio;
 use crate::console;
 use pursuit::media::{Locator, OpenOptions};
-use pursuit::{RunConfig, RunError, open_with};
-use pursuit_studio::{Options, Server, StudioError};
+use pursuit::{Run, RunConfig, RunError, open_with};
+use pursuit_studio::{Options, Server, StudioError, Watch};
 use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::Ordering;
@@ -55,6 +55,18 @@ pub fn pick(config: RunConfig, open: &OpenOptions) -> anyhow::Result<Option<RunC
         let from = (picked.frame > 0 || config.from.is_some()).then_some(picked.frame);
         RunConfig { boxes: vec![[l, t, w, h]], from, ..config }
     }))
+}
+
+/// `pursuit track … --watch`: has the run carried out while whoever opens the address printed can look at it.
+pub fn watched(run: Run, carry_out: impl FnOnce(Run) -> anyhow::Result<ExitCode>) -> anyhow::Result<ExitCode> {
+    let recipe = run.recipe();
+    let watch = Watch::open(run.input().clone(), &recipe.tracker, recipe.parameters.clone())?;
+    // Results on standard output, everything else here.
+    anstream::eprintln!("watch {} at {}", console::printable(&run.input().name), watch.url());
+    let sink = watch.sink();
+    let outcome = carry_out(run.with_sink(sink));
+    watch.end(outcome.as_ref().err().map(ToString::to_string));
+    outcome
 }
 
 /// An input that cannot be read is an error here, where it was named, and not in the page. Live ones are opened there: some

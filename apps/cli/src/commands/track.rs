@@ -42,12 +42,17 @@ fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<E
     let run = Run::prepare(config, &open_options(args))?;
     memory::check(run.input().size.area())?;
     let video = !(args.no_video || args.overlay == Some(Overlay::None));
-    carry_out(run, global, |finished| match (&finished.out, args.json) {
+    let say = |finished: &Finished| match (&finished.out, args.json) {
         // Standard output belongs to the results.
         (None, _) => Ok(String::new()),
         (Some(_), true) => json(finished),
         (Some(_), false) => Ok(console::printable(&summary(finished, video)?)),
-    })
+    };
+    #[cfg(feature = "studio")]
+    if args.watch {
+        return super::studio::watched(run, |run| carry_out(run, global, say));
+    }
+    carry_out(run, global, say)
 }
 
 /// Runs to the end, with a bar and an ear for Ctrl-C, prints what `say` makes of it, and fails as the run did.

@@ -25,6 +25,7 @@ pub(crate) async fn info(State(studio): State<Arc<Studio>>) -> Json<Value> {
         "input": studio.given.as_ref().map(ToString::to_string),
         "default_tracker": pursuit::trackers::registry::DEFAULT_TRACKER,
         "picking": studio.picking,
+        "read_only": studio.root.is_none(),
         "scenes": SCENES.iter().map(|scene| format!("scene:{}", scene.name)).collect::<Vec<_>>(),
         "largest_upload": uploads::LARGEST,
         "trials": studio.numbers(),
@@ -45,7 +46,7 @@ pub(crate) async fn files(
     State(studio): State<Arc<Studio>>,
     Query(Folder { folder }): Query<Folder>,
 ) -> Result<Json<Vec<Entry>>, Refusal> {
-    let listed = tokio::task::spawn_blocking(move || studio.root.list(&folder)).await;
+    let listed = tokio::task::spawn_blocking(move || studio.root()?.list(&folder)).await;
     listed.unwrap_or_else(|_| Err(Refusal::unfit("this folder cannot be listed"))).map(Json)
 }
 

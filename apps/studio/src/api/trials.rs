@@ -40,7 +40,7 @@ pub(crate) async fn open(
             Some(upload) => studio.uploads.resolve(upload)?,
             None => {
                 let looking = studio.clone();
-                let found = tokio::task::spawn_blocking(move || looking.root.resolve(&name)).await;
+                let found = tokio::task::spawn_blocking(move || looking.root()?.resolve(&name)).await;
                 found.unwrap_or_else(|_| Err(Refusal::unfit("this source cannot be looked at")))?
             }
         }),

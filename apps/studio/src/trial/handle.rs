@@ -1,7 +1,8 @@
 use super::engine::Engine;
 use super::input::Input;
+use super::job::Job;
 use super::row::Version;
-use super::screen::{Screen, Viewer};
+use super::screen::{Screen, Viewer, Wish};
 use crate::error::Refusal;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::toml::Table;
@@ -64,18 +65,27 @@ pub(crate) struct Told {
     pub edits: Vec<super::edit::Edit>,
 }
 
-/// A trial that runs on a thread of its own; it ends when this is dropped.
+/// A trial that runs on a thread of its own, and ends when this is dropped; or a job that is only watched.
 pub(crate) struct Trial {
-    messages: Sender<Message>,
-    /// Of a live input, which is never opened a second time.
-    remote: Remote,
+    kind: Kind,
     pub screen: Arc<Screen>,
+}
+
+enum Kind {
+    Own {
+        messages: Sender<Message>,
+        /// Of a live input, which is never opened a second time.
+        remote: Remote,
+    },
+    Job(Arc<Job>),
 }
 
 impl Drop for Trial {
     fn drop(&mut self) {
-        let _ = self.messages.send(Message::Quit);
-        self.remote.stop();
+        if let Kind::Own { messages, remote } = &self.kind {
+            let _ = messages.send(Message::Quit);
+            remote.stop();
+        }
     }
 }
 
@@ -114,36 +124,54 @@ impl Trial {
         };
         std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
         match tokio::time::timeout(OPENING, told).await {
-            Ok(Ok(outcome)) => outcome.map(|remote| Self { messages, remote, screen }),
+            Ok(Ok(outcome)) => outcome.map(|remote| Self { kind: Kind::Own { messages, remote }, screen }),
             Ok(Err(_)) => Err(Refusal::unfit("this source cannot be opened; please report it")),
             Err(_) => Err(Refusal::unfit(format!("the source said nothing for {} s", OPENING.as_secs()))),
         }
     }
 
+    /// A job that is watched.
+    pub fn watching(job: Arc<Job>) -> Self {
+        let screen = job.screen().clone();
+        Self { kind: Kind::Job(job), screen }
+    }
+
     /// Has an order obeyed, and says where the trial is then.
     pub async fn order(&self, order: Order) -> Result<Value, Refusal> {
-        self.ask(|answer| Message::Obey(order, answer)).await
-    }
-
-    pub async fn version(&self, number: Option<u32>) -> Result<Told, Refusal> {
-        self.ask(|answer| Message::Version(number, answer)).await
-    }
-
-    pub async fn picture(&self, frame: u64) -> Result<Vec<u8>, Refusal> {
-        self.ask(|answer| Message::Picture(frame, answer)).await
-    }
-
-    async fn ask<T>(&self, message: impl FnOnce(oneshot::Sender<Result<T, Refusal>>) -> Message) -> Result<T, Refusal> {
-        let (answer, told) = oneshot::channel();
-        let over = || Refusal::new(axum::http::StatusCode::GONE, "this trial is over; open its source again");
-        self.messages.send(message(answer)).map_err(|_| over())?;
-        match tokio::time::timeout(OBEYING, told).await {
-            Ok(answer) => answer.unwrap_or_else(|_| Err(over())),
-            Err(_) => Err(Refusal::conflict("this takes long; look again later")),
+        match &self.kind {
+            Kind::Own { messages, .. } => ask(messages, |answer| Message::Obey(order, answer)).await,
+            Kind::Job(job) => job.order(&order),
         }
     }
 
-    pub fn viewer(&self) -> Viewer {
-        self.screen.viewer()
+    pub async fn version(&self, number: Option<u32>) -> Result<Told, Refusal> {
+        match &self.kind {
+            Kind::Own { messages, .. } => ask(messages, |answer| Message::Version(number, answer)).await,
+            Kind::Job(job) => job.version(number),
+        }
+    }
+
+    pub async fn picture(&self, frame: u64) -> Result<Vec<u8>, Refusal> {
+        match &self.kind {
+            Kind::Own { messages, .. } => ask(messages, |answer| Message::Picture(frame, answer)).await,
+            Kind::Job(job) => job.picture(frame),
+        }
+    }
+
+    pub fn viewer(&self, wish: Wish) -> Viewer {
+        self.screen.viewer(wish)
+    }
+}
+
+async fn ask<T>(
+    messages: &Sender<Message>,
+    message: impl FnOnce(oneshot::Sender<Result<T, Refusal>>) -> Message,
+) -> Result<T, Refusal> {
+    let (answer, told) = oneshot::channel();
+    let over = || Refusal::new(axum::http::StatusCode::GONE, "this trial is over; open its source again");
+    messages.send(message(answer)).map_err(|_| over())?;
+    match tokio::time::timeout(OBEYING, told).await {
+        Ok(answer) => answer.unwrap_or_else(|_| Err(over())),
+        Err(_) => Err(Refusal::conflict("this takes long; look again later")),
     }
 }

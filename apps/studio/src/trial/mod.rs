@@ -5,6 +5,7 @@ mod engine;
 mod follower;
 mod handle;
 mod input;
+mod job;
 mod pictures;
 mod report;
 mod row;
@@ -13,8 +14,9 @@ mod snapshots;
 mod trajectory;
 
 pub(crate) use handle::{Order, Setup, Told, Trial};
+pub(crate) use job::{Job, read_only};
 pub(crate) use report::brief;
-pub(crate) use screen::Packet;
+pub(crate) use screen::{Packet, Wish};
 
 /// Targets that one trial follows at most.
 const MOST_TARGETS: usize = 16;

@@ -40,6 +40,14 @@ fn record(record: &Record, truth: &Truth) -> Value {
     })
 }
 
+/// What is known of an input.
+pub(crate) fn input(info: &SourceInfo) -> Value {
+    json!({
+        "name": info.name, "width": info.size.width, "height": info.size.height, "fps": info.fps,
+        "frame_count": info.frame_count, "live": info.live, "decoder": info.decoder, "truth": info.truth.is_some(),
+    })
+}
+
 fn ltwh(bbox: BBox) -> [f64; 4] {
     [bbox.left(), bbox.top(), bbox.width(), bbox.height()]
 }

@@ -2,25 +2,37 @@ use super::row::{Row, Version};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Records that are kept of one trajectory; of longer ones the oldest frames are dropped.
+/// Records that are kept of one trajectory of a trial.
 const MOST_RECORDS: usize = 100_000;
 /// Earlier versions that are kept; then the oldest is dropped.
 const MOST_VERSIONS: usize = 8;
 
 /// What is known of every frame followed so far, and the versions before the last correction.
-#[derive(Default)]
 pub(crate) struct Trajectory {
+    /// Records that are kept.
+    most: usize,
     rows: VecDeque<Arc<Row>>,
     records: usize,
     versions: Vec<Version>,
     replaced: u32,
 }
 
+impl Default for Trajectory {
+    fn default() -> Self {
+        Self::holding(MOST_RECORDS)
+    }
+}
+
 impl Trajectory {
+    /// A trajectory of so many records at most; of longer ones the oldest frames are dropped.
+    pub const fn holding(most: usize) -> Self {
+        Self { most, rows: VecDeque::new(), records: 0, versions: Vec::new(), replaced: 0 }
+    }
+
     pub fn push(&mut self, row: Row) {
         self.records += row.records.len();
         self.rows.push_back(Arc::new(row));
-        while self.records > MOST_RECORDS {
+        while self.records > self.most {
             let Some(oldest) = self.rows.pop_front() else { break };
             self.records -= oldest.records.len();
         }

@@ -48,29 +48,41 @@ impl H264Encoder {
     /// # Errors
     /// What the encoder says, in words.
     pub(super) fn encode(&mut self, picture: &I420, keyframe: bool, out: &mut EncodedSample) -> Result<(), String> {
+        out.data.clear();
+        let (mut sequence, mut pictures) = (None, None);
+        out.keyframe = self.units(picture, keyframe, |unit| {
+            // H.264 table 7-1: the lower five bits of a unit's first byte are its type.
+            match unit.first().map_or(0, |b| b & 31) {
+                7 => sequence = Some(unit.to_vec()),
+                8 => pictures = Some(unit.to_vec()),
+                _ => {
+                    out.data.extend_from_slice(&(unit.len() as u32).to_be_bytes());
+                    out.data.extend_from_slice(unit);
+                }
+            }
+        })?;
+        out.parameter_sets = sequence.zip(pictures);
+        if out.data.is_empty() { Err("the encoder returned no data for a frame".to_owned()) } else { Ok(()) }
+    }
+
+    /// Encodes one picture and hands out its units, without start codes; whether decoding can begin with it.
+    ///
+    /// # Errors
+    /// What the encoder says, in words.
+    pub(super) fn units(
+        &mut self,
+        picture: &I420,
+        keyframe: bool,
+        mut each: impl FnMut(&[u8]),
+    ) -> Result<bool, String> {
         if keyframe {
             self.encoder.force_intra_frame();
         }
         let stream = self.encoder.encode(picture).map_err(|e| e.to_string())?;
-        out.data.clear();
-        out.keyframe = matches!(stream.frame_type(), FrameType::IDR);
-        let (mut sequence, mut pictures) = (None, None);
         for layer in (0..stream.num_layers()).filter_map(|l| stream.layer(l)) {
-            for unit in (0..layer.nal_count()).filter_map(|n| layer.nal_unit(n)) {
-                let unit = without_start_code(unit);
-                // H.264 table 7-1: the lower five bits of a unit's first byte are its type.
-                match unit.first().map_or(0, |b| b & 31) {
-                    7 => sequence = Some(unit.to_vec()),
-                    8 => pictures = Some(unit.to_vec()),
-                    _ => {
-                        out.data.extend_from_slice(&(unit.len() as u32).to_be_bytes());
-                        out.data.extend_from_slice(unit);
-                    }
-                }
-            }
+            (0..layer.nal_count()).filter_map(|n| layer.nal_unit(n)).for_each(|unit| each(without_start_code(unit)));
         }
-        out.parameter_sets = sequence.zip(pictures);
-        if out.data.is_empty() { Err("the encoder returned no data for a frame".to_owned()) } else { Ok(()) }
+        Ok(matches!(stream.frame_type(), FrameType::IDR))
     }
 }
 

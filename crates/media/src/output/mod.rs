@@ -21,6 +21,7 @@ mod mp4;
 mod still;
 mod text;
 mod video;
+mod wire;
 
 pub use canvas::{Canvas, Stroke};
 #[cfg(feature = "encode")]
@@ -28,3 +29,4 @@ pub use mp4::Mp4Writer;
 pub use pursuit_containers::Storage;
 pub use still::{encode_jpeg, write_jpeg, write_png};
 pub use video::{VideoOptions, VideoWriter};
+pub use wire::{WireEncoder, WirePicture, h264_for_wire};

@@ -1,6 +1,6 @@
 //! What the engine tells: where the trial is, what came of it.
 
-use super::super::edit::Edit;
+use super::super::edit::{Edit, Phase};
 use super::super::handle::Told;
 use super::super::report;
 use super::super::screen::jpeg;
@@ -31,7 +31,8 @@ impl Engine {
 
     pub(super) fn show(&mut self) {
         self.shown_at = Instant::now();
-        self.screen.show(self.facts(), Some(self.shown.clone()));
+        let facts = self.facts();
+        self.screen.show(Box::new(move || facts), self.shown.clone(), self.phase == Phase::Running);
     }
 
     /// Where the trial is.
@@ -44,11 +45,7 @@ impl Engine {
         json!({
             "phase": self.phase,
             "message": self.message,
-            "input": {
-                "name": info.name, "width": info.size.width, "height": info.size.height, "fps": info.fps,
-                "frame_count": info.frame_count, "live": info.live, "decoder": info.decoder,
-                "truth": info.truth.is_some(),
-            },
+            "input": report::input(info),
             "tracker": self.tracker.name,
             "parameters": self.follower.recipe().parameters().unwrap_or_default(),
             "now": row,

@@ -1,0 +1,61 @@
+// Everything by the keyboard.
+
+/**
+ * @typedef {{ state: { facts: import("./api.js").Facts|null, selected: number, nudged: number[]|null },
+ *   monitor: import("./monitor.js").Monitor, hint: HTMLElement,
+ *   order: (name: string, rest?: Record<string, any>) => Promise<any>, then: (act: () => Promise<any>) => any, fail: (error: unknown) => void,
+ *   take: (box: number[]) => Promise<any>, remove: (target: number) => Promise<any>, choose: (target: number) => void }} Page
+ */
+
+/** @param {Page} page */
+export function listen(page) {
+  addEventListener("keydown", (event) => key(page, event));
+}
+
+/** @param {Page} page @param {KeyboardEvent} event */
+function key(page, event) {
+  const { state, monitor, order, then, fail } = page;
+  const where = /** @type {HTMLElement} */ (event.target);
+  const { facts } = state;
+  if (where.closest("input, select, textarea, button, summary, a") || event.ctrlKey || event.metaKey || !facts) return;
+  const target = () => { state.selected = 0; page.choose(Number(event.key)); };
+  const frozen = facts.read_only === true;
+  if (!frozen && event.key.startsWith("Arrow") && (event.shiftKey || event.altKey)) { nudge(page, event); return; }
+  /** @type {Record<string, () => any>} */
+  const acts = frozen ? {} : {
+    " ": () => (facts.phase === "running" ? order("pause").catch(fail) : then(() => order("start"))),
+    ArrowRight: () => then(() => order("step")), ".": () => then(() => order("step")),
+    ArrowLeft: () => then(() => order("back")), ",": () => then(() => order("back")),
+    Home: () => then(() => order("seek", { frame: state.facts?.first ?? 0 })),
+    End: () => then(() => order("seek", { frame: state.facts?.head ?? 0 })),
+    Escape: () => { if (state.nudged) { state.nudged = monitor.draft = null; monitor.draw(); } else order("stop").catch(fail); },
+    Enter: () => { const box = state.nudged; if (box) { state.nudged = monitor.draft = null; then(() => page.take(box)); } },
+    Delete: () => { const chosen = state.selected; if (chosen) then(() => page.remove(chosen)); },
+    n: () => {
+      const { width, height } = facts.input;
+      [state.selected, monitor.selected] = [0, 0];
+      state.nudged = monitor.draft = [width * .45, height * .45, width * .1, height * .1].map(Math.round);
+      monitor.draw();
+    },
+  };
+  const act = acts[event.key] ?? (/^\d$/.test(event.key) ? target : null);
+  if (!act) return;
+  event.preventDefault();
+  act();
+}
+
+/** Moves the box of the chosen target, or a new one, by a pixel; Enter takes it. @param {Page} page @param {KeyboardEvent} event */
+function nudge({ state, monitor, hint }, event) {
+  const own = state.facts?.now?.records.find((r) => r.target === state.selected)?.box;
+  const box = state.nudged ?? (own ? [...own] : null);
+  if (!box) return;
+  event.preventDefault();
+  const along = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key] ?? [0, 0];
+  const at = event.altKey ? 2 : 0;
+  box[at] += along[0];
+  box[at + 1] += along[1];
+  if (box[2] < 2 || box[3] < 2) return;
+  state.nudged = monitor.draft = box;
+  hint.textContent = "Enter takes this box, Escape gives it up.";
+  monitor.draw();
+}
