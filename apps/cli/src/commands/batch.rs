@@ -1,6 +1,6 @@
 use super::{print, settings};
 use crate::args::{Batch, Global};
-use crate::console;
+use crate::{console, networks};
 use pursuit::batch::{BatchNews, BatchOptions, BatchSummary, ClipJob, clips_of, read_manifest, run as run_batch};
 use pursuit::config::parse_box;
 use pursuit::media::{Locator, OpenOptions};
@@ -15,7 +15,7 @@ const UNREADABLE: u8 = 3;
 
 /// `pursuit batch MANIFEST|GLOB|INPUT… --out DIR`.
 pub fn run(args: &Batch, global: &Global) -> anyhow::Result<ExitCode> {
-    let clips = clips(args)?;
+    let clips: Vec<ClipJob> = clips(args)?.into_iter().map(located).collect();
     let mut options = BatchOptions { open: OpenOptions::from_env(), ..BatchOptions::new(args.out.clone()) };
     if args.jobs > 0 {
         options.jobs = args.jobs;
@@ -69,6 +69,13 @@ fn described(summary: &BatchSummary, out: &Path) -> anyhow::Result<String> {
         writeln!(text, "no dataset: this build cannot write Parquet; build with `--features parquet`")?;
     }
     Ok(text)
+}
+
+/// The clip with the library named that runs networks which come as files, where it has one.
+fn located(ClipJob { name, config }: ClipJob) -> ClipJob {
+    let RunConfig { parameters, tracker, detect, .. } = config.clone();
+    let parameters = networks::located(parameters, tracker.as_deref().into_iter(), detect.as_deref());
+    ClipJob { name, config: RunConfig { parameters, ..config } }
 }
 
 /// All clips, in the order given. Names are given once over all of them.
