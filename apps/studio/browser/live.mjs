@@ -43,10 +43,16 @@ export async function watched({ browser, pursuit, folder, shot }) {
   const job = spawn(pursuit, args, { stdio: ["ignore", "ignore", "pipe"] });
   const over = new Promise((done) => { job.once("exit", done); });
   try {
-    const line = String(await new Promise((done, failed) => {
-      job.stderr.once("data", done);
-      job.once("exit", (code) => failed(new Error(`the job ended with ${code}`)));
-    }));
+    /** @type {string} */
+    const line = await new Promise((done, failed) => {
+      // A pipe cuts where it likes, also within a line.
+      let said = "";
+      job.stderr.on("data", (part) => {
+        said += part;
+        if (said.includes("\n")) done(said);
+      });
+      job.once("exit", (code) => failed(new Error(`the job ended with ${code}: ${said}`)));
+    });
     assert.match(line, /^watch .* at http:\/\/127\.0\.0\.1:\d+\//);
     const url = /** @type {RegExpExecArray} */ (/http:\S+/.exec(line))[0];
     const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
