@@ -28,6 +28,12 @@ pub enum Comparison {
         #[arg(required = true)]
         arguments: Vec<OsString>,
     },
+    /// What a tracker says of its boxes, held against the truth: states, and words for why a target is not tracked
+    Doubts {
+        /// Arguments of xtask/peers/doubts.py, the folders of sequences first
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        arguments: Vec<OsString>,
+    },
     /// Drive the head of an ONVIF camera simulator that we did not write
     Onvif,
     /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
@@ -55,6 +61,12 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
         }
         Some(Comparison::Cuts { arguments }) => {
             run::program(tools()?).arg(run::root().join("xtask/peers/cuts.py")).args(arguments).run()
+        }
+        Some(Comparison::Doubts { arguments }) => {
+            run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+            let script = run::root().join("xtask/peers/doubts.py");
+            let program = run::target_dir().join("release/pursuit");
+            script_of_ours(Path::new("python3"), &script, program).args(arguments).run()
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),

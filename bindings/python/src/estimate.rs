@@ -69,6 +69,13 @@ impl Estimate {
         self.inner.state.as_str()
     }
 
+    /// Why it is not tracked: "covered", "changed" (something is there that looks otherwise), "confused" (several things could be it)
+    /// or "gone"; None while it is tracked, and where the method cannot tell.
+    #[getter]
+    fn doubt(&self) -> Option<&'static str> {
+        self.inner.doubt.map(pursuit::Doubt::as_str)
+    }
+
     /// The one-step prior, made before the frame was seen, or None.
     #[getter]
     fn prediction(&self) -> Option<Ltwh> {

@@ -47,7 +47,7 @@ pub use features::{FEATURES, NO_OVERLAY};
 pub use follow::{Follow, open, open_with, recipe, track};
 pub use pursuit_geometry::BBox;
 pub use pursuit_imaging::Frame;
-pub use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker};
+pub use pursuit_tracking::{Doubt, Estimate, Recipe, TrackState, Tracker};
 pub use record::Record;
 pub use session::{Command, Outcome, Progress, Remote, Session};
 pub use track::{Finished, Run};

@@ -4,7 +4,7 @@
 use pursuit_imaging::Frame;
 use pursuit_scenes::{Scene, TargetTruth};
 use pursuit_trackers::registry;
-use pursuit_tracking::{Estimate, Recipe, TrackState, Tracker};
+use pursuit_tracking::{Doubt, Estimate, Recipe, TrackState, Tracker};
 
 fn recipe(name: &str, settings: &str) -> Box<dyn Recipe> {
     registry::tracker(name).unwrap().recipe(&settings.parse().unwrap()).unwrap()
@@ -148,6 +148,25 @@ fn an_occluded_target_is_not_learned() {
     }
     let (before, after) = (before.unwrap(), after.unwrap());
     assert!(after > 0.6 * before, "{before} {after}");
+}
+
+#[test]
+fn what_something_nearer_hides_is_said_to_be_covered() {
+    let scene = scene("seed=3&width=240&height=160&duration=3&hidden=20");
+    let (first, truth) = frame(&*scene, 0);
+    let mut tracker: Box<dyn Tracker> = recipe("depth-occlusion", "").init(&first, truth.extent.unwrap()).unwrap();
+    let (mut hidden, mut covered) = (0, 0);
+    for k in 1..scene.frame_count() {
+        let (frame, truth) = frame(&*scene, k);
+        let estimate = tracker.update(&frame).unwrap();
+        if estimate.state == TrackState::Tracking {
+            assert_eq!(estimate.doubt, None, "frame {k}");
+        } else if truth.visible_fraction < 0.1 {
+            hidden += 1;
+            covered += usize::from(estimate.doubt == Some(Doubt::Covered));
+        }
+    }
+    assert!(hidden > 5 && 2 * covered > hidden, "{covered} of {hidden}");
 }
 
 #[test]

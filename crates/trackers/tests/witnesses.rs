@@ -4,7 +4,7 @@
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
 use pursuit_trackers::registry;
-use pursuit_tracking::{Estimate, Measurement, TrackState, Tracker};
+use pursuit_tracking::{Doubt, Estimate, Measurement, TrackState, Tracker};
 
 const SIZE: Size = Size::new(320, 240);
 
@@ -99,6 +99,10 @@ fn what_is_gone_is_not_tracked_and_what_comes_back_elsewhere_is_found() {
     let claims = gone.iter().filter(|e| e.state == TrackState::Tracking).count();
     assert!(claims <= 1, "tracked nothing in {claims} frames");
     assert_eq!(gone.last().unwrap().state, TrackState::Lost);
+    assert_eq!(gone.last().unwrap().doubt, Some(Doubt::Gone));
+    for estimate in &gone {
+        assert_eq!(estimate.doubt.is_none(), estimate.state == TrackState::Tracking, "{estimate:?}");
+    }
     let back = BBox::from_ltwh(210.0, 150.0, 48.0, 56.0);
     let found = (70..120).position(|k| {
         let estimate = tracker.update(&frame(k, Some(back))).unwrap();

@@ -31,6 +31,32 @@ impl std::fmt::Display for TrackState {
     }
 }
 
+/// Why a target is not taken to be seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Doubt {
+    /// Something hides it where it should be.
+    Covered,
+    /// Something is there that does not look as the target did.
+    Changed,
+    /// Several things could be it.
+    Confused,
+    /// It is out of the picture, or nowhere to be found.
+    Gone,
+}
+
+impl Doubt {
+    /// The word used in files: `covered`, `changed`, `confused` or `gone`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Covered => "covered",
+            Self::Changed => "changed",
+            Self::Confused => "confused",
+            Self::Gone => "gone",
+        }
+    }
+}
+
 /// Covariance of centre x, centre y, width and height, in square pixels.
 pub type BoxCovariance = Matrix4<f64>;
 
@@ -76,6 +102,8 @@ pub struct Estimate {
     pub score: f64,
     /// Whether the target was measured, is coasted, or is lost.
     pub state: TrackState,
+    /// Why it is not tracked; `None` while it is, and where the method cannot tell.
+    pub doubt: Option<Doubt>,
     /// The one-step prior, made before the frame was seen; `None` where nothing predicts.
     pub prediction: Option<BBox>,
     /// What the localizer said, believed or not; `None` when it found nothing.
@@ -100,6 +128,7 @@ impl Estimate {
             bbox,
             score,
             state: TrackState::Tracking,
+            doubt: None,
             prediction: None,
             measurement: Some(bbox),
             searched: None,

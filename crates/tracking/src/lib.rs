@@ -24,7 +24,7 @@ mod snapshot;
 mod tracker;
 
 pub use error::TrackingError;
-pub use estimate::{BoxCovariance, Diagnostics, Estimate, Forecast, NextSample, TrackState, Velocity};
+pub use estimate::{BoxCovariance, Diagnostics, Doubt, Estimate, Forecast, NextSample, TrackState, Velocity};
 pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};

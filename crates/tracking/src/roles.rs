@@ -7,7 +7,7 @@
 //! | find, learn | a [`Localizer`] | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Result, TrackState};
+use crate::{BoxCovariance, Diagnostics, Doubt, Result, TrackState};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
@@ -167,6 +167,13 @@ pub trait Localizer: Send {
     fn suggest(&mut self, frame: &Frame, prior: &Prior, state: TrackState, places: &mut Vec<BBox>) -> Result<()> {
         let _ = (frame, prior, state, places);
         Ok(())
+    }
+
+    /// Why a target is not seen that is expected at `expected`, of localizers that can tell; asked where it is taken for occluded, after
+    /// everything was looked at.
+    fn doubt(&self, frame: &Frame, expected: &BBox) -> Option<Doubt> {
+        let _ = (frame, expected);
+        None
     }
 
     /// Is told what became of a frame, after it was judged and learned from: the one place where what is not appearance

@@ -77,6 +77,7 @@ impl<L: Localizer> SingleTarget<L> {
         let (found, searched) = self.look(frame, &situation)?;
         let evidence = Evidence { frame: frame.size(), prior: &prior, found: found.as_ref(), state: self.state };
         let verdict = within_reach(self.policy.judge(&evidence), frame.size(), &prior, found.as_ref());
+        let doubt = evidence.doubt(verdict.state, || self.localizer.doubt(frame, &prior.bbox));
         if let Some(measurement) = &found {
             if verdict.state == TrackState::Tracking {
                 self.believe(frame, measurement, &situation, verdict.learn)?;
@@ -102,6 +103,7 @@ impl<L: Localizer> SingleTarget<L> {
             bbox,
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
+            doubt,
             prediction: Some(prior.bbox),
             measurement,
             searched,

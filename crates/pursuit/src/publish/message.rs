@@ -1,6 +1,6 @@
 use crate::Record;
 use pursuit_geometry::BBox;
-use pursuit_tracking::{BoxCovariance, TrackState};
+use pursuit_tracking::{BoxCovariance, Doubt, TrackState};
 use serde::Serialize;
 use serde::ser::{SerializeSeq, Serializer};
 
@@ -20,6 +20,7 @@ pub(super) struct Sample {
     pub target: u64,
     /// None once there is no such target any more.
     pub state: Option<TrackState>,
+    doubt: Option<Doubt>,
     bbox: Option<BBox>,
     score: Option<f64>,
     prediction: Option<BBox>,
@@ -37,6 +38,7 @@ impl Sample {
             unix_time_s,
             target: record.target.0,
             state: Some(estimate.map_or(TrackState::Lost, |e| e.state)),
+            doubt: estimate.and_then(|e| e.doubt),
             bbox: estimate.map(|e| e.bbox),
             score: estimate.map(|e| e.score),
             prediction: estimate.and_then(|e| e.prediction),
@@ -54,6 +56,7 @@ impl Sample {
             unix_time_s,
             target,
             state: None,
+            doubt: None,
             bbox: None,
             score: None,
             prediction: None,
@@ -86,6 +89,7 @@ impl Sample {
             unix_time_s: self.unix_time_s,
             target: self.target,
             state: self.state.map_or("gone", TrackState::as_str),
+            doubt: self.doubt.map(Doubt::as_str),
             previous,
             present: self.is_present(),
             r#box: self.bbox.map(ltwh),
@@ -107,6 +111,7 @@ struct Object<'a> {
     unix_time_s: f64,
     target: u64,
     state: &'static str,
+    doubt: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     previous: Option<Option<&'static str>>,
     present: bool,

@@ -74,7 +74,8 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, detai
         (true, false) => target.to_string(),
         (many, true) => {
             let name = if many { format!("{target} ") } else { String::new() };
-            format!("{name}{} {:.2}", estimate.state, estimate.score)
+            let doubt = estimate.doubt.map_or_else(String::new, |doubt| format!(" ({})", doubt.as_str()));
+            format!("{name}{}{doubt} {:.2}", estimate.state, estimate.score)
         }
     };
     canvas.label(&estimate.bbox, &words, color);

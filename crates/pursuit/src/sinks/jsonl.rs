@@ -2,6 +2,7 @@ use super::{LineFile, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_tracking::Doubt;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -65,6 +66,7 @@ pub(crate) fn object(record: &Record) -> Value {
         "time_s": record.time_s,
         "target": record.target.0,
         "state": estimate.map_or("lost", |e| e.state.as_str()),
+        "doubt": estimate.and_then(|e| e.doubt).map(Doubt::as_str),
         "box": estimate.map(|e| ltwh(e.bbox)),
         "score": estimate.map(|e| e.score),
         "prediction": estimate.and_then(|e| e.prediction).map(ltwh),

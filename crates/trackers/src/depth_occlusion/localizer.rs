@@ -7,7 +7,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, ImageView};
 use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::{
-    Diagnostics, Localizer, Look, Measurement, Outcome, Place, Prior, Result, Search, TrackState, TrackingError,
+    Diagnostics, Doubt, Localizer, Look, Measurement, Outcome, Place, Prior, Result, Search, TrackState, TrackingError,
     ViewSize,
 };
 use serde::{Deserialize, Serialize};
@@ -240,6 +240,10 @@ impl Localizer for DepthLocalizer {
             add_apart(places, self.last, self.params.apart);
         }
         Ok(())
+    }
+
+    fn doubt(&self, frame: &Frame, expected: &BBox) -> Option<Doubt> {
+        (self.covered(frame, expected) > self.params.learn_covered).then_some(Doubt::Covered)
     }
 
     fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {

@@ -3,7 +3,7 @@
 use super::FusionParams;
 use super::judge::JointEvidence;
 use pursuit_geometry::{BBox, Point};
-use pursuit_tracking::Diagnostics;
+use pursuit_tracking::{Diagnostics, Doubt};
 
 /// One witness's box and what speaks for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,16 @@ impl Fusion {
                 Some(joined(params, &filter.bbox, &network.bbox, filter.evidence.overlap))
             }
             _ => self.leading().map(|candidate| candidate.bbox),
+        }
+    }
+
+    /// What it would be that keeps the target from being believed here, going by what the network still sees.
+    pub fn doubt(&self, params: &FusionParams) -> Doubt {
+        let sees = |witness: &Option<Candidate>| witness.is_some_and(|c| c.evidence.network >= params.seen_from);
+        match (sees(&self.filter), sees(&self.network)) {
+            (true, true) if !self.agreed => Doubt::Confused,
+            (false, false) => Doubt::Covered,
+            _ => Doubt::Changed,
         }
     }
 
@@ -118,4 +128,36 @@ fn joined(params: &FusionParams, filter: &BBox, network: &BBox, overlap: f64) ->
         mix(size, filter.width(), network.width()),
         mix(size, filter.height(), network.height()),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correlation::Evidence;
+
+    #[test]
+    fn what_the_network_still_sees_says_why_nothing_is_believed() {
+        let params = FusionParams::default();
+        let candidate = |network: f64| {
+            let filter = Evidence { peak: 0.3, psr: 5.0, peak_ratio: 1.0, likeness: 0.5, color: 0.5 };
+            let bbox = BBox::from_ltwh(1.0, 2.0, 30.0, 40.0);
+            let evidence = JointEvidence { filter, network, overlap: 0.0, moved: 0.0 };
+            Candidate { bbox, own: bbox, evidence, log_odds: 0.0 }
+        };
+        let (faint, clear) = (params.seen_from - 0.1, params.seen_from);
+        for (filter, network, agreed, want) in [
+            (Some(clear), Some(clear), true, Doubt::Changed),
+            (Some(faint), Some(faint), true, Doubt::Covered),
+            (Some(clear), Some(clear), false, Doubt::Confused),
+            (Some(faint), Some(clear), false, Doubt::Changed),
+            (Some(clear), Some(faint), false, Doubt::Changed),
+            (Some(faint), Some(faint), false, Doubt::Covered),
+            (None, Some(clear), false, Doubt::Changed),
+            (Some(faint), None, false, Doubt::Covered),
+        ] {
+            let (filter, network) = (filter.map(candidate), network.map(candidate));
+            let fusion = Fusion { filter, network, agreed, filter_leads: true, odds: 0.0, place: None };
+            assert_eq!(fusion.doubt(&params), want, "{fusion:?}");
+        }
+    }
 }

@@ -12,7 +12,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::siamese::Location;
 use pursuit_tracking::parameters::Parameters;
-use pursuit_tracking::{Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize};
+use pursuit_tracking::{Doubt, Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize};
 use serde::{Deserialize, Serialize};
 
 /// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
@@ -288,6 +288,11 @@ impl Localizer for WitnessLocalizer {
             }
             _ => Ok(()),
         }
+    }
+
+    fn doubt(&self, _: &Frame, _: &BBox) -> Option<Doubt> {
+        // Where neither witness saw anything there is nothing like the target.
+        Some(self.fusions.decided.map_or(Doubt::Covered, |fused| fused.doubt(&self.params.fusion)))
     }
 
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {

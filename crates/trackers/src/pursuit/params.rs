@@ -68,6 +68,9 @@ pursuit_tracking::parameters! {
         pub convention_limit: f64 = 0.5, in 0.0..=2.0, source "ours";
         /// Where only the network is believed, the filter learns from this probability.
         pub teach_from: f64 = 0.9, in 0.0..=1.0, source "ours";
+        /// From this on the network sees something like the target: what is not believed there has `changed`, or is one of several
+        /// (`confused`); below, it is `covered`. Only the word in the files goes by it.
+        pub seen_from: f64 = 4.0, in -20.0..=20.0, unit "log odds", source "ours";
     }
     ordered { agree_from <= same_from }
 }

@@ -143,6 +143,7 @@ impl Target {
         let failed = |e: EstimationError| failed(frame.index(), e);
         let evidence = Evidence { frame: frame.size(), prior, found: found.as_ref(), state: belief.state };
         let verdict = belief.policy.judge(&evidence);
+        let doubt = evidence.doubt(verdict.state, || None);
         if let Some(found) = found.as_ref().filter(|_| verdict.state == TrackState::Tracking) {
             if belief.state == TrackState::Lost {
                 belief.motion.restart(found.bbox);
@@ -159,6 +160,7 @@ impl Target {
             bbox: if lost { belief.last_believed } else { belief.motion.bbox() },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
+            doubt,
             prediction: Some(prior.bbox),
             measurement: found.map(|m| m.bbox),
             searched: None,

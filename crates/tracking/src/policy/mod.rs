@@ -7,8 +7,8 @@ mod params;
 
 pub use params::{PolicyModel, PolicyParams};
 
-use crate::TrackState;
 use crate::roles::{Measurement, Prior};
+use crate::{Doubt, TrackState};
 use pursuit_geometry::Size;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +23,19 @@ pub struct Evidence<'a> {
     pub found: Option<&'a Measurement>,
     /// The state before this frame.
     pub state: TrackState,
+}
+
+impl Evidence<'_> {
+    /// Why a target is not tracked of which the state `concluded` was concluded; `hidden` is asked why one is not seen that
+    /// should be in the picture.
+    pub fn doubt(&self, concluded: TrackState, hidden: impl FnOnce() -> Option<Doubt>) -> Option<Doubt> {
+        let outside = self.prior.bbox.clipped_to(self.frame).is_none();
+        match concluded {
+            TrackState::Tracking => None,
+            TrackState::Occluded if !outside => hidden(),
+            TrackState::Occluded | TrackState::Lost => Some(Doubt::Gone),
+        }
+    }
 }
 
 /// A policy's judgement.

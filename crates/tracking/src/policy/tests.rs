@@ -144,3 +144,17 @@ fn only_judging_policies_are_ever_unsure() {
     assert_eq!([sure(PolicyModel::Calibrated), sure(PolicyModel::Gated)], [0.3, 0.3]);
     assert_eq!([sure(PolicyModel::Paper), sure(PolicyModel::Always)], [0.0, 0.0]);
 }
+
+#[test]
+fn what_is_neither_tracked_nor_in_the_picture_is_gone() {
+    let doubt = |bbox, concluded| {
+        let evidence = Evidence { frame: FRAME, prior: &prior(bbox), found: None, state: TrackState::Tracking };
+        evidence.doubt(concluded, || Some(Doubt::Confused))
+    };
+    assert_eq!(doubt(inside(), TrackState::Occluded), Some(Doubt::Confused), "the method says why");
+    assert_eq!(doubt(inside(), TrackState::Tracking), None);
+    assert_eq!(doubt(inside(), TrackState::Lost), Some(Doubt::Gone));
+    let outside = BBox::from_ltwh(-9.0, 10.0, 8.0, 8.0);
+    assert_eq!(doubt(outside, TrackState::Occluded), Some(Doubt::Gone));
+    assert_eq!(doubt(outside, TrackState::Tracking), None);
+}
