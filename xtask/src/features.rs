@@ -4,11 +4,12 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 8] = [
+const BUILDS: [(&str, &str, &str); 9] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
-    ("pursuit-cli", "encode,h264,mqtts,onnxruntime,reproduce,parquet,rten,studio", "everything"),
+    ("pursuit-cli", "h264,nats", "no C++ compiler, messages to NATS alone"),
+    ("pursuit-cli", "encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,rten,studio", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit-media", "encode", "a recorder"),

@@ -43,6 +43,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("axum", &["pursuit-studio"]),
     ("hyper", &["pursuit-studio"]),
     ("parquet", &["pursuit"]),
+    ("async-nats", &["pursuit-publish"]),
     ("rumqttc", &["pursuit-publish"]),
     ("pyo3", &["pursuit-python"]),
     ("numpy", &["pursuit-python"]),

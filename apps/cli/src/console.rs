@@ -7,6 +7,9 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Mutex, PoisonError};
 use tracing::level_filters::LevelFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 /// The word before an error.
 pub const ERROR: &str = "\u{1b}[1;31merror\u{1b}[0m";
@@ -30,13 +33,16 @@ pub fn set_up(global: &Global) {
         ColorWhen::Always => true,
         ColorWhen::Never => false,
     };
-    tracing_subscriber::fmt()
+    let lines = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)
         .with_ansi(colored)
         .without_time()
         .with_target(global.verbose > 1)
-        .init();
+        .finish();
+    // What this library says is said in our words too.
+    let told_twice = if global.verbose > 1 { level } else { LevelFilter::OFF };
+    lines.with(Targets::new().with_default(level).with_target("async_nats", told_twice)).init();
 }
 
 /// Text with what a terminal would take for a command shown as `\u{1b}`: names of files come from anybody.

@@ -12,6 +12,10 @@ pub enum Scheme {
     Mqtt,
     /// MQTT 3.1.1 over TLS.
     Mqtts,
+    /// NATS over TCP.
+    Nats,
+    /// NATS over TLS, named as the tools of NATS name it.
+    Tls,
 }
 
 impl Scheme {
@@ -20,13 +24,42 @@ impl Scheme {
         match self {
             Self::Mqtt => "mqtt",
             Self::Mqtts => "mqtts",
+            Self::Nats => "nats",
+            Self::Tls => "tls",
         }
+    }
+
+    /// Whether brokers of this kind speak MQTT, so that they retain messages and know a last will.
+    pub const fn is_mqtt(self) -> bool {
+        matches!(self, Self::Mqtt | Self::Mqtts)
+    }
+
+    pub(crate) const fn is_encrypted(self) -> bool {
+        matches!(self, Self::Mqtts | Self::Tls)
+    }
+
+    /// # Errors
+    /// [`PublishError::Missing`] where this build cannot reach such brokers.
+    pub const fn check(self) -> Result<()> {
+        let speaks = if self.is_mqtt() { cfg!(feature = "mqtt") } else { cfg!(feature = "nats") };
+        if speaks && (cfg!(feature = "tls") || !self.is_encrypted()) { Ok(()) } else { Err(self.missing()) }
+    }
+
+    /// What would mend that this build cannot reach such brokers.
+    pub(crate) const fn missing(self) -> PublishError {
+        let features = match self {
+            Self::Mqtt | Self::Mqtts => self.name(),
+            Self::Nats => "nats",
+            Self::Tls => "nats,tls",
+        };
+        PublishError::Missing { scheme: self.name(), features }
     }
 
     const fn default_port(self) -> u16 {
         match self {
             Self::Mqtt => 1883,
             Self::Mqtts => 8883,
+            Self::Nats | Self::Tls => 4222,
         }
     }
 }
@@ -34,7 +67,7 @@ impl Scheme {
 /// Who one is.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Login {
-    /// The name.
+    /// The name; with NATS none where the password is a token.
     pub user: String,
     /// The password, shown to nobody.
     pub password: String,
@@ -76,6 +109,8 @@ impl Broker {
         let scheme = match scheme {
             "mqtt" => Scheme::Mqtt,
             "mqtts" => Scheme::Mqtts,
+            "nats" => Scheme::Nats,
+            "tls" => Scheme::Tls,
             other => return Err(wrong(format!("there are no brokers of the kind `{other}`"))),
         };
         if let Some(at) = rest.find(['?', '#']) {
@@ -97,20 +132,26 @@ impl Broker {
             return Err(wrong("an IPv6 address stands in brackets, for example mqtt://[::1]".to_owned()));
         }
         let prefix = prefix.trim_end_matches('/');
-        let prefix = if prefix.is_empty() { None } else { Some(checked(prefix).map_err(wrong)?) };
+        let prefix = if prefix.is_empty() { None } else { Some(checked(prefix, scheme).map_err(wrong)?) };
         Ok(Self { scheme, host: host.to_owned(), port, prefix, login: None, ca_file: None })
     }
 }
 
-/// A prefix that every broker takes.
-fn checked(prefix: &str) -> std::result::Result<String, String> {
+/// A prefix that every broker of the kind takes.
+fn checked(prefix: &str, scheme: Scheme) -> std::result::Result<String, String> {
     if prefix.len() > LONGEST_PREFIX {
         return Err(format!("the prefix is longer than {LONGEST_PREFIX} bytes"));
     }
-    if prefix.contains(['+', '#']) || prefix.contains(char::is_control) || prefix.starts_with('$') {
-        return Err("a prefix of topics has no `+`, `#` or control character and does not begin with `$`".to_owned());
+    let has_wildcards = match scheme.is_mqtt() {
+        true => prefix.contains(['+', '#']),
+        false => prefix.contains(['*', '>']) || prefix.contains(char::is_whitespace),
+    };
+    if has_wildcards || prefix.contains(char::is_control) || prefix.starts_with('$') {
+        let signs = if scheme.is_mqtt() { "`+`, `#`" } else { "`*`, `>`, space" };
+        return Err(format!("a prefix of topics has no {signs} or control character and does not begin with `$`"));
     }
-    if prefix.split('/').any(str::is_empty) {
+    // Levels of NATS are separated by dots in the end.
+    if prefix.split(['/', '.']).any(str::is_empty) && (!scheme.is_mqtt() || prefix.split('/').any(str::is_empty)) {
         return Err("a prefix of topics has no empty level".to_owned());
     }
     Ok(prefix.to_owned())
@@ -120,7 +161,7 @@ impl fmt::Display for Broker {
     /// The address without the password.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}://", self.scheme.name())?;
-        if let Some(login) = &self.login {
+        if let Some(login) = self.login.as_ref().filter(|login| !login.user.is_empty()) {
             write!(f, "{}@", login.user)?;
         }
         write!(f, "{}:{}", self.host, self.port)
@@ -142,6 +183,9 @@ mod tests {
         assert_eq!(read("mqtt://10.0.0.2:2883/a/b"), (Scheme::Mqtt, "10.0.0.2".into(), 2883, "a/b".into()));
         assert_eq!(read("mqtt://[::1]/yard"), (Scheme::Mqtt, "[::1]".into(), 1883, "yard".into()));
         assert_eq!(read("mqtt://[::1]:9/yard"), (Scheme::Mqtt, "[::1]".into(), 9, "yard".into()));
+        assert_eq!(read("mqtt://house/a..b"), (Scheme::Mqtt, "house".into(), 1883, "a..b".into()));
+        assert_eq!(read("nats://house/a/b.c"), (Scheme::Nats, "house".into(), 4222, "a/b.c".into()));
+        assert_eq!(read("tls://[::1]"), (Scheme::Tls, "[::1]".into(), 4222, String::new()));
     }
 
     #[test]
@@ -161,6 +205,12 @@ mod tests {
             ("mqtt://house/a/+", "`+`"),
             ("mqtt://house/a//b", "empty level"),
             ("mqtt://house/$SYS", "`$`"),
+            ("nats://house/a/*", "`*`"),
+            ("nats://house/>", "`>`"),
+            ("nats://house/a b", "space"),
+            ("tls://house/a..b", "empty level"),
+            ("nats://house/.a", "empty level"),
+            ("nats://house/$JS", "`$`"),
         ] {
             let error = Broker::parse(bad).unwrap_err().to_string();
             assert!(error.contains(word), "{bad}: {error}");
@@ -169,10 +219,27 @@ mod tests {
     }
 
     #[test]
+    fn what_this_build_cannot_reach_is_said_with_what_would_mend_it() {
+        let tls = cfg!(feature = "tls");
+        for (scheme, has, features) in [
+            (Scheme::Mqtt, cfg!(feature = "mqtt"), "`--features mqtt`"),
+            (Scheme::Mqtts, cfg!(feature = "mqtt") && tls, "`--features mqtts`"),
+            (Scheme::Nats, cfg!(feature = "nats"), "`--features nats`"),
+            (Scheme::Tls, cfg!(feature = "nats") && tls, "`--features nats,tls`"),
+        ] {
+            assert_eq!(scheme.check().is_ok(), has, "{scheme:?}");
+            let error = scheme.missing().to_string();
+            assert!(error.contains(features) && error.contains(&format!("`{}://`", scheme.name())), "{error}");
+        }
+    }
+
+    #[test]
     fn a_password_is_not_shown() {
         let login = Some(Login { user: "me".into(), password: "sesame".into() });
         let broker = Broker { login, ..Broker::parse("mqtt://house").unwrap() };
         assert_eq!(broker.to_string(), "mqtt://me@house:1883");
         assert!(!format!("{broker:?}").contains("sesame"));
+        let login = Some(Login { user: String::new(), password: "token".into() });
+        assert_eq!(Broker { login, ..broker }.to_string(), "mqtt://house:1883");
     }
 }

@@ -5,18 +5,20 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum PublishError {
     /// An address that cannot be understood.
-    #[error("{reason}; messages go to mqtt://[USER@]HOST[:PORT][/PREFIX], or mqtts:// with TLS")]
+    #[error(
+        "{reason}; messages go to mqtt://[USER@]HOST[:PORT][/PREFIX] or nats://…, with TLS to mqtts:// or tls:// (NATS)"
+    )]
     Address {
         /// What is wrong with it.
         reason: String,
     },
     /// This build cannot reach such brokers.
-    #[error("this build cannot publish to `{scheme}://`; build with `--features {feature}`")]
+    #[error("this build cannot publish to `{scheme}://`; build with `--features {features}`")]
     Missing {
         /// The scheme of the address.
         scheme: &'static str,
-        /// The feature of the build.
-        feature: &'static str,
+        /// The features of the build that it takes.
+        features: &'static str,
     },
     /// A file of certificates that is of no use.
     #[error("certificates in {}: {reason}", path.display())]

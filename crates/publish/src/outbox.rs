@@ -91,7 +91,8 @@ impl<T> Queue<T> {
     /// Messages that came in, and those that are lost.
     pub fn counts(&self) -> (u64, u64) {
         let waiting = self.lock();
-        (waiting.taken_in, waiting.dropped)
+        // What is said again may be lost as often, and never came in.
+        (waiting.taken_in, waiting.dropped.min(waiting.taken_in))
     }
 
     /// Gives up what still waits.

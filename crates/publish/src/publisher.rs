@@ -1,7 +1,8 @@
-use crate::address::{Broker, Scheme};
-use crate::outbox::{Outbox, Queue};
+use crate::address::Broker;
+use crate::link::{self, Link};
+use crate::outbox::Queue;
 use crate::report::Report;
-use crate::{Message, PublishError, Result, mqtt};
+use crate::{Message, PublishError, Result};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -12,9 +13,10 @@ pub struct Options {
     /// How many messages wait at most; of more the oldest are dropped.
     pub capacity: usize,
     /// Where `online` is retained while the publisher is connected, and `offline` otherwise: said by the publisher at its end,
-    /// and by the broker, as its last will, when the connection breaks.
+    /// and by the broker, as its last will, when the connection breaks. NATS has neither: `online` is said again and again.
     pub status_topic: String,
-    /// How often the broker is asked for a sign of life, in whole seconds, ≥ 1 s.
+    /// How often the broker is asked for a sign of life, in whole seconds, ≥ 1 s, and how often one that retains nothing
+    /// (NATS) is told again what is retained.
     pub keep_alive: Duration,
     /// For how long the end waits for what has not been sent yet.
     pub linger: Duration,
@@ -52,14 +54,6 @@ pub struct Publisher<T> {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the thread works with.
-pub(crate) struct Link<'a> {
-    pub broker: &'a Broker,
-    pub options: &'a Options,
-    pub outbox: &'a dyn Outbox,
-    pub report: &'a Report,
-}
-
 impl<T: Send + 'static> Publisher<T> {
     /// Starts the thread, which connects while other things happen. `encode` makes messages there of what is handed in.
     ///
@@ -71,26 +65,13 @@ impl<T: Send + 'static> Publisher<T> {
         options: Options,
         encode: impl Fn(T) -> Message + Send + Sync + 'static,
     ) -> Result<Self> {
-        let transport = match broker.scheme {
-            Scheme::Mqtt => rumqttc::Transport::tcp(),
-            #[cfg(feature = "tls")]
-            Scheme::Mqtts => crate::tls::transport(broker.ca_file.as_deref())?,
-            #[cfg(not(feature = "tls"))]
-            Scheme::Mqtts => return Err(PublishError::Missing { scheme: "mqtts", feature: "mqtts" }),
-        };
-        let thread = |source| PublishError::Thread { source };
-        let runtime =
-            tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build().map_err(thread)?;
+        let work = link::work(&broker, &options)?;
         let queue = Arc::new(Queue::new(options.capacity, Box::new(encode)));
         let report = Arc::new(Report::new(broker.to_string()));
         let (own_queue, own_report) = (queue.clone(), report.clone());
-        let work = move || {
-            let link = Link { broker: &broker, options: &options, outbox: &*own_queue, report: &own_report };
-            runtime.block_on(mqtt::run(&link, transport));
-            // A name that is still being looked up is not waited for.
-            runtime.shutdown_background();
-        };
-        let thread = std::thread::Builder::new().name("publish".to_owned()).spawn(work).map_err(thread)?;
+        let all = move || work(&Link { options: &options, outbox: &*own_queue, report: &own_report });
+        let thread = std::thread::Builder::new().name("publish".to_owned()).spawn(all);
+        let thread = thread.map_err(|source| PublishError::Thread { source })?;
         Ok(Self { queue, report, thread: Some(thread) })
     }
 

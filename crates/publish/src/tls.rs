@@ -1,7 +1,7 @@
 //! TLS by rustls with ring.
 
 use crate::{PublishError, Result};
-use rumqttc::{TlsConfiguration, TlsError, Transport};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use tokio_rustls::rustls::crypto::ring;
@@ -9,8 +9,8 @@ use tokio_rustls::rustls::pki_types::CertificateDer;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
-/// A transport that trusts the certificates of a PEM file, or the system's.
-pub(crate) fn transport(ca_file: Option<&Path>) -> Result<Transport> {
+/// One that trusts the certificates of a PEM file, or the system's.
+pub(crate) fn client_config(ca_file: Option<&Path>) -> Result<ClientConfig> {
     let roots = match ca_file {
         Some(path) => of_file(path)?,
         None => of_system()?,
@@ -18,8 +18,7 @@ pub(crate) fn transport(ca_file: Option<&Path>) -> Result<Transport> {
     let config =
         ClientConfig::builder_with_provider(Arc::new(ring::default_provider())).with_safe_default_protocol_versions();
     let config = config.map_err(|e| certificates(Path::new("this build"), e.to_string()))?;
-    let config = config.with_root_certificates(roots).with_no_client_auth();
-    Ok(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(config))))
+    Ok(config.with_root_certificates(roots).with_no_client_auth())
 }
 
 fn certificates(path: &Path, reason: String) -> PublishError {
@@ -50,22 +49,20 @@ fn of_system() -> Result<RootCertStore> {
 }
 
 /// What went wrong, in words, and whether trying again is of no use.
-pub(crate) fn explain(error: &TlsError) -> (String, bool) {
-    let of_rustls = match error {
-        TlsError::TLS(error) => Some(error),
-        TlsError::Io(io) => io.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()),
-        _ => None,
-    };
-    match of_rustls {
-        Some(rustls::Error::InvalidCertificate(why)) => {
+pub(crate) fn explain(error: &rustls::Error) -> (String, bool) {
+    match error {
+        rustls::Error::InvalidCertificate(why) => {
             (format!("the broker's certificate is not to be trusted ({why}); name the file of its authority"), true)
         }
-        Some(rustls::Error::InvalidMessage(_)) => ("what answers there does not speak TLS".to_owned(), false),
-        Some(error) => (error.to_string(), false),
-        None => match error {
-            TlsError::Io(io) => (io.to_string(), false),
-            TlsError::DNSName(_) => ("the broker's name is none that a certificate can have".to_owned(), true),
-            other => (other.to_string(), false),
-        },
+        rustls::Error::InvalidMessage(_) => ("what answers there does not speak TLS".to_owned(), false),
+        error => (error.to_string(), false),
+    }
+}
+
+/// The same of an error of a stream, behind which may be one of TLS.
+pub(crate) fn explain_io(error: &io::Error) -> (String, bool) {
+    match error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
+        Some(error) => explain(error),
+        None => (error.to_string(), false),
     }
 }

@@ -1,9 +1,11 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 7] = [
+pub const FEATURES: [(&str, bool); 9] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
     ("mqtt", cfg!(feature = "mqtt")),
     ("mqtts", cfg!(feature = "mqtts")),
+    ("nats", cfg!(feature = "nats")),
+    ("tls", cfg!(feature = "tls")),
     ("parquet", cfg!(feature = "parquet")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),

@@ -2,8 +2,7 @@
 
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::input::{self, OpenedInput};
-#[cfg(feature = "mqtt")]
-use crate::publish::{Publication, PublishFacts};
+use crate::publish::Publication;
 use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
@@ -21,8 +20,7 @@ use pursuit_tracking::MultiTracker;
 use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
 use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
-#[cfg(feature = "mqtt")]
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::PoisonError;
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -49,7 +47,6 @@ pub struct Run {
     /// Where results go besides the files.
     further: Vec<Box<dyn Sink>>,
     /// Where they are published.
-    #[cfg(feature = "mqtt")]
     publication: Option<Publication>,
 }
 
@@ -110,15 +107,10 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
-        #[cfg(feature = "mqtt")]
         let publication = match &config.publish {
             Some(address) => Some(Publication::new(address, &config.publish_options, &run_folder::name_of(name))?),
             None => None,
         };
-        #[cfg(not(feature = "mqtt"))]
-        if config.publish.is_some() {
-            return Err(crate::publish::missing());
-        }
         let destination = destination(&config, name)?;
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
@@ -146,7 +138,6 @@ impl Run {
             unwritten: false,
             earlier,
             further: Vec::new(),
-            #[cfg(feature = "mqtt")]
             publication,
         };
         if let Some(earlier) = &run.earlier {
@@ -210,7 +201,6 @@ impl Run {
         self.session.start()?;
         let mut facts = self.facts();
         let mut sinks = std::mem::take(&mut self.further);
-        #[cfg(feature = "mqtt")]
         let published = match &self.publication {
             Some(publication) => {
                 let sink = publication.start(&facts.input, &facts.recipe)?;
@@ -273,11 +263,7 @@ impl Run {
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
-        #[cfg(feature = "mqtt")]
-        {
-            let facts_of = |f: Arc<Mutex<PublishFacts>>| f.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            facts.publish = published.map(facts_of);
-        }
+        facts.publish = published.map(|facts| facts.lock().unwrap_or_else(PoisonError::into_inner).clone());
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();

@@ -8,15 +8,15 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Messages")]
 pub struct Publish {
-    /// Publish results to a broker: mqtt://[USER@]HOST[:PORT][/PREFIX], or mqtts:// with TLS; topics begin with PREFIX
-    /// [default: pursuit/INPUT]
+    /// Publish results to a broker: mqtt://[USER@]HOST[:PORT][/PREFIX] or nats://…, with TLS mqtts:// or tls:// (NATS);
+    /// topics begin with PREFIX [default: pursuit/INPUT]
     #[arg(id = "publish", long = "publish", value_name = "ADDRESS")]
     pub address: Option<String>,
     /// When a target's message is sent: every `frame`, when its `state` changes, or every so many seconds; changes of state
     /// are told in any case [default: frame; with --publish-discovery 1]
     #[arg(long = "publish-every", value_name = "WHEN", value_parser = every)]
     pub every: Option<Every>,
-    /// How surely messages arrive: 0 at most once, 1 at least once, 2 exactly once [default: 0; changes of state 1]
+    /// How surely messages arrive: 0 at most once, 1 at least once, 2 exactly once (MQTT) [default: 0; changes of state 1]
     #[arg(long = "publish-qos", value_name = "QOS", value_parser = clap::value_parser!(u8).range(0..=2))]
     pub qos: Option<u8>,
     /// How many messages wait while the broker is away; then the oldest are dropped, and counted [default: 10000]

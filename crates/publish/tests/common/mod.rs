@@ -1,5 +1,7 @@
-//! A real broker, Mosquitto, and an independent listener, `mosquitto_sub`.
+//! A real broker, Mosquitto, and an independent listener, `mosquitto_sub`; the same of NATS in `nats`.
 #![allow(dead_code, missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests")]
+
+pub mod nats;
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
@@ -18,7 +20,7 @@ pub fn free_port() -> u16 {
     TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port()
 }
 
-/// Where a program of Mosquitto is; the broker is not on every user's path.
+/// Where a program of a broker is; brokers are not on every user's path.
 #[allow(clippy::disallowed_methods, reason = "a test looks for programs")]
 fn program(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -121,7 +123,11 @@ impl Mosquitto {
             let _ = client("mosquitto_pub", &["-t", CALL, "-m", "?"]).status();
             is_there.load(Ordering::SeqCst)
         });
-        Listener { child, heard }
+        let stop = move || {
+            let _ = child.kill();
+            let _ = child.wait();
+        };
+        Listener { stop: Box::new(stop), heard }
     }
 }
 
@@ -179,6 +185,38 @@ impl Drop for Mosquitto {
     }
 }
 
+/// A server that takes connections and answers each with `answer`.
+pub fn server(answer: &'static [u8]) -> u16 {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let port = listener.local_addr().unwrap().port();
+    std::thread::spawn(move || {
+        for mut connection in listener.incoming().flatten() {
+            std::thread::spawn(move || {
+                let _ = connection.write_all(answer);
+                while connection.read(&mut [0; 1024]).is_ok_and(|read| read > 0) {}
+            });
+        }
+    });
+    port
+}
+
+/// Makes an authority (`ca`), a certificate of it for `localhost` (`server`) and another authority (`other`) in `folder`;
+/// whether that worked is said.
+pub fn certificates(folder: &Path) -> bool {
+    let script = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout ca.key -out ca.crt \
+         -addext basicConstraints=critical,CA:TRUE && \
+         openssl req -newkey rsa:2048 -nodes -subj /CN=localhost -keyout server.key -out server.csr && \
+         printf 'subjectAltName=DNS:localhost,IP:127.0.0.1\\nbasicConstraints=CA:FALSE\\n' > ext && \
+         openssl x509 -req -in server.csr -CA ca.crt -CAkey ca.key -CAcreateserial -days 2 -extfile ext -out server.crt && \
+         openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=stranger -keyout other.key -out other.crt";
+    let made = Command::new("sh").arg("-c").arg(script).current_dir(folder).output();
+    let has_worked = made.is_ok_and(|made| made.status.success());
+    if !has_worked {
+        println!("skipped: there is no openssl that makes certificates");
+    }
+    has_worked
+}
+
 /// A message as it was heard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heard {
@@ -189,7 +227,7 @@ pub struct Heard {
 }
 
 pub struct Listener {
-    child: Child,
+    stop: Box<dyn FnMut()>,
     heard: Arc<Mutex<Vec<Heard>>>,
 }
 
@@ -210,7 +248,6 @@ impl Listener {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        (self.stop)();
     }
 }

@@ -75,8 +75,8 @@ pub struct RunConfig {
     /// Further trajectory files: `csv`, `jsonl`, `mot`, `parquet`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub formats: Vec<String>,
-    /// A broker that results are published to, `mqtt://[USER@]HOST[:PORT][/PREFIX]`. A password in it is neither shown nor
-    /// stored.
+    /// A broker that results are published to, `mqtt://[USER@]HOST[:PORT][/PREFIX]` or `nats://…`. A password in it is
+    /// neither shown nor stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub publish: Option<Locator>,
     /// How they are published.

@@ -2,16 +2,20 @@
 //!
 //! The topics and the JSON in them are a contract, written down in `docs/guide/messages.md`.
 
-#[cfg(feature = "mqtt")]
+#[cfg(feature = "publish")]
 mod home_assistant;
-#[cfg(feature = "mqtt")]
+#[cfg(feature = "publish")]
 mod message;
-#[cfg(feature = "mqtt")]
+#[cfg(not(feature = "publish"))]
+mod nowhere;
+#[cfg(feature = "publish")]
 mod sink;
 
-#[cfg(feature = "mqtt")]
+#[cfg(not(feature = "publish"))]
+pub(crate) use nowhere::Publication;
+#[cfg(feature = "publish")]
 pub(crate) use sink::Publication;
-#[cfg(feature = "mqtt")]
+#[cfg(feature = "publish")]
 pub use sink::PublishSink;
 
 use crate::RunError;
@@ -91,8 +95,8 @@ pub struct PublishOptions {
     /// somebody is told what to listen to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<Every>,
-    /// How surely messages arrive, 0, 1 or 2 (MQTT's quality of service). By default 0 for those of frames and 1 for those of
-    /// states, which never have less.
+    /// How surely messages arrive, 0, 1 or 2 (MQTT's quality of service; NATS has no 2). By default 0 for those of frames and
+    /// 1 for those of states, which never have less.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub qos: Option<u8>,
     /// How many messages wait for the broker at most, ≥ 1, before the oldest are dropped. By default 10 000.
@@ -119,7 +123,7 @@ impl PublishOptions {
         }
     }
 
-    #[cfg(feature = "mqtt")]
+    #[cfg(feature = "publish")]
     fn every(&self) -> Every {
         self.every.unwrap_or(match self.discovery {
             Some(Discovery::HomeAssistant) => Every::Seconds(1.0),
@@ -145,12 +149,6 @@ pub struct PublishFacts {
     pub connections: u64,
     /// How often none did.
     pub failed_attempts: u64,
-}
-
-/// Why this build cannot publish, and what would mend it.
-#[cfg(not(feature = "mqtt"))]
-pub(crate) fn missing() -> RunError {
-    RunError::usage("this build cannot publish; build with `--features mqtt`")
 }
 
 #[cfg(test)]

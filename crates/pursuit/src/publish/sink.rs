@@ -51,15 +51,22 @@ impl Publication {
     /// # Errors
     /// [`RunError::Usage`] for an address or an option that makes no sense.
     pub fn new(address: &Locator, options: &PublishOptions, name: &str) -> Result<Self, RunError> {
-        let broker = Broker::parse(&address.address()).map_err(|e| RunError::usage(e.to_string()))?;
+        let wrong = |error: PublishError| RunError::usage(error.to_string());
+        let broker = Broker::parse(&address.address()).map_err(wrong)?;
+        broker.scheme.check().map_err(wrong)?;
         if options.qos.is_some_and(|qos| Qos::of(qos).is_none()) {
             return Err(RunError::usage("the quality of service of messages is 0, 1 or 2"));
+        }
+        if !broker.scheme.is_mqtt() {
+            check_for_nats(options)?;
         }
         if options.buffer.is_some_and(|buffer| !(1..=10_000_000).contains(&buffer)) {
             return Err(RunError::usage("1 to 10000000 messages can wait for the broker"));
         }
         let login = address.login().map(|(user, password)| Login { user, password: password.unwrap_or_default() });
         let broker = Broker { login, ca_file: options.ca_file.clone(), ..broker };
+        // Dots separate the levels of NATS.
+        let name = if broker.scheme.is_mqtt() { name.to_owned() } else { name.replace('.', "-") };
         let prefix = broker.prefix.clone().unwrap_or_else(|| format!("pursuit/{name}"));
         Ok(Self { broker, prefix, options: options.clone() })
     }
@@ -115,6 +122,20 @@ impl Publication {
         };
         Ok(sink)
     }
+}
+
+/// # Errors
+/// What NATS has not.
+fn check_for_nats(options: &PublishOptions) -> Result<(), RunError> {
+    if options.qos == Some(2) {
+        return Err(RunError::usage(
+            "NATS delivers at most once (0) or at least once (1); MQTT alone has a quality of 2",
+        ));
+    }
+    if options.discovery.is_some() {
+        return Err(RunError::usage("Home Assistant listens to MQTT; publish to mqtt://… for it to discover anything"));
+    }
+    Ok(())
 }
 
 impl PublishSink {

@@ -17,7 +17,7 @@ mod predictions;
 pub use csv::{CsvSink, TRAJECTORY_COLUMNS, trajectory_csv};
 pub use format::Format;
 pub use jsonl::JsonlSink;
-#[cfg(all(test, feature = "mqtt"))]
+#[cfg(all(test, feature = "publish"))]
 pub(crate) use jsonl::object as jsonl_object;
 pub use mot::{MotSink, mot_lines};
 #[cfg(feature = "encode")]

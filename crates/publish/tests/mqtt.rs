@@ -1,13 +1,12 @@
 //! Against a real broker, which is killed and returns, and against servers that are none.
+#![cfg(feature = "mqtt")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
 
-use common::{Gate, Mosquitto, free_port, wait_until};
+use common::{Gate, Mosquitto, free_port, server, wait_until};
 use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
 use std::collections::BTreeSet;
-use std::io::{Read, Write};
-use std::net::{Ipv4Addr, TcpListener};
 use std::time::Duration;
 
 fn broker(port: u16) -> Broker {
@@ -123,21 +122,6 @@ fn a_wrong_password_is_said_and_never_shown() {
     assert!(!text.contains("wrong-secret"), "{text}");
 }
 
-/// A server that takes connections and answers each with `answer`.
-fn server(answer: &'static [u8]) -> u16 {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-    let port = listener.local_addr().unwrap().port();
-    std::thread::spawn(move || {
-        for mut connection in listener.incoming().flatten() {
-            std::thread::spawn(move || {
-                let _ = connection.write_all(answer);
-                while connection.read(&mut [0; 1024]).is_ok_and(|read| read > 0) {}
-            });
-        }
-    });
-    port
-}
-
 #[test]
 fn servers_that_are_no_brokers_hold_nothing_up() {
     let answers: [(&str, &[u8]); 5] = [
@@ -184,26 +168,12 @@ fn what_this_build_lacks_is_said() {
 #[cfg(feature = "tls")]
 mod tls {
     use super::*;
-    use std::path::Path;
-    use std::process::Command;
-
-    /// Makes an authority and a certificate of it for `localhost` in `folder`; whether that worked.
-    fn make(folder: &Path) -> bool {
-        let script = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout ca.key -out ca.crt \
-             -addext basicConstraints=critical,CA:TRUE && \
-             openssl req -newkey rsa:2048 -nodes -subj /CN=localhost -keyout server.key -out server.csr && \
-             printf 'subjectAltName=DNS:localhost,IP:127.0.0.1\\nbasicConstraints=CA:FALSE\\n' > ext && \
-             openssl x509 -req -in server.csr -CA ca.crt -CAkey ca.key -CAcreateserial -days 2 -extfile ext -out server.crt && \
-             openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=stranger -keyout other.key -out other.crt";
-        let made = Command::new("sh").arg("-c").arg(script).current_dir(folder).output();
-        made.is_ok_and(|made| made.status.success())
-    }
+    use common::certificates;
 
     #[test]
     fn only_certificates_of_the_authority_named_are_trusted() {
         let folder = tempfile::tempdir().unwrap();
-        if !make(folder.path()) {
-            println!("skipped: there is no openssl that makes certificates");
+        if !certificates(folder.path()) {
             return;
         }
         let file = |name: &str| folder.path().join(name);

@@ -1,0 +1,66 @@
+//! Publishing in builds that speak to no kind of broker.
+
+use super::{PublishFacts, PublishOptions};
+use crate::run::{InputFacts, RecipeFacts};
+use crate::sinks::Sink;
+use crate::{Record, RunError};
+use pursuit_imaging::Frame;
+use pursuit_media::Locator;
+use std::sync::{Arc, Mutex};
+
+/// There is none.
+#[derive(Debug, Clone)]
+pub(crate) enum Publication {}
+
+impl Publication {
+    /// # Errors
+    /// Always: what this build cannot reach, and what would mend it.
+    pub fn new(address: &Locator, _: &PublishOptions, _: &str) -> Result<Self, RunError> {
+        let address = address.address();
+        let feature = match address.split_once("://") {
+            Some(("nats", _)) => "nats",
+            Some(("tls", _)) => "nats,tls",
+            Some(("mqtts", _)) => "mqtts",
+            _ => "mqtt",
+        };
+        Err(RunError::usage(format!("this build cannot publish; build with `--features {feature}`")))
+    }
+
+    pub fn start(&self, _: &InputFacts, _: &RecipeFacts) -> Result<PublishSink, RunError> {
+        match *self {}
+    }
+}
+
+/// There is none.
+pub(crate) enum PublishSink {}
+
+impl PublishSink {
+    pub fn facts(&self) -> Arc<Mutex<PublishFacts>> {
+        match *self {}
+    }
+}
+
+impl Sink for PublishSink {
+    fn write(&mut self, _: &Arc<Frame>, _: &[Record]) -> Result<(), RunError> {
+        match *self {}
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        match *self {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_feature_that_mends_it_is_named() {
+        for (address, feature) in
+            [("mqtt://h", "mqtt`"), ("mqtts://h", "mqtts`"), ("nats://me:pw@h/p", "nats`"), ("tls://h", "nats,tls`")]
+        {
+            let error = Publication::new(&address.into(), &PublishOptions::default(), "x").unwrap_err();
+            assert!(error.to_string().contains(feature) && error.exit_code() == 2, "{error}");
+        }
+    }
+}
