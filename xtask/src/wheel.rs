@@ -7,21 +7,26 @@ use std::path::{Path, PathBuf};
 
 /// The binding.
 const FOLDER: &str = "bindings/python";
+/// Its tests, and those that need what nothing else does.
+const TESTS: &str = "tests";
+const TESTS_OF_THE_CLUSTER: &str = "tests/test_ray.py";
 /// The program of the README: it must run before anything but the wheel and numpy is there.
 const FIRST_WORDS: &str = "import pursuit; t = pursuit.track('scene:drift?seed=7&duration=1', tracker='kcf'); \
     assert t.boxes().shape == (30, 4) and t.states()['tracking'] == 30";
 
-/// Builds and tests the wheel, `quick` as the suite is built; with `beside_peers` also beside FilterPy, the toolkits and what draws or tabulates.
+/// Builds and tests the wheel, `quick` as the suite is built; with `beside_peers` also beside FilterPy, the toolkits, what draws or tabulates, and on Ray.
 pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     let wheel = build(quick)?;
     let command = command(quick)?;
     let python = fresh_environment(&wheel)?;
-    test(&python, &command, None)?;
+    test(&python, TESTS, &command, None)?;
     if beside_peers {
         let site = site(&python, &wheel)?;
         for peer in [peers::tools()?, peers::toolkits()?, frames()?] {
-            test(&peer, &command, Some(&site))?;
+            test(&peer, TESTS, &command, Some(&site))?;
         }
+        // 660 MB and minutes to install: the plain call does without.
+        test(&cluster()?, TESTS_OF_THE_CLUSTER, &command, Some(&site))?;
     }
     println!("wheel: {}", wheel.display());
     Ok(())
@@ -30,6 +35,7 @@ pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
 /// As [`make`] with everything, but a machine without Python or without access to its packages is no failure: it is said.
 pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
     let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits()).and_then(|_| frames());
+    let there = there.and_then(|_| cluster());
     match there {
         Ok(_) => make(true, true),
         Err(why) => {
@@ -47,6 +53,11 @@ fn builder() -> Result<PathBuf> {
 /// The Python with packages that results are handed to.
 fn frames() -> Result<PathBuf> {
     peers::environment("peers-frames", "frames.txt")
+}
+
+/// The Python with the engine that shares batches out among processes and machines.
+fn cluster() -> Result<PathBuf> {
+    peers::environment("peers-ray", "ray.txt")
 }
 
 /// Builds the wheel; the tag says the oldest C library that it runs with, which maturin finds out from its symbols.
@@ -114,10 +125,10 @@ fn site(python: &Path, wheel: &Path) -> Result<PathBuf> {
     Ok(folder)
 }
 
-fn test(python: &Path, command: &Path, site: Option<&Path>) -> Result<()> {
+fn test(python: &Path, tests: &str, command: &Path, site: Option<&Path>) -> Result<()> {
     let step = run::program(python)
         .args(["-B", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider"])
-        .arg(run::root().join(FOLDER).join("tests"))
+        .arg(run::root().join(FOLDER).join(tests))
         .env("PURSUIT", command);
     match site {
         Some(site) => step.env("PYTHONPATH", site),
