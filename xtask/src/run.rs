@@ -41,11 +41,11 @@ pub fn workspace(subcommand: &str) -> Step {
     suite(subcommand).args(["--workspace", "--features", TESTED])
 }
 
-/// Builds the command and the examples that checks start. The examples are named each time: with them the features are those
+/// Builds the command, the extension of Python and the examples that checks start. The examples are named each time: with them the features are those
 /// that the tests were built with, and nothing is compiled twice.
 pub fn build_programs() -> Result<()> {
     let examples = ["--example", "follow", "--example", "detect", "--example", "soak"];
-    workspace("build").args(["--bin", "pursuit"]).args(examples).run()
+    workspace("build").args(["--lib", "--bin", "pursuit"]).args(examples).run()
 }
 
 /// A program that the suite has built, with its folder (`examples/NAME`).

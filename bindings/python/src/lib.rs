@@ -1,6 +1,7 @@
 //! The Python module `pursuit._native`: calls of the facade, on numpy arrays. What users import is `pursuit`, whose Python
 //! part lies beside this crate.
 
+mod batch;
 mod clip;
 mod detect;
 mod errors;
@@ -27,5 +28,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<clip::Clip>()?;
     registry::add(module)?;
     evaluate::add(module)?;
+    batch::add(module)?;
     estimation::add(module)
 }

@@ -21,9 +21,18 @@ def test_a_target_is_followed(name, square):
     assert all(overlap(e.box, b) > 0.5 for e, b in zip(estimates, boxes))
     assert [e.frame for e in estimates] == list(range(40))
     assert estimates[-1].time_s == pytest.approx(39 / 30)
-    assert estimates[-1].state == "tracking" and 0 <= estimates[-1].score <= 1
+    assert estimates[-1].state == "tracking" and estimates[-1].doubt is None and 0 <= estimates[-1].score <= 1
     assert estimates[-1].covariance.shape == (4, 4)
     assert estimates[-1].velocity[0] == pytest.approx(60, abs=20)
+
+
+def test_a_target_that_is_not_there_is_said_to_be_gone(square):
+    images, boxes = square
+    tracker = pursuit.Tracker("kcf")
+    follow(tracker, images, boxes[0])
+    nothing = np.full_like(images[0], 90)
+    last = [tracker.update(nothing) for _ in range(120)][-1]
+    assert (last.state, last.doubt) == ("lost", "gone")
 
 
 def test_layouts_give_the_same_answer():

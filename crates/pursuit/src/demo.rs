@@ -2,7 +2,7 @@
 
 use crate::session::{Progress, Remote};
 use crate::track::Preference;
-use crate::{Finished, Run, RunConfig, RunError};
+use crate::{Fetched, Finished, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
 use pursuit_tracking::parameters::{merge, nested};
 use std::path::Path;
@@ -26,7 +26,7 @@ impl Demo {
             parameters,
             ..RunConfig::default()
         };
-        Ok(Self(Run::prepare_with(config, &OpenOptions::default(), Preference::Detector)?))
+        Ok(Self(Run::prepare_with(config, Fetched::default(), &OpenOptions::default(), Preference::Detector)?))
     }
 
     /// How many frames there will be.

@@ -1,7 +1,7 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
 use crate::view::{View, Viewed};
-use crate::{RunConfig, RunError};
+use crate::{Fetched, RunConfig, RunError};
 use pursuit_geometry::Size;
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, StreamStats, Strided, Trimmed};
@@ -47,13 +47,15 @@ pub(crate) struct OpenedInput {
 pub(crate) fn open(
     name: &Locator,
     config: &RunConfig,
+    fetched: &Fetched,
     seen: Option<u64>,
     options: &OpenOptions,
 ) -> Result<OpenedInput, RunError> {
     check(config)?;
     let default_fps = config.fps.unwrap_or(options.default_fps);
     let options = &OpenOptions { depth: config.depth_options, default_fps, ..options.clone() };
-    let mut source = open_both(name, config.depth.as_deref(), options)?;
+    let (place, depth) = (fetched.place(name), config.depth.as_deref().map(|depth| fetched.place(&depth.into())));
+    let mut source = open_both(&place, depth.as_ref().map(Locator::reveal), options)?;
     // Truth is numbered as the frames of the whole input are.
     let truth = source.info().truth.clone();
     let pixel_aspect = source.pixel_aspect();
@@ -79,7 +81,8 @@ pub(crate) fn open(
     if let Some(view) = view {
         source = Box::new(Viewed::new(source, view));
     }
-    let info = SourceInfo { truth, ..source.info().clone() };
+    let name = if place == *name { source.info().name.clone() } else { name.to_string() };
+    let info = SourceInfo { truth, name, ..source.info().clone() };
     let ahead = (AHEAD_BYTES / (BYTES_A_PIXEL * info.size.area()).max(1)).clamp(2, AHEAD_FRAMES);
     let source = Prefetch::new(source, ahead)?;
     tracing::info!("{}: {} pixels, read by {}", info.name, info.size, info.decoder);

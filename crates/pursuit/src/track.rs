@@ -9,7 +9,7 @@ use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, JsonlSink, Sink};
 use crate::view::{InInput, View};
-use crate::{RunError, run_folder, trajectory_plots};
+use crate::{Fetched, RunError, run_folder, trajectory_plots};
 use pursuit_geometry::{BBox, Size, Truth};
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::output::VideoOptions;
@@ -38,6 +38,7 @@ pub struct Run {
     depth: Option<DepthFacts>,
     recipe: RecipeFacts,
     config: RunConfig,
+    fetched: Fetched,
     /// None for standard output, and where nothing is written.
     destination: Option<Destination>,
     /// Whether results go to the sinks and the observer alone.
@@ -98,10 +99,23 @@ impl Run {
     /// # Errors
     /// Wrong usage, an input that cannot be read, files in the way.
     pub fn prepare(config: RunConfig, options: &OpenOptions) -> Result<Self, RunError> {
-        Self::prepare_with(config, options, Preference::Truth)
+        Self::prepare_with(config, Fetched::default(), options, Preference::Truth)
     }
 
-    pub(crate) fn prepare_with(config: RunConfig, options: &OpenOptions, prefer: Preference) -> Result<Self, RunError> {
+    /// As [`prepare`](Self::prepare), of an input that something else has read from where it is.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare); messages may name the copy.
+    pub fn prepare_fetched(config: RunConfig, fetched: Fetched, options: &OpenOptions) -> Result<Self, RunError> {
+        Self::prepare_with(config, fetched, options, Preference::Truth)
+    }
+
+    pub(crate) fn prepare_with(
+        config: RunConfig,
+        fetched: Fetched,
+        options: &OpenOptions,
+        prefer: Preference,
+    ) -> Result<Self, RunError> {
         let Some(name) = &config.input else {
             return Err(RunError::usage("no input; name a video, a folder of images, a camera or `scene:NAME`"));
         };
@@ -114,7 +128,7 @@ impl Run {
         let destination = destination(&config, name)?;
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
-            input::open(name, &config, earlier.as_ref().map(|e| e.last), options)?;
+            input::open(name, &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
         let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = recipe_facts(&config, &methods, &start)?;
         let start = start.seen_through(view);
@@ -134,6 +148,7 @@ impl Run {
             depth,
             recipe,
             config,
+            fetched,
             destination,
             unwritten: false,
             earlier,
@@ -256,10 +271,11 @@ impl Run {
             (None, true) => "interrupted",
             (None, false) => "done",
         };
-        facts.error = outcome.failure.as_ref().map(ToString::to_string);
+        facts.error = outcome.failure.as_ref().map(|e| self.fetched.renamed(e.to_string()));
         facts.resumed_at = kept.first.last().map(|(frame, _)| frame + 1);
         facts.frame_count = kept.frames + outcome.frames;
-        facts.damage = std::mem::take(&mut outcome.damage.messages);
+        let damage = std::mem::take(&mut outcome.damage.messages);
+        facts.damage = damage.into_iter().map(|message| self.fetched.renamed(message)).collect();
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));

@@ -12,6 +12,7 @@ trackers       every tracker by name; help(pursuit.trackers.kcf) shows its param
 estimation     Kalman filters, IMM, particle filters, smoothers, association on arrays of N tracks x T steps
 eval           measure trackers on annotated sequences; reproduce: run a paper's experiment again
 cv2            OpenCV's tracker interface; integrations: got10k, VOT, TrackEval, supervision, Ultralytics
+ray            pursuit.ray.batch: a manifest of clips on a cluster
 
 Boxes are (left, top, width, height) in pixels; pixel (row i, column j) covers [j, j+1) x [i, i+1). Times are in seconds.
 Every error is a PursuitError with one line that says what was wrong, where, and what would mend it.
@@ -60,7 +61,7 @@ __all__ = [
 
 def __getattr__(name):
     # Modules that most programs do not need, or whose names are those of other packages.
-    if name in ("cv2", "integrations"):
+    if name in ("cv2", "integrations", "ray"):
         import importlib
 
         return importlib.import_module(f".{name}", __name__)

@@ -11,6 +11,7 @@ Box = tuple[float, float, float, float]
 Frame = NDArray[np.uint8] | NDArray[np.uint16] | str | os.PathLike[str]
 State = Literal["tracking", "occluded", "lost"]
 Floats = NDArray[np.float64]
+BatchClip = tuple[str, str, str | None, str]
 
 __version__: str
 DEFAULT_TRACKER: str
@@ -158,6 +159,13 @@ def crowd_scores(
     said: list[tuple[int, int, float, float, float, float]],
     threshold: float,
 ) -> dict[str, float]: ...
+def batch_jobs(text: str, name: str, common: dict[str, Any]) -> list[BatchClip]: ...
+def batch_clip(
+    job: BatchClip, out: str | os.PathLike[str], fetched: dict[str, str]
+) -> tuple[Literal["done", "earlier", "failed", "stopped"], str | None]: ...
+def batch_finished(job: BatchClip, out: str | os.PathLike[str]) -> bool: ...
+def batch_failed(job: BatchClip, error: str) -> str: ...
+def batch_summary(ends: list[tuple[str, str | None]], clips: int, seconds: float) -> str: ...
 def kalman_filter(
     z: Floats,
     f: Floats,

@@ -32,6 +32,20 @@ pub struct ClipOutcome {
     pub error: Option<String>,
 }
 
+impl ClipOutcome {
+    /// Of a clip before it is tracked.
+    pub(super) fn new(job: &ClipJob) -> Self {
+        let (asked, version) =
+            (serde_json::to_value(&job.config).unwrap_or_default(), env!("CARGO_PKG_VERSION").to_owned());
+        Self { clip: job.name.clone(), asked, version, frames: 0, seconds: 0.0, error: None }
+    }
+
+    /// Of a clip that could not be come to.
+    pub fn failed(job: &ClipJob, error: impl Into<String>) -> Self {
+        Self { error: Some(error.into()), ..Self::new(job) }
+    }
+}
+
 /// The folder of a batch.
 #[derive(Debug)]
 pub(super) struct Ledger {
@@ -64,7 +78,8 @@ impl Ledger {
         let outcome: ClipOutcome = serde_json::from_slice(&text).ok()?;
         let whole = cfg!(not(feature = "parquet"))
             || self.out.join(DATASET).join(format!("clip={}", job.name)).join("trajectory.parquet").is_file();
-        let same = outcome.asked == asked(job) && outcome.version == env!("CARGO_PKG_VERSION");
+        let wanted = ClipOutcome::new(job);
+        let same = outcome.asked == wanted.asked && outcome.version == wanted.version;
         (whole && same && outcome.error.is_none()).then_some(outcome)
     }
 
@@ -85,16 +100,9 @@ impl Ledger {
     }
 
     /// Writes `batch.json`: every clip and how it ended.
-    pub fn summarise(&self, summary: &impl Serialize) -> Result<PathBuf, RunError> {
-        let path = self.out.join("batch.json");
-        write_whole(&path, summary)?;
-        Ok(path)
+    pub fn summarise(&self, summary: &impl Serialize) -> Result<(), RunError> {
+        write_whole(&self.out.join("batch.json"), summary)
     }
-}
-
-/// What is asked for, as it is compared.
-pub(super) fn asked(job: &ClipJob) -> serde_json::Value {
-    serde_json::to_value(&job.config).unwrap_or_default()
 }
 
 /// Whoever reads the file sees the old one or the new one, also after the power has failed.

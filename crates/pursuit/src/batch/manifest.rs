@@ -31,13 +31,21 @@ pub struct ClipJob {
 pub fn read_manifest(path: &Path, common: &RunConfig) -> Result<Vec<ClipJob>, RunError> {
     let text = std::fs::read_to_string(path)
         .map_err(|e| RunError::usage(format!("manifest {} cannot be read: {e}", path.display())))?;
+    parse_manifest(&text, &path.display().to_string(), common)
+}
+
+/// As [`read_manifest`], of the text of a manifest; messages call it `name`.
+///
+/// # Errors
+/// [`RunError::Usage`] that names the line.
+pub fn parse_manifest(text: &str, name: &str, common: &RunConfig) -> Result<Vec<ClipJob>, RunError> {
     let mut clips = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let wrong = |problem: String| RunError::usage(format!("manifest {}, line {number}: {problem}", path.display()));
+        let wrong = |problem: String| RunError::usage(format!("manifest {name}, line {number}: {problem}"));
         if line.len() > LONGEST_LINE {
             return Err(wrong(format!("{} bytes are no clip", line.len())));
         }

@@ -19,10 +19,10 @@ mod ledger;
 mod manifest;
 
 pub use ledger::ClipOutcome;
-pub use manifest::{ClipJob, clips_of, read_manifest};
+pub use manifest::{ClipJob, clips_of, parse_manifest, read_manifest};
 
-use crate::{Run, RunConfig, RunError};
-use ledger::{Ledger, asked};
+use crate::{Fetched, Run, RunConfig, RunError};
+use ledger::Ledger;
 use pursuit_media::OpenOptions;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -89,10 +89,46 @@ pub struct BatchSummary {
     pub seconds: f64,
 }
 
+impl BatchSummary {
+    /// Of the ends of the clips that were come to, in order, out of `clips`.
+    pub fn new(ends: impl IntoIterator<Item = ClipEnd>, clips: usize, seconds: f64) -> Self {
+        let mut summary = Self { dataset: cfg!(feature = "parquet"), seconds, ..Self::default() };
+        for end in ends {
+            match end {
+                ClipEnd::Done { outcome, earlier } => {
+                    summary.earlier += usize::from(earlier);
+                    summary.clips.push(outcome);
+                }
+                ClipEnd::Failed(outcome) => summary.failed.push(outcome),
+                ClipEnd::Stopped => {}
+            }
+        }
+        summary.left = clips.saturating_sub(summary.clips.len() + summary.failed.len());
+        summary
+    }
+
+    /// Writes `batch.json` into the folder of the batch.
+    ///
+    /// # Errors
+    /// [`RunError::Output`].
+    pub fn write(&self, out: &Path) -> Result<(), RunError> {
+        Ledger::new(out)?.summarise(self)
+    }
+}
+
 /// How one clip ended.
-enum Ended {
-    Done(ClipOutcome, bool),
+#[derive(Debug, Clone, PartialEq)]
+pub enum ClipEnd {
+    /// It is done.
+    Done {
+        /// What was done.
+        outcome: ClipOutcome,
+        /// Whether an earlier call had done it.
+        earlier: bool,
+    },
+    /// Something is wrong with it.
     Failed(ClipOutcome),
+    /// It was stopped.
     Stopped,
 }
 
@@ -121,7 +157,7 @@ pub fn run(
         for _ in 0..options.jobs.min(clips.len()) {
             scope.spawn(|| {
                 while let Some((index, job)) = take(&next, clips, stop) {
-                    let end = one(job, &ledger, options, stop);
+                    let end = one(job, &Fetched::default(), &ledger, &options.open, stop);
                     announce(&end, tell);
                     ended.lock().unwrap_or_else(PoisonError::into_inner).push((index, end));
                 }
@@ -130,19 +166,7 @@ pub fn run(
     });
     let mut ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
     ended.sort_by_key(|(index, _)| *index);
-    let dataset = cfg!(feature = "parquet");
-    let mut summary = BatchSummary { dataset, seconds: began.elapsed().as_secs_f64(), ..BatchSummary::default() };
-    for (_, end) in ended {
-        match end {
-            Ended::Done(outcome, earlier) => {
-                summary.earlier += usize::from(earlier);
-                summary.clips.push(outcome);
-            }
-            Ended::Failed(outcome) => summary.failed.push(outcome),
-            Ended::Stopped => {}
-        }
-    }
-    summary.left = clips.len() - summary.clips.len() - summary.failed.len();
+    let summary = BatchSummary::new(ended.into_iter().map(|(_, end)| end), clips.len(), began.elapsed().as_secs_f64());
     ledger.summarise(&summary)?;
     Ok(summary)
 }
@@ -156,51 +180,75 @@ fn take<'a>(next: &AtomicUsize, clips: &'a [ClipJob], stop: &AtomicBool) -> Opti
     clips.get(index).map(|job| (index, job))
 }
 
-fn announce(end: &Ended, tell: &(dyn Fn(BatchNews) + Sync)) {
+/// Tracks one clip of a batch into its folder, unless that is done; for engines that share a batch out among machines.
+/// [`parse_manifest`] has the clips, [`BatchSummary::write`] concludes.
+///
+/// # Errors
+/// A folder that cannot be written. What is wrong with the clip is in its end.
+pub fn run_clip(
+    job: &ClipJob,
+    fetched: &Fetched,
+    out: &Path,
+    open: &OpenOptions,
+    stop: &AtomicBool,
+) -> Result<ClipEnd, RunError> {
+    Ok(one(job, fetched, &Ledger::new(out)?, open, stop))
+}
+
+/// Whether an earlier call did this clip of the batch in `out`.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn is_finished(job: &ClipJob, out: &Path) -> Result<bool, RunError> {
+    Ok(Ledger::new(out)?.finished(job).is_some())
+}
+
+fn announce(end: &ClipEnd, tell: &(dyn Fn(BatchNews) + Sync)) {
     match end {
-        Ended::Done(outcome, earlier) => {
+        ClipEnd::Done { outcome, earlier } => {
             tell(BatchNews::Done { clip: outcome.clip.clone(), frames: outcome.frames, earlier: *earlier });
         }
-        Ended::Failed(outcome) => {
+        ClipEnd::Failed(outcome) => {
             let error = outcome.error.clone().unwrap_or_default();
             tell(BatchNews::Failed { clip: outcome.clip.clone(), error });
         }
-        Ended::Stopped => {}
+        ClipEnd::Stopped => {}
     }
 }
 
 /// One clip, whatever becomes of it.
-fn one(job: &ClipJob, ledger: &Ledger, options: &BatchOptions, stop: &AtomicBool) -> Ended {
+fn one(job: &ClipJob, fetched: &Fetched, ledger: &Ledger, open: &OpenOptions, stop: &AtomicBool) -> ClipEnd {
     if let Some(outcome) = ledger.finished(job) {
-        return Ended::Done(outcome, true);
+        return ClipEnd::Done { outcome, earlier: true };
     }
     let began = Instant::now();
-    let (clip, version) = (job.name.clone(), env!("CARGO_PKG_VERSION").to_owned());
-    let mut outcome = ClipOutcome { clip, asked: asked(job), version, frames: 0, seconds: 0.0, error: None };
+    let mut outcome = ClipOutcome::new(job);
     // A defect that one clip brings to light must not cost the others.
-    let tracked = catch_unwind(AssertUnwindSafe(|| track(job, ledger, options, stop)));
+    let tracked = catch_unwind(AssertUnwindSafe(|| track(job, fetched, ledger, open, stop)));
     outcome.seconds = began.elapsed().as_secs_f64();
     match tracked {
-        Ok(Ok(None)) => return Ended::Stopped,
+        Ok(Ok(None)) => return ClipEnd::Stopped,
         Ok(Ok(Some((frames, failure)))) => (outcome.frames, outcome.error) = (frames, failure.map(|e| e.to_string())),
         Ok(Err(error)) => outcome.error = Some(error.to_string()),
         Err(_) => outcome.error = Some("tracking it ended in a panic, which is a defect of pursuit".to_owned()),
     }
+    outcome.error = outcome.error.map(|error| fetched.renamed(error));
     if let Err(error) = ledger.finish(&outcome) {
         outcome.error.get_or_insert(error.to_string());
     }
-    if outcome.error.is_some() { Ended::Failed(outcome) } else { Ended::Done(outcome, false) }
+    if outcome.error.is_some() { ClipEnd::Failed(outcome) } else { ClipEnd::Done { outcome, earlier: false } }
 }
 
 /// Frames, and what ended it early; nothing where it was stopped.
 fn track(
     job: &ClipJob,
+    fetched: &Fetched,
     ledger: &Ledger,
-    options: &BatchOptions,
+    open: &OpenOptions,
     stop: &AtomicBool,
 ) -> Result<Option<(u64, Option<RunError>)>, RunError> {
     let config = RunConfig { out: Some(ledger.clip(&job.name)), ..job.config.clone() };
-    let run = Run::prepare(config, &options.open)?;
+    let run = Run::prepare_fetched(config, fetched.clone(), open)?;
     ledger.begin(&job.name)?;
     #[cfg(feature = "parquet")]
     let (partition, part) = ledger.partition(&job.name)?;

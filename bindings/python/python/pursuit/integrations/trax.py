@@ -1,7 +1,9 @@
 """The TraX protocol from a tracker's side: lines on standard streams, or on a socket where TRAX_SOCKET names one.
 
 Messages are lines `@@TRAX:name "argument" … "key=value" …` (Cehovin, "TraX: The visual tracking eXchange protocol and
-library", Neurocomputing 260, 2017). Spoken here: hello, initialize, frame, state, quit; image paths; rectangles.
+library", Neurocomputing 260, 2017). Spoken here: hello, initialize, frame, state, quit; image paths; rectangles. Version 3
+follows one object, named with its image. In version 4 with `trax.multiobject` an initialize names an object of the frame that
+comes next, as many as there are new ones; every frame is answered by a state for each object, in order of their naming.
 """
 
 import os
@@ -63,9 +65,12 @@ def region_of(text):
 
 
 class Server:
-    """A connection to whoever evaluates: iterate over it for (name, image path, region or None) of each message."""
+    """A connection to whoever evaluates: iterate over it for (name, image path or None, region or None) of each message.
 
-    def __init__(self, name, *, description="", reader=None, writer=None):
+    many: several objects, by version 4 of the protocol.
+    """
+
+    def __init__(self, name, *, description="", many=False, reader=None, writer=None):
         port = os.environ.get("TRAX_SOCKET")
         if reader is not None:
             self._reader, self._writer = reader, writer
@@ -74,17 +79,19 @@ class Server:
             self._reader, self._writer = connection.makefile("rb"), connection.makefile("wb")
         else:
             self._reader, self._writer = sys.stdin.buffer, sys.stdout.buffer
+        self._many = many
         self._send(
             "hello",
             **{
-                "trax.version": "3",
+                "trax.version": "4" if many else "3",
                 "trax.name": name,
                 "trax.description": description,
                 "trax.family": "pursuit",
                 "trax.image": "path;",
                 "trax.region": "rectangle;",
                 "trax.channels": "color",
-            },
+            }
+            | ({"trax.multiobject": "1"} if many else {}),
         )
 
     def _send(self, message, *arguments, **properties):
@@ -108,7 +115,9 @@ class Server:
             name, arguments, _ = message
             if name == "quit":
                 return
-            if name == "initialize" and len(arguments) >= 2:
+            if name == "initialize" and self._many and len(arguments) == 1:
+                yield name, None, region_of(arguments[0])
+            elif name == "initialize" and not self._many and len(arguments) >= 2:
                 yield name, path_of(arguments[0]), region_of(arguments[1])
             elif name == "frame" and arguments:
                 yield name, path_of(arguments[0]), None
