@@ -2,6 +2,7 @@
 
 import { call } from "./api.js";
 import { Comparison } from "./compare.js";
+import { Detecting } from "./detecting.js";
 import { listen } from "./keyboard.js";
 import { Live } from "./live.js";
 import { LAYERS, Monitor } from "./monitor.js";
@@ -10,6 +11,7 @@ import { Sources } from "./source.js";
 import { Targets } from "./targets.js";
 import { Timeline } from "./timeline.js";
 import { freeze, outlook } from "./watching.js";
+import { wayBack } from "./words.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -46,6 +48,8 @@ const monitor = new Monitor($("picture"), (box) => then(() => take(box)), choose
 const targets = new Targets($("rows"), $("no-targets"), choose, (target) => then(() => removeTarget(target)));
 const timeline = new Timeline($("line"), (frame) => then(() => order("seek", { frame })));
 const parameters = new Parameters($("schema"), $("filter"), (key, value) => then(() => change({ [key]: value })));
+const detecting = new Detecting({ select: $("detector"), place: $("detector-schema"), filter: $("filter"), snap: $("snap"), label: $("snap-label") },
+  (detector, parameters) => then(() => detect(detector, parameters)));
 const comparison = new Comparison($("comparison"), fail, () => { comparison.tell(state.facts); });
 const sources = new Sources({ input: $("source"), list: $("sources"), browse: $("browse"), files: $("files"), upload: $("upload"), file: $("file") },
   (source) => then(() => open(source)), fail, say);
@@ -56,18 +60,30 @@ async function open(source) {
   $("notice").hidden = true;
   say(`Opening ${source} …`);
   try {
-    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted() });
+    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted(), ...atOnce(source) });
     await leave();
     opened = performance.now();
     Object.assign(state, { trial: answer.trial, source, selected: 0 });
     sessionStorage.setItem("trial", JSON.stringify({ trial: answer.trial, source }));
     await watch();
+    const detector = detecting.name;
     show(answer.facts, null);
     await setSpeed();
+    if (detector) await detect(detector, detecting.changes);
   } catch (error) {
     say(state.facts ? "" : "No source is open.");
     throw error;
   }
+}
+
+/** A live source is searched from its first frame on. @param {string} source */
+function atOnce(source) {
+  return detecting.name && /^(camera:|rtsps?:)/.test(source) ? { detector: detecting.name, detector_parameters: detecting.changes } : {};
+}
+
+/** @param {string|null} detector @param {Record<string, any>} parameters */
+async function detect(detector, parameters) {
+  if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/detector`, { detector, parameters }));
 }
 
 /** A motion model chosen before a source was opened is part of the method. */
@@ -109,6 +125,7 @@ function show(facts, picture) {
     describe(facts.tracker);
   }
   parameters.fill(facts.parameters);
+  detecting.show(facts);
   const model = facts.parameters.motion?.model;
   if (model && document.activeElement !== $("motion")) $("motion").value = model;
   if (state.selected && !facts.targets.includes(state.selected)) state.selected = 0;
@@ -141,9 +158,11 @@ function hint() {
   if (!facts) return;
   const behind = facts.now && facts.head !== null && facts.now.frame < facts.head;
   const live = facts.input.live;
+  $("backward-label").hidden = live || facts.read_only === true || state.info?.picking || !facts.targets.length;
   if (facts.read_only) $("hint").textContent = outlook(facts);
   else if (state.info?.picking) $("hint").textContent = "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
-  else if (!facts.targets.length) $("hint").textContent = "Drag a box around the target; then press Start.";
+  else if (facts.backward && (!facts.backward.end || facts.now?.frame === facts.backward.from)) $("hint").textContent = wayBack(facts.backward);
+  else if (!facts.targets.length) $("hint").textContent = facts.detector ? `Click on a box of the detector's, or drag one; or press Start: then the detector finds the target.` : "Drag a box around the target; then press Start.";
   else if (state.selected) $("hint").textContent = `Target ${state.selected} is chosen: drag a box to put it right in this frame${behind && !live ? "; what comes after is followed again" : ""}.`;
   else $("hint").textContent = "Click on a target, or on its number, to correct it; drag a box for one more.";
 }
@@ -185,7 +204,7 @@ async function take(box) {
   $("notice").hidden = true;
   const target = state.selected;
   const path = `/api/trials/${state.trial}/targets`;
-  const facts = await (target ? call("PUT", `${path}/${target}`, { box }) : call("POST", path, { box }));
+  const facts = await (target ? call("PUT", `${path}/${target}`, { box, backward: $("backward").checked && !$("backward-label").hidden }) : call("POST", path, { box }));
   accept(facts);
   if (comparison.trial !== null) await (target ? comparison.put(target, box) : comparison.add(Math.max(...facts.targets), box));
   if (state.info.picking) {
@@ -321,6 +340,7 @@ function wire() {
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
   $("rival").addEventListener("change", () => then(() => setRival($("rival").value).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; })));
   $("version").addEventListener("change", links);
+  $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
   for (const layer of LAYERS) {
     const label = document.createElement("label");
     const box = document.createElement("input");
@@ -357,6 +377,7 @@ async function begin() {
     await watch();
     return;
   }
+  detecting.offer(catalogue.detectors);
   $("rival").append(...state.trackers.map((t) => new Option(t.name, t.name)));
   /** @type {{ path: string, folder: boolean }[]} */
   const files = await call("GET", "/api/files").catch(() => []);

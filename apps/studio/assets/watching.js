@@ -20,7 +20,7 @@ export function freeze($, areas) {
   $("open-form").before(words);
   for (const id of ["source", "open", "browse", "upload", "speed", "keys"]) $(id).hidden = true;
   for (const id of ["source", "speed"]) document.querySelector(`label[for=${id}]`)?.setAttribute("hidden", "");
-  for (const id of ["tracker", "motion", "start", "pause", "stop", "back", "step", "seek", "rival"]) $(id).disabled = true;
+  for (const id of ["tracker", "motion", "detector", "start", "pause", "stop", "back", "step", "seek", "rival"]) $(id).disabled = true;
   $("line").setAttribute("aria-disabled", "true");
   $("picture").setAttribute("aria-label", "Picture");
 }

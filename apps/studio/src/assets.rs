@@ -18,6 +18,7 @@ const ASSETS: &[(&str, &str, &str)] = assets![
     "app.js" SCRIPT,
     "api.js" SCRIPT,
     "compare.js" SCRIPT,
+    "detecting.js" SCRIPT,
     "keyboard.js" SCRIPT,
     "live.js" SCRIPT,
     "monitor.js" SCRIPT,
@@ -26,6 +27,7 @@ const ASSETS: &[(&str, &str, &str)] = assets![
     "targets.js" SCRIPT,
     "timeline.js" SCRIPT,
     "watching.js" SCRIPT,
+    "words.js" SCRIPT,
 ];
 
 /// The file of that name; the page itself for none.

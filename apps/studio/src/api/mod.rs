@@ -29,6 +29,7 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/targets/{target}", put(trials::correct).delete(trials::remove))
         .route("/parameters", put(trials::change))
         .route("/method", put(trials::method))
+        .route("/detector", put(trials::detect))
         .route("/rows", get(results::rows))
         .route("/trajectory", get(results::trajectory))
         .route("/picture", get(results::picture))

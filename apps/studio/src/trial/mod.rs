@@ -1,5 +1,6 @@
 //! A trial: one input, one method, what the user did, and the trajectories that came of it.
 
+mod backward;
 mod edit;
 mod engine;
 mod follower;
@@ -7,6 +8,7 @@ mod handle;
 mod input;
 mod job;
 mod pictures;
+mod proposer;
 mod report;
 mod row;
 mod screen;
@@ -15,6 +17,7 @@ mod trajectory;
 
 pub(crate) use handle::{Order, Setup, Told, Trial};
 pub(crate) use job::{Job, read_only};
+pub(crate) use proposer::Seeking;
 pub(crate) use report::brief;
 pub(crate) use screen::{Packet, Wish};
 

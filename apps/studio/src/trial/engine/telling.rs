@@ -31,6 +31,7 @@ impl Engine {
 
     pub(super) fn show(&mut self) {
         self.shown_at = Instant::now();
+        self.propose();
         let facts = self.facts();
         self.screen.show(Box::new(move || facts), self.shown.clone(), self.phase == Phase::Running);
     }
@@ -42,6 +43,7 @@ impl Engine {
         let versions = self.trajectory.versions().iter();
         let versions =
             versions.map(|v| json!({ "number": v.number, "why": v.why, "tracker": v.tracker, "frames": v.rows.len() }));
+        let (detector, proposals) = self.proposals();
         json!({
             "phase": self.phase,
             "message": self.message,
@@ -54,6 +56,10 @@ impl Engine {
             "targets": self.follower.targets(),
             "edits": self.follower.edits().iter().map(Edit::to_json).collect::<Vec<_>>(),
             "speed": self.speed,
+            "detector": detector,
+            "proposals": proposals,
+            "seeking": self.follower.seeking().map(|s| json!({ "name": s.entry.name, "parameters": s.values() })),
+            "backward": self.way_back(),
             "version": self.trajectory.number(),
             "versions": versions.collect::<Vec<_>>(),
             "step_ms": self.step_ms,
