@@ -10,7 +10,7 @@
  *     decoder: string, truth: boolean },
  *   tracker: string, parameters: Record<string, any>, backward: { target: number, from: number, to: number, end: null|"met"|"lost"|"drawn"|"gone"|"stopped" }|null,
  *   edits: { frame: number, what: string, target: number|null }[],
- *   speed: number|null, detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],
+ *   speed: number|null, look: string, looks: string[], detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],
  *   seeking: { name: string, parameters: Record<string, any> }|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
  *   step_ms: number, viewers: number, read_only?: boolean,
  *   picture: { kind: "jpeg"|"h264"|"none", frame: number, time_s: number, key?: boolean, codec?: string,

@@ -7,11 +7,12 @@ import { listen } from "./keyboard.js";
 import { Live } from "./live.js";
 import { LAYERS, Monitor } from "./monitor.js";
 import { Parameters } from "./parameters.js";
+import { Runs } from "./runs.js";
 import { Sources } from "./source.js";
 import { Targets } from "./targets.js";
 import { Timeline } from "./timeline.js";
 import { freeze, outlook } from "./watching.js";
-import { wayBack } from "./words.js";
+import { advice } from "./words.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -51,6 +52,12 @@ const parameters = new Parameters($("schema"), $("filter"), (key, value) => then
 const detecting = new Detecting({ select: $("detector"), place: $("detector-schema"), filter: $("filter"), snap: $("snap"), label: $("snap-label") },
   (detector, parameters) => then(() => detect(detector, parameters)));
 const comparison = new Comparison($("comparison"), fail, () => { comparison.tell(state.facts); });
+new Runs({ button: $("runs"), dialog: $("results"), list: $("run-list"), detail: $("run-detail"), close: $("close-runs") }, (tracker, source, frame, judged) => then(async () => {
+  if (entry(tracker)) { $("tracker").value = tracker; describe(tracker); }
+  await open(source);
+  monitor.judged = judged;
+  await order("seek", { frame });
+}), fail);
 const sources = new Sources({ input: $("source"), list: $("sources"), browse: $("browse"), files: $("files"), upload: $("upload"), file: $("file") },
   (source) => then(() => open(source)), fail, say);
 
@@ -60,8 +67,9 @@ async function open(source) {
   $("notice").hidden = true;
   say(`Opening ${source} …`);
   try {
-    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted(), ...atOnce(source) });
+    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted(), ...detecting.atOnce(source) });
     await leave();
+    monitor.judged = null;
     opened = performance.now();
     Object.assign(state, { trial: answer.trial, source, selected: 0 });
     sessionStorage.setItem("trial", JSON.stringify({ trial: answer.trial, source }));
@@ -74,11 +82,6 @@ async function open(source) {
     say(state.facts ? "" : "No source is open.");
     throw error;
   }
-}
-
-/** A live source is searched from its first frame on. @param {string} source */
-function atOnce(source) {
-  return detecting.name && /^(camera:|rtsps?:)/.test(source) ? { detector: detecting.name, detector_parameters: detecting.changes } : {};
 }
 
 /** @param {string|null} detector @param {Record<string, any>} parameters */
@@ -126,6 +129,7 @@ function show(facts, picture) {
   }
   parameters.fill(facts.parameters);
   detecting.show(facts);
+  monitor.offer($("look"), facts);
   const model = facts.parameters.motion?.model;
   if (model && document.activeElement !== $("motion")) $("motion").value = model;
   if (state.selected && !facts.targets.includes(state.selected)) state.selected = 0;
@@ -154,17 +158,10 @@ function buttons(facts) {
 }
 
 function hint() {
-  const facts = state.facts;
+  const { facts } = state;
   if (!facts) return;
-  const behind = facts.now && facts.head !== null && facts.now.frame < facts.head;
-  const live = facts.input.live;
-  $("backward-label").hidden = live || facts.read_only === true || state.info?.picking || !facts.targets.length;
-  if (facts.read_only) $("hint").textContent = outlook(facts);
-  else if (state.info?.picking) $("hint").textContent = "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
-  else if (facts.backward && (!facts.backward.end || facts.now?.frame === facts.backward.from)) $("hint").textContent = wayBack(facts.backward);
-  else if (!facts.targets.length) $("hint").textContent = facts.detector ? `Click on a box of the detector's, or drag one; or press Start: then the detector finds the target.` : "Drag a box around the target; then press Start.";
-  else if (state.selected) $("hint").textContent = `Target ${state.selected} is chosen: drag a box to put it right in this frame${behind && !live ? "; what comes after is followed again" : ""}.`;
-  else $("hint").textContent = "Click on a target, or on its number, to correct it; drag a box for one more.";
+  $("backward-label").hidden = facts.input.live || facts.read_only === true || state.info?.picking || !facts.targets.length;
+  $("hint").textContent = facts.read_only ? outlook(facts) : advice(facts, state.selected, state.info?.picking === true);
 }
 
 /** @param {import("./api.js").Facts} facts */
@@ -340,8 +337,9 @@ function wire() {
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
   $("rival").addEventListener("change", () => then(() => setRival($("rival").value).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; })));
   $("version").addEventListener("change", links);
+  $("look").addEventListener("change", () => then(() => order("look", { at: $("look").value })));
   $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
-  for (const layer of LAYERS) {
+  for (const layer of LAYERS.filter((l) => l.label)) {
     const label = document.createElement("label");
     const box = document.createElement("input");
     Object.assign(box, { type: "checkbox", checked: layer.on });

@@ -21,6 +21,8 @@ export class Detecting {
     this.changes = {};
     /** @type {string|null} */
     this.described = null;
+    /** What the trial had last. */
+    this.told = "";
     this.parameters = new Parameters(parts.place, parts.filter, (key, value) => {
       this.changes[key] = value;
       choose(this.name, this.changes);
@@ -40,6 +42,11 @@ export class Detecting {
     this.parts.select.append(...detectors.map((d) => new Option(d.name, d.name)));
   }
 
+  /** What a source is opened with: a live one is searched from its first frame on. @param {string} source */
+  atOnce(source) {
+    return this.name && /^(camera:|rtsps?:)/.test(source) ? { detector: this.name, detector_parameters: this.changes } : {};
+  }
+
   describe() {
     if (this.described === this.name) return;
     this.described = this.name;
@@ -50,7 +57,9 @@ export class Detecting {
 
   /** @param {Facts} facts */
   show(facts) {
-    if (document.activeElement !== this.parts.select) this.parts.select.value = facts.detector?.name ?? "";
+    const name = facts.detector?.name ?? "";
+    // One that was refused, for lack of its file say, stays chosen: its parameters are to be mended.
+    if (name !== this.told) this.parts.select.value = this.told = name;
     this.parts.label.hidden = !facts.detector || facts.read_only === true;
     this.describe();
     if (facts.detector) this.parameters.fill(facts.detector.parameters);

@@ -13,7 +13,8 @@ export const LAYERS = [
   { name: "search", label: "Search region", color: "#56b4e9", dash: [2, 4], on: false },
   { name: "covariance", label: "Covariance", color: "#cc79a7", dash: [], on: true },
   { name: "truth", label: "Truth", color: "#e69f00", dash: [8, 4], on: true },
-  { name: "proposals", label: "Detector", color: "#c8b6ff", dash: [3, 2], on: true },
+  { name: "judged", label: "", color: "#7fd6c2", dash: [1, 3], on: true },
+  { name: "proposals", label: "Detected", color: "#c8b6ff", dash: [3, 2], on: true },
   { name: "words", label: "State and score", color: "", dash: [], on: true },
 ];
 /** Frames of the trail. */
@@ -44,6 +45,8 @@ export class Monitor {
     /** @type {{ x: number, y: number }|null} */
     this.from = null;
     this.selected = 0;
+    /** What an evaluation says of one frame. @type {import("./runs.js").Judged|null} */
+    this.judged = null;
     /** Whether nothing can be changed: then a drag draws nothing. */
     this.frozen = false;
     /** Whether a box drawn near one of the detector's becomes that one. */
@@ -135,6 +138,16 @@ export class Monitor {
     this.draw();
   }
 
+  /** Ways to look at a frame, as far as its source has them. @param {HTMLSelectElement} select @param {Facts} facts */
+  offer(select, facts) {
+    const words = { picture: "picture", depth: "depth, near red, far blue", foreground: "what moves" };
+    if ([...select.options].map((o) => o.value).join() !== facts.looks.join()) {
+      select.replaceChildren(...facts.looks.map((look) => new Option(words[/** @type {"depth"} */ (look)] ?? look, look)));
+    }
+    if (document.activeElement !== select) select.value = facts.look;
+    select.disabled = facts.looks.length < 2;
+  }
+
   draw() {
     const c = this.context;
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
@@ -144,6 +157,10 @@ export class Monitor {
     // Lines are as thick on the screen whatever the size of the picture.
     const unit = Math.max(this.canvas.width / (this.canvas.clientWidth || this.canvas.width), .5);
     if (this.layers.truth && now.truth) this.box(now.truth, "truth", unit);
+    if (this.judged?.frame === now.frame) {
+      if (this.judged.box) this.box(this.judged.box, "judged", unit, [], true);
+      this.box(this.judged.truth, "truth", unit);
+    }
     if (this.layers.proposals) for (const proposal of this.facts.proposals) this.box(proposal.slice(0, 4), "proposals", unit);
     for (const record of now.records) {
       if (!record.box) continue;

@@ -25,15 +25,17 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
     await until(async () => (await frame()) === k, `not gone to frame ${k}`);
   };
   const open = async () => {
+    // A second wish to open the same within a moment counts as the first.
+    await page.waitForTimeout(1600);
     await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
     await button("Open").click();
     await until(async () => (await frame()) === 0 && (await facts(page)).targets.length === 0, "not opened");
   };
-  const names = await page.getByLabel("Detector", { exact: true }).locator("option").allInnerTexts();
+  const names = await page.getByRole("combobox", { name: "Detector", exact: true }).locator("option").allInnerTexts();
   const known = await page.evaluate(async () => (await (await fetch("/api/trackers")).json()).detectors.map((/** @type {any} */ d) => d.name));
   assert.deepEqual(names, ["none", ...known]);
   await open();
-  await page.getByLabel("Detector", { exact: true }).selectOption("motion");
+  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("motion");
   await seek(60);
   const near = (/** @type {number[][]} */ boxes, /** @type {number} */ k) => boxes.find((box) => overlap(box, patch(k)) > .5);
   const box = near((await facts(page)).proposals, 60);
@@ -66,6 +68,6 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
   console.log(`    found by the detector: tracked in ${found.length} frames, right in ${right}`);
   assert.ok(right > 60, `${right} of ${found.length}`);
   await shot("detected");
-  await page.getByLabel("Detector", { exact: true }).selectOption("");
+  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("");
   await until(async () => (await facts(page)).detector === null, "the detector is still there");
 }

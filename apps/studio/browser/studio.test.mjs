@@ -7,8 +7,10 @@ import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { browsing } from "./browsing.mjs";
 import { detecting } from "./detecting.mjs";
 import { listen, lookAt, watched } from "./live.mjs";
+import { looking } from "./looking.mjs";
 import { FRAMES, HEIGHT, LONG, WIDTH, patch, returning, writeClip, writeClipWithLoss } from "./clip.mjs";
 
 const [pursuit, browserPath, shots] = process.argv.slice(2);
@@ -119,6 +121,8 @@ const checks = {
     const row = region("Targets").getByRole("row").nth(1);
     await row.waitFor();
     assert.match(await row.innerText(), /tracking/);
+    // Slowly, so that a machine that has much else to do looks at it while it runs.
+    await page.getByLabel("Pace", { exact: true }).selectOption("0.25");
     await button("Start").click();
     await until(async () => (await frame()) > 12, "it does not run");
     // The video is decoded, and boxes and picture are of the same frame.
@@ -144,6 +148,7 @@ const checks = {
       return seen.size;
     });
     assert.ok(colors > 4, `${colors} colours in the time line`);
+    await page.getByLabel("Pace", { exact: true }).selectOption("1");
   },
   async "steps go forward and back"() {
     const before = await frame();
@@ -258,6 +263,18 @@ const checks = {
   },
   async "a detector shows boxes, one is taken by a click, and without a box it finds the target"() {
     await detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch });
+  },
+  async "depth and what moves are looked at in place of the picture"() {
+    await looking({ page, button, canvas, until, frame, shot, patch });
+  },
+  async "evaluations and reproductions are browsed, and worst frames opened"() {
+    await browsing({ page, button, pursuit, folder, until, frame, status, shot });
+    await page.waitForTimeout(1600);
+    await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
+    await button("Open").click();
+    await until(async () => (await status()).includes(`of ${FRAMES}`) && (await frame()) === 0, "not opened again");
+    await drag(patch(0));
+    await region("Targets").getByRole("row").nth(1).waitFor();
   },
   async "a run is stopped"() {
     await button("Start").click();

@@ -23,6 +23,7 @@ const ASSETS: &[(&str, &str, &str)] = assets![
     "live.js" SCRIPT,
     "monitor.js" SCRIPT,
     "parameters.js" SCRIPT,
+    "runs.js" SCRIPT,
     "source.js" SCRIPT,
     "targets.js" SCRIPT,
     "timeline.js" SCRIPT,

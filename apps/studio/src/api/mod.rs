@@ -2,6 +2,7 @@
 
 mod live;
 mod results;
+mod runs;
 mod sources;
 mod trials;
 
@@ -38,6 +39,10 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/info", get(sources::info))
         .route("/trackers", get(sources::trackers))
         .route("/files", get(sources::files))
+        .route("/runs", get(runs::list))
+        .route("/runs/results", get(runs::open))
+        .route("/runs/picture", get(runs::picture))
+        .route("/runs/worst", get(runs::worst))
         .route("/uploads", post(sources::upload).layer(DefaultBodyLimit::disable()))
         .route("/trials", get(trials::list).post(trials::open))
         .nest("/trials/{trial}", trial)

@@ -3,7 +3,7 @@
 use crate::Picked;
 use crate::error::Refusal;
 use crate::studio::Studio;
-use crate::trial::{Order, Seeking, Setup};
+use crate::trial::{Look, Order, Seeking, Setup};
 use crate::uploads;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -85,6 +85,7 @@ pub(crate) enum Ordered {
     Stop,
     Seek { frame: u64 },
     Speed { times: Option<f64> },
+    Look { at: Look },
 }
 
 pub(crate) async fn order(
@@ -98,6 +99,7 @@ pub(crate) async fn order(
         Ordered::Step => Order::Step,
         Ordered::Back => Order::Back,
         Ordered::Stop => Order::Stop,
+        Ordered::Look { at } => Order::Look(at),
         Ordered::Seek { frame } => Order::Seek(frame),
         Ordered::Speed { times } if times.is_none_or(|t| PACES.contains(&t)) => Order::Speed(times),
         Ordered::Speed { .. } => return Err(Refusal::unfit("a speed is between 0.01 and 1000, or null")),

@@ -1,6 +1,7 @@
 use super::engine::Engine;
 use super::input::Input;
 use super::job::Job;
+use super::looks::Look;
 use super::proposer::Seeking;
 use super::row::Version;
 use super::screen::{Screen, Viewer, Wish};
@@ -48,6 +49,8 @@ pub(crate) enum Order {
     Tracker(String, Table),
     /// Shows what this detector sees; without one, nothing.
     Detect(Option<Seeking>),
+    /// Look at frames in this way.
+    Look(Look),
     /// Says where it is.
     Tell,
 }

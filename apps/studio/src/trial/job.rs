@@ -136,6 +136,8 @@ impl Job {
             "targets": targets,
             "edits": [],
             "speed": null,
+            "look": "picture",
+            "looks": ["picture"],
             "detector": null,
             "proposals": [],
             "seeking": null,

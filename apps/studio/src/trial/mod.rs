@@ -7,6 +7,7 @@ mod follower;
 mod handle;
 mod input;
 mod job;
+mod looks;
 mod pictures;
 mod proposer;
 mod report;
@@ -17,6 +18,7 @@ mod trajectory;
 
 pub(crate) use handle::{Order, Setup, Told, Trial};
 pub(crate) use job::{Job, read_only};
+pub(crate) use looks::Look;
 pub(crate) use proposer::Seeking;
 pub(crate) use report::brief;
 pub(crate) use screen::{Packet, Wish};

@@ -9,6 +9,7 @@ use super::edit::{Kind, Phase};
 use super::follower::Follower;
 use super::handle::{Answer, Message, Order};
 use super::input::Input;
+use super::looks::Looks;
 use super::pictures::Pictures;
 use super::proposer::{Proposer, Seeking};
 use super::screen::{PICTURE_EVERY, Screen};
@@ -48,6 +49,8 @@ pub(super) struct Engine {
     returned: Option<Value>,
     /// What shows boxes to begin from.
     proposer: Option<Proposer>,
+    /// How frames are looked at.
+    looks: Looks,
 }
 
 impl Engine {
@@ -84,6 +87,7 @@ impl Engine {
             returning: None,
             returned: None,
             proposer: seeking.map(Proposer::new).transpose()?,
+            looks: Looks::default(),
         };
         engine.show();
         Ok(engine)
@@ -125,7 +129,7 @@ impl Engine {
 
     /// Obeys, and says where the trial is then: of a frame that has not been followed yet, once it has.
     fn answer(&mut self, order: Order, answer: Answer) {
-        if !matches!(order, Order::Tell | Order::Speed(_) | Order::Detect(_)) {
+        if !matches!(order, Order::Tell | Order::Speed(_) | Order::Detect(_) | Order::Look(_)) {
             self.give_up_goal();
             if !(matches!(order, Order::Start) && self.start_after_return()) {
                 self.break_off_return();
@@ -160,6 +164,8 @@ impl Engine {
             if self.phase == Phase::Running {
                 self.phase = Phase::Paused;
             }
+            // What stands still has boxes of the detector, which belong to the answer.
+            self.show();
             drop(answer.send(Ok(self.facts())));
         }
     }
@@ -198,6 +204,7 @@ impl Engine {
                 self.follow_anew(tracker, parameters, "another tracker")?;
             }
             Order::Detect(seeking) => self.proposer = seeking.map(Proposer::new).transpose()?,
+            Order::Look(look) => self.look(look)?,
             Order::Tell => {}
         }
         Ok(())

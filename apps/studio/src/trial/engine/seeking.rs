@@ -1,12 +1,18 @@
-//! What a detector does in a trial: it shows boxes to begin from, or finds the target itself.
+//! What a detector does in a trial: it shows boxes to begin from, or finds the target itself. And what is shown of a frame
+//! beside its picture.
 
 use super::super::edit::Phase;
+use super::super::looks::Look;
 use super::super::proposer::Seeking;
 use super::Engine;
 use crate::error::Refusal;
 use pursuit::tracking::Followed;
-use pursuit::{BBox, TrackState};
+use pursuit::{BBox, Frame, TrackState};
 use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// Boxes that are shown, the best.
+const MOST_PROPOSALS: usize = 100;
 
 impl Engine {
     /// From the first frame on, this finds the target; what was looked at without a target is forgotten.
@@ -41,6 +47,26 @@ impl Engine {
         }
     }
 
+    /// Looks at frames in this way from now on.
+    pub(super) fn look(&mut self, look: Look) -> Result<(), Refusal> {
+        if !Look::of(&self.shown).contains(&look) {
+            return Err(Refusal::conflict("the frames of this source have no depth"));
+        }
+        self.looks.look = look;
+        Ok(())
+    }
+
+    /// The frame shown, as it is looked at.
+    pub(super) fn seen(&mut self) -> Arc<Frame> {
+        match self.looks.at(&self.shown, &mut self.pictures) {
+            Ok(frame) => frame,
+            Err(refusal) => {
+                (self.looks.look, self.message) = (Look::Picture, Some(refusal.message));
+                self.shown.clone()
+            }
+        }
+    }
+
     /// The detector with its parameters, and what it sees in the frame shown: left, top, width, height, confidence.
     pub(super) fn proposals(&self) -> (Value, Value) {
         let Some(proposer) = &self.proposer else { return (Value::Null, json!([])) };
@@ -49,6 +75,3 @@ impl Engine {
         (json!({ "name": proposer.seeking.entry.name, "parameters": proposer.seeking.values() }), json!(boxes))
     }
 }
-
-/// Boxes that are shown, the best.
-const MOST_PROPOSALS: usize = 100;

@@ -2,6 +2,7 @@
 
 use super::super::edit::{Edit, Phase};
 use super::super::handle::Told;
+use super::super::looks::Look;
 use super::super::report;
 use super::super::screen::jpeg;
 use super::Engine;
@@ -32,8 +33,8 @@ impl Engine {
     pub(super) fn show(&mut self) {
         self.shown_at = Instant::now();
         self.propose();
-        let facts = self.facts();
-        self.screen.show(Box::new(move || facts), self.shown.clone(), self.phase == Phase::Running);
+        let (seen, facts) = (self.seen(), self.facts());
+        self.screen.show(Box::new(move || facts), seen, self.phase == Phase::Running);
     }
 
     /// Where the trial is.
@@ -56,6 +57,8 @@ impl Engine {
             "targets": self.follower.targets(),
             "edits": self.follower.edits().iter().map(Edit::to_json).collect::<Vec<_>>(),
             "speed": self.speed,
+            "look": self.looks.look,
+            "looks": Look::of(&self.shown),
             "detector": detector,
             "proposals": proposals,
             "seeking": self.follower.seeking().map(|s| json!({ "name": s.entry.name, "parameters": s.values() })),
