@@ -1,6 +1,7 @@
 // A detector in the page: its boxes in the picture, and runs that begin without a box.
 
 import assert from "node:assert/strict";
+import { FRAMES } from "./clip.mjs";
 
 /** @param {number[]} a @param {number[]} b */
 function overlap(a, b) {
@@ -18,7 +19,7 @@ async function facts(page) {
 }
 
 /** @param {{ page: import("playwright-core").Page, patch: (k: number) => number[], [name: string]: any }} parts */
-export async function detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch }) {
+export async function detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch, complaints }) {
   const seek = async (/** @type {number} */ k) => {
     await page.getByLabel("Frame", { exact: true }).fill(String(k));
     await page.getByLabel("Frame", { exact: true }).press("Enter");
@@ -68,6 +69,14 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
   console.log(`    found by the detector: tracked in ${found.length} frames, right in ${right}`);
   assert.ok(right > 60, `${right} of ${found.length}`);
   await shot("detected");
+  // One that needs a file of the user's is refused and stays chosen, so that the file can be named.
+  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("objects");
+  await page.getByText("names no network").waitFor();
+  await button("Step back").click();
+  await until(async () => (await frame()) < FRAMES - 1, "no step back");
+  assert.equal(await page.getByRole("combobox", { name: "Detector", exact: true }).inputValue(), "objects");
+  assert.ok(await region("Parameters").getByLabel("model", { exact: true }).first().isVisible());
+  complaints.length = 0; // the browser writes refused requests into its console
   await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("");
   await until(async () => (await facts(page)).detector === null, "the detector is still there");
 }

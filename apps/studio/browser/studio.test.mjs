@@ -262,7 +262,7 @@ const checks = {
     await region("Targets").getByRole("row").nth(1).waitFor();
   },
   async "a detector shows boxes, one is taken by a click, and without a box it finds the target"() {
-    await detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch });
+    await detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch, complaints });
   },
   async "depth and what moves are looked at in place of the picture"() {
     await looking({ page, button, canvas, until, frame, shot, patch });
