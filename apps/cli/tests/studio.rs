@@ -1,4 +1,4 @@
-//! `pursuit studio` and `pursuit track --pick`, as far as they go without a browser.
+//! `pursuit studio`, `pursuit track --pick` and `pursuit track --watch`, as far as they go without a browser.
 #![cfg(feature = "studio")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -90,4 +90,37 @@ fn a_box_drawn_in_the_page_is_what_the_run_starts_from() {
     let rows = rows(&folder.join("trajectory.csv"));
     assert_eq!(["frame", "x", "y", "w", "h"].map(|c| &*rows[0][c]), ["5", "150.000", "100.000", "30.000", "32.000"]);
     assert_eq!(rows.len(), 25);
+}
+
+#[test]
+fn a_run_that_is_watched_is_shown_and_not_changed() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("run");
+    // Long enough to be asked while it runs, whatever the machine; it is stopped by its end of input all the same.
+    let scene = "scene:drift?seed=7&duration=200";
+    let mut child = command(&["track", scene, "--tracker", "mosse", "--watch", "--no-video", "--out"]);
+    let mut child = Killed(child.arg(&folder).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+    let line = first_line(child.0.stderr.take().unwrap());
+    assert!(line.starts_with(&format!("watch {scene} at http://127.0.0.1:")), "{line}");
+    let address = address(&line);
+    let info = ask(&address, "GET", "/api/info", "");
+    assert!(info.starts_with("HTTP/1.1 200") && info.contains("\"read_only\":true"), "{info}");
+    let number: String = info.split("\"trials\":[").nth(1).unwrap().chars().take_while(char::is_ascii_digit).collect();
+    let path = format!("/api/trials/{number}");
+    let facts = ask(&address, "GET", &path, "");
+    assert!(facts.contains("\"read_only\":true") && facts.contains("\"tracker\":\"mosse\""), "{facts}");
+    for (method, path, body) in [
+        ("POST", format!("{path}/orders"), r#"{ "order": "stop" }"#),
+        ("POST", format!("{path}/targets"), r#"{ "box": [1, 1, 30, 30] }"#),
+        ("PUT", format!("{path}/targets/1"), r#"{ "box": [1, 1, 30, 30], "backward": true }"#),
+        ("DELETE", path.clone(), ""),
+        ("POST", "/api/trials".to_owned(), r#"{ "source": "scene:static" }"#),
+        ("GET", "/api/files".to_owned(), ""),
+    ] {
+        let answer = ask(&address, method, &path, body);
+        assert!(answer.starts_with("HTTP/1.1 403"), "{method} {path}: {answer}");
+    }
+    assert!(child.0.wait().unwrap().success());
+    assert!(TcpStream::connect(&address).is_err(), "the page ends with the run");
+    assert_eq!(rows(&folder.join("trajectory.csv")).len(), 6000);
 }

@@ -3,13 +3,15 @@
 /**
  * @typedef {{ target: number, state?: string, score?: number, box?: number[], predicted?: number[]|null,
  *   measured?: number[]|null, searched?: number[]|null, covariance?: number[]|null, velocity?: number[]|null,
- *   innovation_px?: number|null, error_px?: number|null, update_ms?: number|null, why?: Record<string, number> }} TargetRecord
+ *   innovation_px?: number|null, error_px?: number|null, update_ms?: number|null, why?: Record<string, number>, backward?: boolean }} TargetRecord
  * @typedef {{ frame: number, time_s: number, truth: number[]|null, absent: boolean, records: TargetRecord[] }} Now
  * @typedef {{ phase: string, message: string|null, now: Now|null, first: number|null, head: number|null, targets: number[],
  *   input: { name: string, width: number, height: number, fps: number|null, frame_count: number|null, live: boolean,
  *     decoder: string, truth: boolean },
- *   tracker: string, parameters: Record<string, any>, edits: { frame: number, what: string, target: number|null }[],
- *   speed: number|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
+ *   tracker: string, parameters: Record<string, any>, backward: { target: number, from: number, to: number, end: null|"met"|"lost"|"drawn"|"gone"|"stopped" }|null,
+ *   edits: { frame: number, what: string, target: number|null }[],
+ *   speed: number|null, look: string, looks: string[], detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],
+ *   seeking: { name: string, parameters: Record<string, any> }|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
  *   step_ms: number, viewers: number, read_only?: boolean,
  *   picture: { kind: "jpeg"|"h264"|"none", frame: number, time_s: number, key?: boolean, codec?: string,
  *     width?: number, height?: number } }} Facts

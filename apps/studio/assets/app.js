@@ -2,14 +2,17 @@
 
 import { call } from "./api.js";
 import { Comparison } from "./compare.js";
+import { Detecting } from "./detecting.js";
 import { listen } from "./keyboard.js";
 import { Live } from "./live.js";
 import { LAYERS, Monitor } from "./monitor.js";
 import { Parameters } from "./parameters.js";
+import { Runs } from "./runs.js";
 import { Sources } from "./source.js";
 import { Targets } from "./targets.js";
 import { Timeline } from "./timeline.js";
 import { freeze, outlook } from "./watching.js";
+import { advice } from "./words.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -46,7 +49,15 @@ const monitor = new Monitor($("picture"), (box) => then(() => take(box)), choose
 const targets = new Targets($("rows"), $("no-targets"), choose, (target) => then(() => removeTarget(target)));
 const timeline = new Timeline($("line"), (frame) => then(() => order("seek", { frame })));
 const parameters = new Parameters($("schema"), $("filter"), (key, value) => then(() => change({ [key]: value })));
+const detecting = new Detecting({ select: $("detector"), place: $("detector-schema"), filter: $("filter"), snap: $("snap"), label: $("snap-label") },
+  (detector, parameters) => then(() => detect(detector, parameters)));
 const comparison = new Comparison($("comparison"), fail, () => { comparison.tell(state.facts); });
+new Runs({ button: $("runs"), dialog: $("results"), list: $("run-list"), detail: $("run-detail"), close: $("close-runs") }, (tracker, source, frame, judged) => then(async () => {
+  if (entry(tracker)) { $("tracker").value = tracker; describe(tracker); }
+  await open(source);
+  monitor.judged = judged;
+  await order("seek", { frame });
+}), fail);
 const sources = new Sources({ input: $("source"), list: $("sources"), browse: $("browse"), files: $("files"), upload: $("upload"), file: $("file") },
   (source) => then(() => open(source)), fail, say);
 
@@ -56,18 +67,26 @@ async function open(source) {
   $("notice").hidden = true;
   say(`Opening ${source} …`);
   try {
-    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted() });
+    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted(), ...detecting.atOnce(source) });
     await leave();
+    monitor.judged = null;
     opened = performance.now();
     Object.assign(state, { trial: answer.trial, source, selected: 0 });
     sessionStorage.setItem("trial", JSON.stringify({ trial: answer.trial, source }));
     await watch();
+    const detector = detecting.name;
     show(answer.facts, null);
     await setSpeed();
+    if (detector) await detect(detector, detecting.changes);
   } catch (error) {
     say(state.facts ? "" : "No source is open.");
     throw error;
   }
+}
+
+/** @param {string|null} detector @param {Record<string, any>} parameters */
+async function detect(detector, parameters) {
+  if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/detector`, { detector, parameters }));
 }
 
 /** A motion model chosen before a source was opened is part of the method. */
@@ -109,6 +128,8 @@ function show(facts, picture) {
     describe(facts.tracker);
   }
   parameters.fill(facts.parameters);
+  detecting.show(facts);
+  monitor.offer($("look"), facts);
   const model = facts.parameters.motion?.model;
   if (model && document.activeElement !== $("motion")) $("motion").value = model;
   if (state.selected && !facts.targets.includes(state.selected)) state.selected = 0;
@@ -137,15 +158,10 @@ function buttons(facts) {
 }
 
 function hint() {
-  const facts = state.facts;
+  const { facts } = state;
   if (!facts) return;
-  const behind = facts.now && facts.head !== null && facts.now.frame < facts.head;
-  const live = facts.input.live;
-  if (facts.read_only) $("hint").textContent = outlook(facts);
-  else if (state.info?.picking) $("hint").textContent = "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
-  else if (!facts.targets.length) $("hint").textContent = "Drag a box around the target; then press Start.";
-  else if (state.selected) $("hint").textContent = `Target ${state.selected} is chosen: drag a box to put it right in this frame${behind && !live ? "; what comes after is followed again" : ""}.`;
-  else $("hint").textContent = "Click on a target, or on its number, to correct it; drag a box for one more.";
+  $("backward-label").hidden = facts.input.live || facts.read_only === true || state.info?.picking || !facts.targets.length;
+  $("hint").textContent = facts.read_only ? outlook(facts) : advice(facts, state.selected, state.info?.picking === true);
 }
 
 /** @param {import("./api.js").Facts} facts */
@@ -185,7 +201,7 @@ async function take(box) {
   $("notice").hidden = true;
   const target = state.selected;
   const path = `/api/trials/${state.trial}/targets`;
-  const facts = await (target ? call("PUT", `${path}/${target}`, { box }) : call("POST", path, { box }));
+  const facts = await (target ? call("PUT", `${path}/${target}`, { box, backward: $("backward").checked && !$("backward-label").hidden }) : call("POST", path, { box }));
   accept(facts);
   if (comparison.trial !== null) await (target ? comparison.put(target, box) : comparison.add(Math.max(...facts.targets), box));
   if (state.info.picking) {
@@ -321,7 +337,9 @@ function wire() {
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
   $("rival").addEventListener("change", () => then(() => setRival($("rival").value).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; })));
   $("version").addEventListener("change", links);
-  for (const layer of LAYERS) {
+  $("look").addEventListener("change", () => then(() => order("look", { at: $("look").value })));
+  $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
+  for (const layer of LAYERS.filter((l) => l.label)) {
     const label = document.createElement("label");
     const box = document.createElement("input");
     Object.assign(box, { type: "checkbox", checked: layer.on });
@@ -357,6 +375,7 @@ async function begin() {
     await watch();
     return;
   }
+  detecting.offer(catalogue.detectors);
   $("rival").append(...state.trackers.map((t) => new Option(t.name, t.name)));
   /** @type {{ path: string, folder: boolean }[]} */
   const files = await call("GET", "/api/files").catch(() => []);

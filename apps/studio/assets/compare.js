@@ -1,6 +1,7 @@
 // Two methods on the same input, in step: what the first is told, the second is told too.
 
 import { call } from "./api.js";
+import { overlap } from "./detecting.js";
 import { Live } from "./live.js";
 import { Monitor } from "./monitor.js";
 
@@ -30,10 +31,12 @@ export class Comparison {
    */
   async open(source, tracker, first, boxes) {
     await this.close();
-    const { trial } = await call("POST", "/api/trials", { source, tracker });
+    const { trial } = await call("POST", "/api/trials", { source, tracker, detector: first.seeking?.name, detector_parameters: first.seeking?.parameters });
     this.trial = trial;
     try {
       this.numbers.clear();
+      // What a detector finds is the first target of both.
+      if (first.seeking) this.numbers.set(1, 1);
       for (const { frame, what, target, box } of boxes) {
         await this.order("seek", { frame });
         if (what === "add") await this.add(target, box);
@@ -112,11 +115,4 @@ export class Comparison {
     this.place.replaceChildren();
     if (trial !== null) await call("DELETE", `/api/trials/${trial}`).catch(() => {});
   }
-}
-
-/** Intersection over union. @param {number[]} a @param {number[]} b */
-function overlap(a, b) {
-  const shared = (/** @type {number} */ i) => Math.max(0, Math.min(a[i] + a[i + 2], b[i] + b[i + 2]) - Math.max(a[i], b[i]));
-  const both = shared(0) * shared(1);
-  return both / (a[2] * a[3] + b[2] * b[3] - both || 1);
 }

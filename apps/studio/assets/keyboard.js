@@ -31,6 +31,14 @@ function key(page, event) {
     Escape: () => { if (state.nudged) { state.nudged = monitor.draft = null; monitor.draw(); } else order("stop").catch(fail); },
     Enter: () => { const box = state.nudged; if (box) { state.nudged = monitor.draft = null; then(() => page.take(box)); } },
     Delete: () => { const chosen = state.selected; if (chosen) then(() => page.remove(chosen)); },
+    p: () => {
+      const boxes = facts.proposals.map((box) => box.slice(0, 4));
+      const at = boxes.findIndex((box) => state.nudged && box.every((v, i) => v === state.nudged?.[i]));
+      if (!boxes.length) return;
+      state.nudged = monitor.draft = boxes[(at + 1) % boxes.length];
+      page.hint.textContent = `Box ${(at + 1) % boxes.length + 1} of ${boxes.length} of the detector: Enter takes it, P goes on.`;
+      monitor.draw();
+    },
     n: () => {
       const { width, height } = facts.input;
       [state.selected, monitor.selected] = [0, 0];

@@ -1,5 +1,7 @@
 // The picture with what is known drawn on it, and boxes that are dragged.
 
+import { proposalAt, snapped } from "./detecting.js";
+
 /** @typedef {import("./api.js").Facts} Facts */
 
 /** What can be drawn, with its colour (Okabe and Ito) and dash. */
@@ -11,6 +13,8 @@ export const LAYERS = [
   { name: "search", label: "Search region", color: "#56b4e9", dash: [2, 4], on: false },
   { name: "covariance", label: "Covariance", color: "#cc79a7", dash: [], on: true },
   { name: "truth", label: "Truth", color: "#e69f00", dash: [8, 4], on: true },
+  { name: "judged", label: "", color: "#7fd6c2", dash: [1, 3], on: true },
+  { name: "proposals", label: "Detected", color: "#c8b6ff", dash: [3, 2], on: true },
   { name: "words", label: "State and score", color: "", dash: [], on: true },
 ];
 /** Frames of the trail. */
@@ -41,8 +45,12 @@ export class Monitor {
     /** @type {{ x: number, y: number }|null} */
     this.from = null;
     this.selected = 0;
+    /** What an evaluation says of one frame. @type {import("./runs.js").Judged|null} */
+    this.judged = null;
     /** Whether nothing can be changed: then a drag draws nothing. */
     this.frozen = false;
+    /** Whether a box drawn near one of the detector's becomes that one. */
+    this.snap = false;
     /** @type {(target: number) => number[][]} */
     this.trailOf = () => [];
     if (picked !== null) this.listen();
@@ -59,17 +67,22 @@ export class Monitor {
     });
     this.canvas.addEventListener("pointermove", (event) => {
       if (!this.from || this.frozen) return;
-      this.draft = between(this.from, this.at(event));
+      this.draft = this.meant(between(this.from, this.at(event)), event);
       this.draw();
     });
     this.canvas.addEventListener("pointerup", (event) => {
       if (!this.from) return;
-      const box = between(this.from, this.at(event));
+      const box = this.meant(between(this.from, this.at(event)), event);
       const to = this.at(event);
       this.from = null;
       this.draft = null;
       if (box[2] >= CLICK && box[3] >= CLICK) { if (!this.frozen) this.picked(box); }
-      else this.chosen(this.under(to));
+      else {
+        // A click on a box of the detector's takes it: for the chosen target, or where no target is.
+        const under = this.under(to), proposal = this.frozen || !this.layers.proposals ? null : proposalAt(this.facts, to);
+        if (proposal && (this.selected ? under !== this.selected : under === 0)) this.picked(proposal);
+        else this.chosen(under);
+      }
       this.draw();
     });
     this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = null; this.draw(); });
@@ -93,6 +106,11 @@ export class Monitor {
       x: inside((event.clientX - place.left) * this.canvas.width / place.width, this.canvas.width),
       y: inside((event.clientY - place.top) * this.canvas.height / place.height, this.canvas.height),
     };
+  }
+
+  /** The box that was meant. @param {number[]} box @param {PointerEvent} event */
+  meant(box, event) {
+    return (this.snap || event.altKey) && box[2] >= CLICK && box[3] >= CLICK ? snapped(this.facts, box) : box;
   }
 
   /** The target whose box holds this point; 0: none. @param {{ x: number, y: number }} point */
@@ -120,15 +138,30 @@ export class Monitor {
     this.draw();
   }
 
+  /** Ways to look at a frame, as far as its source has them. @param {HTMLSelectElement} select @param {Facts} facts */
+  offer(select, facts) {
+    const words = { picture: "picture", depth: "depth, near red, far blue", foreground: "what moves" };
+    if ([...select.options].map((o) => o.value).join() !== facts.looks.join()) {
+      select.replaceChildren(...facts.looks.map((look) => new Option(words[/** @type {"depth"} */ (look)] ?? look, look)));
+    }
+    if (document.activeElement !== select) select.value = facts.look;
+    select.disabled = facts.looks.length < 2;
+  }
+
   draw() {
     const c = this.context;
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     if (this.background) c.drawImage(this.background, 0, 0);
     const now = this.facts?.now;
-    if (!now) return;
+    if (!now || !this.facts) return;
     // Lines are as thick on the screen whatever the size of the picture.
     const unit = Math.max(this.canvas.width / (this.canvas.clientWidth || this.canvas.width), .5);
     if (this.layers.truth && now.truth) this.box(now.truth, "truth", unit);
+    if (this.judged?.frame === now.frame) {
+      if (this.judged.box) this.box(this.judged.box, "judged", unit, [], true);
+      this.box(this.judged.truth, "truth", unit);
+    }
+    if (this.layers.proposals) for (const proposal of this.facts.proposals) this.box(proposal.slice(0, 4), "proposals", unit);
     for (const record of now.records) {
       if (!record.box) continue;
       if (this.layers.trail) this.trail(this.trailOf(record.target).slice(-TRAIL), unit);

@@ -10,8 +10,11 @@
 const WHILE_RUNNING = ["motion", "policy", "search"];
 
 export class Parameters {
-  /** @param {HTMLElement} place @param {HTMLInputElement} filter @param {(key: string, value: any) => void} changed */
-  constructor(place, filter, changed) {
+  /** @param {HTMLElement} place @param {HTMLInputElement} filter @param {(key: string, value: any) => void} changed
+   * @param {string} [title] of what belongs to no group @param {string} [prefix] of ids */
+  constructor(place, filter, changed, title = "Tracker", prefix = "p") {
+    this.title = title;
+    this.prefix = prefix;
     this.place = place;
     this.filter = filter;
     this.changed = changed;
@@ -27,7 +30,8 @@ export class Parameters {
     this.rows.clear();
     this.place.replaceChildren();
     const own = schema.filter((p) => p.type !== "group");
-    if (own.length) this.group("Tracker", "Of the tracker itself; a change follows again from the first frame.", own, "");
+    const scope = this.title === "Tracker" ? "Of the tracker itself; a change follows again from the first frame." : "Of the detector: what it shows in the picture.";
+    if (own.length) this.group(this.title, scope, own, "");
     for (const p of schema.filter((p) => p.type === "group")) {
       const when = WHILE_RUNNING.includes(p.name) ? "Can be changed while running." : "A change follows again from the first frame.";
       this.group(p.name, `${p.doc}\n${when}`, p.parameters ?? [], `${p.name}.`);
@@ -58,7 +62,7 @@ export class Parameters {
     if (p.unit) label.append(make("small", p.unit));
     const pair = make("div");
     pair.className = "pair";
-    const id = `p-${key.replaceAll(".", "-")}`;
+    const id = `${this.prefix}-${key.replaceAll(".", "-")}`;
     label.setAttribute("for", id);
     const set = this.field(p, key, id, pair);
     row.append(label, pair);

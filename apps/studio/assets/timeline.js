@@ -1,6 +1,7 @@
 // Score and state, or another quantity, of every target over the frames; corrections are marked, a click goes there.
 
-/** @typedef {[number, number, [number, string, number, number[], number|null][]]} Row frame, time, records */
+/** @typedef {[number, string, number, number[], number|null, boolean]} RowRecord target, state, score, box, innovation, whether followed backward */
+/** @typedef {[number, number, RowRecord[]]} Row frame, time, records */
 
 const COLORS = { tracking: "--tracking", occluded: "--occluded", lost: "--lost" };
 /** Height of the band that shows a target's state, and of the corrections' marks, in pixels. */
@@ -141,7 +142,11 @@ export class Timeline {
       if (!record) continue;
       c.fillStyle = ink(COLORS[/** @type {"lost"} */ (record[1])]);
       const tall = record[1] === "tracking" ? BAND : record[1] === "occluded" ? BAND * .6 : BAND * .35;
-      c.fillRect(x(frame), top + BAND - tall, Math.max(x(frame + 1) - x(frame) + .5, 1), tall);
+      const wide = Math.max(x(frame + 1) - x(frame) + .5, 1);
+      c.fillRect(x(frame), top + BAND - tall, wide, tall);
+      if (!record[5]) continue;
+      c.fillStyle = ink("--edit");
+      c.fillRect(x(frame), top - 2, wide, 3);
     }
   }
 
@@ -168,7 +173,7 @@ function inks() {
   return (/** @type {string} */ name) => colors.get(name) ?? "";
 }
 
-/** @param {[number, string, number, number[], number|null]} record @param {string} name @returns {number|null} */
+/** @param {RowRecord} record @param {string} name @returns {number|null} */
 function quantity([, , score, [l, t, w, h], innovation], name) {
   switch (name) {
     case "x": return l + w / 2;

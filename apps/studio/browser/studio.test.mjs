@@ -7,13 +7,17 @@ import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { browsing } from "./browsing.mjs";
+import { detecting } from "./detecting.mjs";
 import { listen, lookAt, watched } from "./live.mjs";
-import { FRAMES, HEIGHT, WIDTH, patch, writeClip } from "./clip.mjs";
+import { looking } from "./looking.mjs";
+import { FRAMES, HEIGHT, LONG, WIDTH, patch, returning, writeClip, writeClipWithLoss } from "./clip.mjs";
 
 const [pursuit, browserPath, shots] = process.argv.slice(2);
 const folder = mkdtempSync(join(tmpdir(), "pursuit-browser-"));
 mkdirSync(shots, { recursive: true });
 writeClip(join(folder, "clip.y4m"));
+writeClipWithLoss(join(folder, "loss.y4m"));
 
 /** Starts a studio and waits for its address. @param {number} port */
 async function studio(port) {
@@ -54,16 +58,21 @@ async function until(holds, what) {
 }
 const says = (/** @type {string} */ word) => until(async () => (await status()).includes(word), `never ${word}`);
 
-/** Drags a box given in pixels of the picture. @param {number[]} box */
-async function drag([l, t, w, h]) {
+/** Where points of the picture are on the screen. */
+async function at() {
   const place = /** @type {{ x: number, y: number, width: number, height: number }} */ (await canvas.boundingBox());
   const [columns, rows] = await canvas.evaluate((c) => [/** @type {HTMLCanvasElement} */ (c).width, /** @type {HTMLCanvasElement} */ (c).height]);
   assert.deepEqual([columns, rows], [WIDTH, HEIGHT]);
-  const at = (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([place.x + x * place.width / columns, place.y + y * place.height / rows]);
-  await page.mouse.move(...at(l, t));
+  return (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([place.x + x * place.width / columns, place.y + y * place.height / rows]);
+}
+
+/** Drags a box given in pixels of the picture. @param {number[]} box */
+async function drag([l, t, w, h]) {
+  const place = await at();
+  await page.mouse.move(...place(l, t));
   await page.mouse.down();
-  await page.mouse.move(...at(l + w / 2, t + h / 2));
-  await page.mouse.move(...at(l + w, t + h));
+  await page.mouse.move(...place(l + w / 2, t + h / 2));
+  await page.mouse.move(...place(l + w, t + h));
   await page.mouse.up();
 }
 
@@ -112,6 +121,8 @@ const checks = {
     const row = region("Targets").getByRole("row").nth(1);
     await row.waitFor();
     assert.match(await row.innerText(), /tracking/);
+    // Slowly, so that a machine that has much else to do looks at it while it runs.
+    await page.getByLabel("Pace", { exact: true }).selectOption("0.25");
     await button("Start").click();
     await until(async () => (await frame()) > 12, "it does not run");
     // The video is decoded, and boxes and picture are of the same frame.
@@ -137,6 +148,7 @@ const checks = {
       return seen.size;
     });
     assert.ok(colors > 4, `${colors} colours in the time line`);
+    await page.getByLabel("Pace", { exact: true }).selectOption("1");
   },
   async "steps go forward and back"() {
     const before = await frame();
@@ -210,6 +222,59 @@ const checks = {
     await shot("compared");
     await page.getByLabel("Compare with", { exact: true }).selectOption("");
     await region("Comparison").waitFor({ state: "hidden" });
+  },
+  async "a clip with one loss is annotated with two boxes"() {
+    await page.getByLabel("Tracker", { exact: true }).selectOption("mosse");
+    await page.getByLabel("Source", { exact: true }).fill("loss.y4m");
+    await button("Open").click();
+    await until(async () => (await status()).includes(`of ${LONG}`) && (await frame()) === 0, "not opened");
+    await drag(returning(0));
+    await region("Targets").getByRole("row").nth(1).waitFor();
+    await button("Start").click();
+    await says("the end is reached");
+    const right = (/** @type {string} */ csv) => csv.trim().split("\n").slice(1).filter((line) => {
+      const cells = line.split(",");
+      const [l, t] = returning(Number(cells[0]));
+      return Math.abs(Number(cells[4]) - l) < 10 && Math.abs(Number(cells[5]) - t) < 10;
+    }).length;
+    const before = right(await download("CSV"));
+    const bad = 230;
+    await page.getByLabel("Frame", { exact: true }).fill(String(bad));
+    await page.getByLabel("Frame", { exact: true }).press("Enter");
+    await until(async () => (await frame()) === bad, "not gone to the bad frame");
+    await shot("before-repair");
+    await button("Choose target 1").click();
+    assert.ok(await page.getByLabel("Correct backward too", { exact: true }).isChecked());
+    await drag(returning(bad));
+    await page.getByText(/Target 1 was followed backward from frame 230 to 1[4-6]\d/).waitFor();
+    assert.equal(await frame(), bad);
+    await button("Start").click();
+    await says("the end is reached");
+    const after = right(await download("CSV"));
+    console.log(`    frames that are right: ${before} with one box, ${after} with two, of ${LONG}`);
+    assert.ok(before < LONG - 60 && after > LONG - 30, `${before} before, ${after} after`);
+    await shot("repaired");
+    await page.getByLabel("Tracker", { exact: true }).selectOption("kcf");
+    await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
+    await button("Open").click();
+    await until(async () => (await status()).includes(`of ${FRAMES}`) && (await frame()) === 0, "not opened again");
+    await drag(patch(0));
+    await region("Targets").getByRole("row").nth(1).waitFor();
+  },
+  async "a detector shows boxes, one is taken by a click, and without a box it finds the target"() {
+    await detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch, complaints });
+  },
+  async "depth and what moves are looked at in place of the picture"() {
+    await looking({ page, button, canvas, until, frame, shot, patch });
+  },
+  async "evaluations and reproductions are browsed, and worst frames opened"() {
+    await browsing({ page, button, pursuit, folder, until, frame, status, shot });
+    await page.waitForTimeout(1600);
+    await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
+    await button("Open").click();
+    await until(async () => (await status()).includes(`of ${FRAMES}`) && (await frame()) === 0, "not opened again");
+    await drag(patch(0));
+    await region("Targets").getByRole("row").nth(1).waitFor();
   },
   async "a run is stopped"() {
     await button("Start").click();

@@ -18,14 +18,17 @@ const ASSETS: &[(&str, &str, &str)] = assets![
     "app.js" SCRIPT,
     "api.js" SCRIPT,
     "compare.js" SCRIPT,
+    "detecting.js" SCRIPT,
     "keyboard.js" SCRIPT,
     "live.js" SCRIPT,
     "monitor.js" SCRIPT,
     "parameters.js" SCRIPT,
+    "runs.js" SCRIPT,
     "source.js" SCRIPT,
     "targets.js" SCRIPT,
     "timeline.js" SCRIPT,
     "watching.js" SCRIPT,
+    "words.js" SCRIPT,
 ];
 
 /// The file of that name; the page itself for none.

@@ -13,6 +13,7 @@ mod guard;
 mod metrics;
 mod options;
 mod root;
+mod runs;
 mod server;
 mod studio;
 mod trial;

@@ -57,8 +57,14 @@ impl Root {
             ));
         }
         let path = self.inside(Path::new(name))?;
+        self.resolve_path(&path)?;
+        Ok(Locator::from(path))
+    }
+
+    /// Whether nothing that belongs to this input lies outside.
+    fn resolve_path(&self, path: &Path) -> Result<(), Refusal> {
         if path.is_dir() {
-            self.check_folder(&path)?;
+            self.check_folder(path)?;
         } else if path.is_file() {
             // The truth that lies beside a video is read along with it.
             let truth = path.with_extension("csv");
@@ -68,7 +74,52 @@ impl Root {
         } else {
             return Err(Refusal::unfit("this is neither a file nor a folder"));
         }
-        Ok(Locator::from(path))
+        Ok(())
+    }
+
+    /// A folder below the root, or the root itself.
+    pub fn folder(&self, path: &str) -> Result<PathBuf, Refusal> {
+        let folder = self.inside(Path::new(path.trim()))?;
+        if folder.is_dir() { Ok(folder) } else { Err(Refusal::missing("there is no such folder below the root")) }
+    }
+
+    /// A file below the root, links resolved.
+    pub fn file(&self, path: &Path) -> Result<PathBuf, Refusal> {
+        let file = self.inside(path)?;
+        if file.is_file() { Ok(file) } else { Err(Refusal::missing("there is no such file below the root")) }
+    }
+
+    /// As a source names what lies below the root.
+    pub fn shown(&self, path: &Path) -> Result<String, Refusal> {
+        let resolved = self.inside(path)?;
+        let shown = resolved.strip_prefix(&self.0).ok().and_then(Path::to_str).map(str::to_owned);
+        shown.ok_or_else(|| Refusal::missing("there is no such file or folder below the root"))
+    }
+
+    /// The folder or video whose path ends with the name of a sequence, if there is exactly one; links are not followed.
+    pub fn footage(&self, sequence: &str) -> Option<PathBuf> {
+        let (mut found, mut seen, mut waiting) = (Vec::new(), 0, vec![self.0.clone()]);
+        while let Some(folder) = waiting.pop() {
+            for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+                seen += 1;
+                if seen > MOST_ENTRIES {
+                    return None;
+                }
+                let Ok(kind) = entry.file_type() else { continue };
+                let path = entry.path();
+                // The boxes that an evaluation keeps have the names of its sequences too.
+                let boxes = kind.is_dir() && path.file_name().is_some_and(|name| name == "boxes");
+                let bare = if kind.is_file() { path.with_extension("") } else { path.clone() };
+                if !kind.is_symlink() && !boxes && bare.ends_with(sequence) && self.resolve_path(&path).is_ok() {
+                    found.push(path);
+                } else if kind.is_dir() && !boxes {
+                    waiting.push(path);
+                }
+            }
+        }
+        // A video and the truth beside it bear the same name.
+        found.retain(|path| path.is_dir() || path.extension().is_none_or(|e| e != "csv" && e != "txt" && e != "json"));
+        if found.len() == 1 { found.pop() } else { None }
     }
 
     /// What is in a folder, sorted by name, folders first; entries that lead outside are left out.

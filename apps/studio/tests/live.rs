@@ -190,7 +190,7 @@ fn what_is_described_is_there_and_what_is_there_is_described() {
         }
     }
     // As many as the router has.
-    assert_eq!(paths.len(), 19, "{:?}", paths.keys());
+    assert_eq!(paths.len(), 24, "{:?}", paths.keys());
     let catalogue = studio.get("/api/trackers").json();
     let names = catalogue["trackers"].as_array().unwrap().len();
     assert_eq!(names, pursuit::trackers::registry::trackers().len());

@@ -2,6 +2,7 @@
 
 mod live;
 mod results;
+mod runs;
 mod sources;
 mod trials;
 
@@ -29,6 +30,7 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/targets/{target}", put(trials::correct).delete(trials::remove))
         .route("/parameters", put(trials::change))
         .route("/method", put(trials::method))
+        .route("/detector", put(trials::detect))
         .route("/rows", get(results::rows))
         .route("/trajectory", get(results::trajectory))
         .route("/picture", get(results::picture))
@@ -37,6 +39,10 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/info", get(sources::info))
         .route("/trackers", get(sources::trackers))
         .route("/files", get(sources::files))
+        .route("/runs", get(runs::list))
+        .route("/runs/results", get(runs::open))
+        .route("/runs/picture", get(runs::picture))
+        .route("/runs/worst", get(runs::worst))
         .route("/uploads", post(sources::upload).layer(DefaultBodyLimit::disable()))
         .route("/trials", get(trials::list).post(trials::open))
         .nest("/trials/{trial}", trial)

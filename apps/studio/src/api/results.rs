@@ -33,7 +33,10 @@ pub(crate) async fn rows(
     let begin = version.rows.partition_point(|r| r.frame < from);
     let rows: Vec<Value> = version.rows.iter().skip(begin).take(MOST_ROWS).map(|r| brief(r)).collect();
     let next = version.rows.get(begin + rows.len()).map(|r| r.frame);
-    Ok(Json(json!({ "version": version.number, "tracker": version.tracker, "rows": rows, "next": next })))
+    let backward = version.backward();
+    Ok(Json(
+        json!({ "version": version.number, "tracker": version.tracker, "rows": rows, "next": next, "backward": backward }),
+    ))
 }
 
 #[derive(Deserialize)]

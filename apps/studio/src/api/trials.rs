@@ -3,7 +3,7 @@
 use crate::Picked;
 use crate::error::Refusal;
 use crate::studio::Studio;
-use crate::trial::{Order, Setup};
+use crate::trial::{Look, Order, Seeking, Setup};
 use crate::uploads;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -27,12 +27,18 @@ pub(crate) struct Opening {
     tracker: Option<String>,
     #[serde(default)]
     parameters: Table,
+    /// The detector that finds the target, where no box is to.
+    detector: Option<String>,
+    #[serde(default)]
+    detector_parameters: Table,
 }
 
 pub(crate) async fn open(
     State(studio): State<Arc<Studio>>,
-    Json(Opening { source, tracker, parameters }): Json<Opening>,
+    Json(opening): Json<Opening>,
 ) -> Result<(StatusCode, Json<Value>), Refusal> {
+    let Opening { source, tracker, parameters, detector, detector_parameters } = opening;
+    let seeking = detector.map(|name| Seeking::new(&name, &detector_parameters)).transpose()?;
     let given = studio.given.clone();
     let locator = match source {
         Some(name) if Some(&name) == given.as_ref().map(ToString::to_string).as_ref() => given,
@@ -52,7 +58,7 @@ pub(crate) async fn open(
     let locator = locator.ok_or_else(|| Refusal::unfit("no source; name one"))?;
     let tracker = tracker.unwrap_or_else(|| pursuit::trackers::registry::DEFAULT_TRACKER.to_owned());
     let options = studio.options.clone();
-    let (number, trial) = studio.open(Setup { locator, options, tracker, parameters }).await?;
+    let (number, trial) = studio.open(Setup { locator, options, tracker, parameters, seeking }).await?;
     let facts = trial.order(Order::Tell).await?;
     Ok((StatusCode::CREATED, Json(json!({ "trial": number, "facts": facts }))))
 }
@@ -79,6 +85,7 @@ pub(crate) enum Ordered {
     Stop,
     Seek { frame: u64 },
     Speed { times: Option<f64> },
+    Look { at: Look },
 }
 
 pub(crate) async fn order(
@@ -92,6 +99,7 @@ pub(crate) async fn order(
         Ordered::Step => Order::Step,
         Ordered::Back => Order::Back,
         Ordered::Stop => Order::Stop,
+        Ordered::Look { at } => Order::Look(at),
         Ordered::Seek { frame } => Order::Seek(frame),
         Ordered::Speed { times } if times.is_none_or(|t| PACES.contains(&t)) => Order::Speed(times),
         Ordered::Speed { .. } => return Err(Refusal::unfit("a speed is between 0.01 and 1000, or null")),
@@ -114,6 +122,16 @@ impl Boxed {
     }
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Corrected {
+    #[serde(rename = "box")]
+    ltwh: [f64; 4],
+    /// Whether the frames before are put right too, back to the last one in which the target was tracked there.
+    #[serde(default)]
+    backward: bool,
+}
+
 pub(crate) async fn add(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>, Json(boxed): Json<Boxed>) -> Answer {
     let facts = obey(&studio, trial, Order::Add(boxed.bbox())).await?;
     if let Some(frame) = facts["now"]["frame"].as_u64().filter(|_| studio.picking) {
@@ -126,9 +144,9 @@ pub(crate) async fn add(State(studio): State<Arc<Studio>>, Path(trial): Path<u64
 pub(crate) async fn correct(
     State(studio): State<Arc<Studio>>,
     Path((trial, target)): Path<(u64, u64)>,
-    Json(boxed): Json<Boxed>,
+    Json(Corrected { ltwh, backward }): Json<Corrected>,
 ) -> Answer {
-    obey(&studio, trial, Order::Correct(target, boxed.bbox())).await
+    obey(&studio, trial, Order::Correct(target, Boxed { ltwh }.bbox(), backward)).await
 }
 
 pub(crate) async fn remove(State(studio): State<Arc<Studio>>, Path((trial, target)): Path<(u64, u64)>) -> Answer {
@@ -157,6 +175,24 @@ pub(crate) async fn method(
     Json(Method { tracker, parameters }): Json<Method>,
 ) -> Answer {
     obey(&studio, trial, Order::Tracker(tracker, parameters)).await
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Detecting {
+    /// None for no detector.
+    detector: Option<String>,
+    #[serde(default)]
+    parameters: Table,
+}
+
+pub(crate) async fn detect(
+    State(studio): State<Arc<Studio>>,
+    Path(trial): Path<u64>,
+    Json(Detecting { detector, parameters }): Json<Detecting>,
+) -> Answer {
+    let seeking = detector.map(|name| Seeking::new(&name, &parameters)).transpose()?;
+    obey(&studio, trial, Order::Detect(seeking)).await
 }
 
 async fn obey(studio: &Studio, trial: u64, order: Order) -> Answer {

@@ -12,16 +12,18 @@ pub(super) fn write(told: &Told) -> String {
             json!({ "id": row.frame + 1, "file_name": name, "width": width, "height": height })
         })
         .collect();
-    let records = told.version.rows.iter().flat_map(|row| row.records.iter());
+    let records = told.version.rows.iter().flat_map(|row| row.records.iter().map(move |record| (row, record)));
     let annotations: Vec<Value> = records
-        .filter_map(|record| Some((record, annotated(record)?)))
+        .filter_map(|(row, record)| Some((row, record, annotated(record)?)))
         .zip(1..)
-        .map(|((record, e), id)| {
+        .map(|((row, record, e), id)| {
+            let (occluded, backward) =
+                (e.state == pursuit::TrackState::Occluded, row.backward.contains(&record.target.0));
             let (l, t, w, h) = e.bbox.ltwh();
             json!({
                 "id": id, "image_id": record.frame + 1, "category_id": 1, "track_id": record.target.0,
                 "bbox": [l, t, w, h], "area": e.bbox.area(), "iscrowd": 0, "score": e.score,
-                "attributes": { "occluded": e.state == pursuit::TrackState::Occluded },
+                "attributes": { "occluded": occluded, "backward": backward },
             })
         })
         .collect();

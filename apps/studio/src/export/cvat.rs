@@ -6,13 +6,13 @@ use std::fmt::Write;
 /// CVAT for video 1.1: a track for every target, a box for every frame; boxes that the user drew are its key frames, and a
 /// box that is `outside` ends a stretch in which the target is in the picture.
 pub(super) fn write(told: &Told) -> String {
-    let drawn = |frame: u64| told.edits.iter().any(|e| e.frame == frame && e.is_box());
+    let drawn = |frame: u64, target: u64| told.edits.iter().any(|e| e.frame == frame && e.drawn() == Some(target));
     let mut tracks = BTreeMap::<u64, String>::new();
     for record in told.version.rows.iter().flat_map(|row| row.records.iter()) {
         let Some(e) = &record.estimate else { continue };
         let outside = u8::from(annotated(record).is_none());
         let occluded = u8::from(e.state == pursuit::TrackState::Occluded);
-        let key = u8::from(drawn(record.frame) || outside == 1);
+        let key = u8::from(drawn(record.frame, record.target.0) || outside == 1);
         let (b, frame) = (e.bbox, record.frame);
         // Writing to a string cannot fail.
         let _ = writeln!(

@@ -15,8 +15,8 @@ pub(crate) struct Edit {
 pub(crate) enum Kind {
     /// Follow one more target, under this number.
     Add { target: u64, bbox: BBox },
-    /// The target is here.
-    Correct { target: u64, bbox: BBox },
+    /// The target is here; with `backward`, what came before is to be put right from here too.
+    Correct { target: u64, bbox: BBox, backward: bool },
     /// Stop following it.
     Remove { target: u64 },
     /// Parameters of the groups `motion`, `policy` and `search` changed while running.
@@ -24,9 +24,20 @@ pub(crate) enum Kind {
 }
 
 impl Edit {
-    /// Whether it says where a target is.
-    pub const fn is_box(&self) -> bool {
-        matches!(self.kind, Kind::Add { .. } | Kind::Correct { .. })
+    /// The target that this says the place of.
+    pub const fn drawn(&self) -> Option<u64> {
+        match self.kind {
+            Kind::Add { target, .. } | Kind::Correct { target, .. } => Some(target),
+            Kind::Remove { .. } | Kind::Change { .. } => None,
+        }
+    }
+
+    /// Of which target, and from which box, this asks to follow backward.
+    pub const fn backward(&self) -> Option<(u64, BBox)> {
+        match self.kind {
+            Kind::Correct { target, bbox, backward: true } => Some((target, bbox)),
+            _ => None,
+        }
     }
 
     /// As the page shows it.

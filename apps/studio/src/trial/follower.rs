@@ -2,9 +2,11 @@
 
 use super::edit::{Edit, Kind};
 use super::input::Input;
+use super::proposer::Seeking;
 use super::row::Row;
 use super::snapshots::{Snapshot, Snapshots};
 use pursuit::media::SourceInfo;
+use pursuit::tracking::many::AcquisitionParams;
 use pursuit::tracking::{TargetId, TargetSet};
 use pursuit::{Command, Frame, Recipe, Remote, RunError, Session};
 use std::collections::BTreeMap;
@@ -17,6 +19,8 @@ pub(crate) struct Follower {
     pub info: SourceInfo,
     /// The method as it is before any change while running.
     base: Box<dyn Recipe>,
+    /// What finds the first target, where no box does.
+    seeking: Option<Seeking>,
     /// The method as it is now.
     recipe: Box<dyn Recipe>,
     session: Session,
@@ -32,11 +36,20 @@ pub(crate) struct Follower {
 impl Follower {
     /// # Errors
     /// An input that cannot be read.
-    pub fn new(input: Input, recipe: Box<dyn Recipe>, edits: Vec<Edit>) -> Result<Self, RunError> {
+    pub fn new(
+        input: Input,
+        recipe: Box<dyn Recipe>,
+        seeking: Option<Seeking>,
+        edits: Vec<Edit>,
+    ) -> Result<Self, RunError> {
         let (source, info) = input.open(0)?;
-        let session = Session::new(source, recipe.boxed_clone());
-        let (base, numbers, snapshots) = (recipe.boxed_clone(), BTreeMap::new(), Snapshots::default());
-        Ok(Self { input, info, base, recipe, session, numbers, edits, obeyed: 0, snapshots })
+        let mut session = Session::new(source, recipe.boxed_clone());
+        if let Some(seeking) = &seeking {
+            session = session.finding(seeking.detector()?, AcquisitionParams::default())?;
+        }
+        let numbers = session.targets().ids().into_iter().map(|id| (id, id.0)).collect();
+        let (base, snapshots) = (recipe.boxed_clone(), Snapshots::default());
+        Ok(Self { input, info, base, seeking, recipe, session, numbers, edits, obeyed: 0, snapshots })
     }
 
     /// From the first frame again, with this method and all edits.
@@ -44,8 +57,21 @@ impl Follower {
     /// # Errors
     /// As [`new`](Self::new); nothing has changed then.
     pub fn restart(&mut self, recipe: Box<dyn Recipe>, edits: Vec<Edit>) -> Result<(), RunError> {
-        *self = Self::new(self.input.clone(), recipe, edits)?;
+        *self = Self::new(self.input.clone(), recipe, self.seeking.clone(), edits)?;
         Ok(())
+    }
+
+    /// From the first frame again, in which this begins to look for a target.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); nothing has changed then.
+    pub fn seek(&mut self, seeking: Seeking) -> Result<(), RunError> {
+        *self = Self::new(self.input.clone(), self.base.boxed_clone(), Some(seeking), self.edits.clone())?;
+        Ok(())
+    }
+
+    pub const fn seeking(&self) -> Option<&Seeking> {
+        self.seeking.as_ref()
     }
 
     /// Takes another method for targets to come; there are none yet.
@@ -87,7 +113,8 @@ impl Follower {
             self.obey(&edit.kind, &mut row)?;
             self.obeyed += 1;
         }
-        if !self.info.live && self.snapshots.is_due(row.frame) {
+        // What a detector has learnt of the scene cannot be written down.
+        if !self.info.live && self.seeking.is_none() && self.snapshots.is_due(row.frame) {
             self.keep(row.frame);
         }
         Ok(Some((frame, row)))
@@ -166,7 +193,7 @@ impl Follower {
                 }
                 row.put(*target, *bbox, 1e3 * began.elapsed().as_secs_f64());
             }
-            Kind::Correct { target, bbox } => {
+            Kind::Correct { target, bbox, .. } => {
                 self.session.apply(Command::Reinit { target: self.id(*target), bbox: *bbox })?;
                 row.put(*target, *bbox, 1e3 * began.elapsed().as_secs_f64());
             }

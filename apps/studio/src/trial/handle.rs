@@ -1,6 +1,8 @@
 use super::engine::Engine;
 use super::input::Input;
 use super::job::Job;
+use super::looks::Look;
+use super::proposer::Seeking;
 use super::row::Version;
 use super::screen::{Screen, Viewer, Wish};
 use crate::error::Refusal;
@@ -24,6 +26,8 @@ pub(crate) struct Setup {
     pub options: OpenOptions,
     pub tracker: String,
     pub parameters: Table,
+    /// What finds the first target, where no box is to.
+    pub seeking: Option<Seeking>,
 }
 
 /// What a trial can be told.
@@ -38,10 +42,15 @@ pub(crate) enum Order {
     /// Times the input's own pace; `None` for as fast as can be.
     Speed(Option<f64>),
     Add(BBox),
-    Correct(u64, BBox),
+    /// This target is here; whether what came before is put right from here too.
+    Correct(u64, BBox, bool),
     Remove(u64),
     Change(Table),
     Tracker(String, Table),
+    /// Shows what this detector sees; without one, nothing.
+    Detect(Option<Seeking>),
+    /// Look at frames in this way.
+    Look(Look),
     /// Says where it is.
     Tell,
 }
@@ -111,9 +120,9 @@ impl Trial {
         let painted = screen.clone();
         let run = move || {
             let screen = Closing(painted);
-            let Setup { locator, options, tracker, parameters } = setup;
+            let Setup { locator, options, tracker, parameters, seeking } = setup;
             let input = Input::new(locator, options);
-            match Engine::open(input, &tracker, &parameters, screen.0.clone()) {
+            match Engine::open(input, (&tracker, &parameters), seeking, screen.0.clone()) {
                 Ok(engine) => {
                     if opened.send(Ok(engine.remote())).is_ok() {
                         engine.run(&inbox);

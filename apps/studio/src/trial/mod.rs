@@ -1,12 +1,15 @@
 //! A trial: one input, one method, what the user did, and the trajectories that came of it.
 
+mod backward;
 mod edit;
 mod engine;
 mod follower;
 mod handle;
 mod input;
 mod job;
+mod looks;
 mod pictures;
+mod proposer;
 mod report;
 mod row;
 mod screen;
@@ -15,6 +18,8 @@ mod trajectory;
 
 pub(crate) use handle::{Order, Setup, Told, Trial};
 pub(crate) use job::{Job, read_only};
+pub(crate) use looks::Look;
+pub(crate) use proposer::Seeking;
 pub(crate) use report::brief;
 pub(crate) use screen::{Packet, Wish};
 

@@ -9,7 +9,8 @@ use serde_json::{Map, Value, json};
 /// What is known of every target in one frame; errors are against the truth where the input brings it.
 pub(crate) fn row(row: &Row, info: &SourceInfo) -> Value {
     let truth = info.truth_at(row.frame);
-    let records: Vec<Value> = row.records.iter().map(|r| record(r, &truth)).collect();
+    let records: Vec<Value> =
+        row.records.iter().map(|r| record(r, row.backward.contains(&r.target.0), &truth)).collect();
     json!({
         "frame": row.frame,
         "time_s": row.time_s,
@@ -19,7 +20,7 @@ pub(crate) fn row(row: &Row, info: &SourceInfo) -> Value {
     })
 }
 
-fn record(record: &Record, truth: &Truth) -> Value {
+fn record(record: &Record, backward: bool, truth: &Truth) -> Value {
     let Some(e) = &record.estimate else { return json!({ "target": record.target.0 }) };
     let apart = |a: BBox, b: BBox| (a.center().x - b.center().x).hypot(a.center().y - b.center().y);
     let why: Map<String, Value> = e.diagnostics.iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
@@ -36,6 +37,7 @@ fn record(record: &Record, truth: &Truth) -> Value {
         "innovation_px": e.prediction.zip(e.measurement).map(|(p, m)| apart(p, m)),
         "error_px": truth.bbox().map(|t| apart(t, e.bbox)),
         "update_ms": record.update_ms,
+        "backward": backward,
         "why": why,
     })
 }
@@ -60,7 +62,7 @@ pub(crate) fn brief(row: &Row) -> Value {
             let (p, m) = (p.center(), m.center());
             (m.x - p.x).hypot(m.y - p.y)
         });
-        Some(json!([r.target.0, e.state, e.score, ltwh(e.bbox), innovation]))
+        Some(json!([r.target.0, e.state, e.score, ltwh(e.bbox), innovation, row.backward.contains(&r.target.0)]))
     });
     json!([row.frame, row.time_s, records.collect::<Vec<_>>()])
 }

@@ -71,6 +71,15 @@ impl Trajectory {
         self.push(row);
     }
 
+    /// Puts another row in the place of the one of its frame.
+    pub fn replace(&mut self, row: Arc<Row>) {
+        let at = self.rows.partition_point(|r| r.frame < row.frame);
+        if let Some(old) = self.rows.get_mut(at).filter(|old| old.frame == row.frame) {
+            self.records = self.records + row.records.len() - old.records.len();
+            *old = row;
+        }
+    }
+
     /// Keeps what there is as a version, where anything was followed, and drops the rows from frame `from` on.
     pub fn branch(&mut self, from: u64, why: &str, tracker: &str) {
         if self.records > 0 && self.rows.len() > 1 {
@@ -108,7 +117,7 @@ mod tests {
     use pursuit::BBox;
 
     fn row(frame: u64, targets: u64) -> Row {
-        let mut row = Row { frame, time_s: frame as f64, records: Vec::new() };
+        let mut row = Row { frame, time_s: frame as f64, records: Vec::new(), backward: Vec::new() };
         (1..=targets).for_each(|t| row.put(t, BBox::from_ltwh(0.0, 0.0, 9.0, 9.0), 0.0));
         row
     }

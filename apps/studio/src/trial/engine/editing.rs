@@ -25,6 +25,15 @@ impl Engine {
         Ok(())
     }
 
+    /// The target is here in the frame that is shown; what comes before is put right too where that is wanted.
+    pub(super) fn correct(&mut self, target: u64, bbox: BBox, backward: bool) -> Result<(), Refusal> {
+        if backward && self.follower.info.live {
+            return Err(Refusal::conflict("a live source cannot be followed backward; correct it without"));
+        }
+        self.edit(Kind::Correct { target, bbox, backward }, &format!("target {target} corrected"))?;
+        if backward { self.begin_return(target, bbox) } else { Ok(()) }
+    }
+
     /// Does this in the frame that is shown; what was followed after it is followed again.
     pub(super) fn edit(&mut self, kind: Kind, why: &str) -> Result<(), Refusal> {
         if self.follower.edits().len() >= MOST_EDITS {
@@ -33,7 +42,12 @@ impl Engine {
         let at = self.shown.index();
         if self.at_head() && self.phase != Phase::Failed {
             let mut row = self.trajectory.last().map_or_else(|| Row::new(&self.shown, Vec::new()), |r| (**r).clone());
+            let backward = matches!(kind, Kind::Correct { backward: true, .. });
             self.follower.edit(kind, &mut row)?;
+            if backward {
+                // More than this frame changes: the trajectory as it was is kept.
+                self.trajectory.branch(at + 1, why, self.tracker.name);
+            }
             self.trajectory.replace_last(row);
             return Ok(());
         }
@@ -69,13 +83,14 @@ impl Engine {
         parameters: Table,
         why: &str,
     ) -> Result<(), Refusal> {
-        if self.follower.info.live && !self.follower.edits().is_empty() {
+        let begun = !self.follower.edits().is_empty() || self.follower.seeking().is_some();
+        if self.follower.info.live && begun {
             return Err(Refusal::conflict(
                 "a live source cannot be followed again with another method; open it once more",
             ));
         }
         let recipe = tracker.recipe(&parameters).map_err(RunError::from)?;
-        if self.follower.edits().is_empty() {
+        if self.follower.edits().is_empty() && self.follower.seeking().is_none() {
             self.follower.take_method(recipe);
             self.tracker = tracker;
             return Ok(());

@@ -1,13 +1,17 @@
 //! The thread of a trial: obeys orders, follows, shows.
 
 mod editing;
+mod returning;
+mod seeking;
 mod telling;
 
 use super::edit::{Kind, Phase};
 use super::follower::Follower;
 use super::handle::{Answer, Message, Order};
 use super::input::Input;
+use super::looks::Looks;
 use super::pictures::Pictures;
+use super::proposer::{Proposer, Seeking};
 use super::screen::{PICTURE_EVERY, Screen};
 use super::trajectory::Trajectory;
 use crate::error::Refusal;
@@ -15,6 +19,8 @@ use pursuit::toml::Table;
 use pursuit::trackers::registry;
 use pursuit::tracking::TrackerEntry;
 use pursuit::{Frame, Remote, RunError};
+use returning::Return;
+use serde_json::Value;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -38,13 +44,25 @@ pub(super) struct Engine {
     step_ms: f64,
     /// The frame to stop at, which has not been followed yet, and who asked for it.
     goal: Option<(u64, Answer)>,
+    /// The way back from a corrected frame that is gone now, and how the last one ended.
+    returning: Option<Return>,
+    returned: Option<Value>,
+    /// What shows boxes to begin from.
+    proposer: Option<Proposer>,
+    /// How frames are looked at.
+    looks: Looks,
 }
 
 impl Engine {
-    pub fn open(input: Input, tracker: &str, parameters: &Table, screen: Arc<Screen>) -> Result<Self, Refusal> {
+    pub fn open(
+        input: Input,
+        (tracker, parameters): (&str, &Table),
+        seeking: Option<Seeking>,
+        screen: Arc<Screen>,
+    ) -> Result<Self, Refusal> {
         let tracker = registry::tracker(tracker).map_err(RunError::from)?;
         let recipe = tracker.recipe(parameters).map_err(RunError::from)?;
-        let mut follower = Follower::new(input.clone(), recipe, Vec::new())?;
+        let mut follower = Follower::new(input.clone(), recipe, seeking.clone(), Vec::new())?;
         let mut pictures = Pictures::new(input, follower.info.live);
         let mut trajectory = Trajectory::default();
         let Some((shown, row)) = follower.step()? else { return Err(Refusal::unfit("this source has no frames")) };
@@ -63,9 +81,13 @@ impl Engine {
             speed,
             due: Instant::now(),
             shown_at: Instant::now(),
-            last_target: 0,
+            last_target: u64::from(seeking.is_some()),
             step_ms: 0.0,
             goal: None,
+            returning: None,
+            returned: None,
+            proposer: seeking.map(Proposer::new).transpose()?,
+            looks: Looks::default(),
         };
         engine.show();
         Ok(engine)
@@ -107,8 +129,11 @@ impl Engine {
 
     /// Obeys, and says where the trial is then: of a frame that has not been followed yet, once it has.
     fn answer(&mut self, order: Order, answer: Answer) {
-        if !matches!(order, Order::Tell | Order::Speed(_)) {
+        if !matches!(order, Order::Tell | Order::Speed(_) | Order::Detect(_) | Order::Look(_)) {
             self.give_up_goal();
+            if !(matches!(order, Order::Start) && self.start_after_return()) {
+                self.break_off_return();
+            }
         }
         let beyond = match order {
             Order::Seek(frame) => self.is_beyond(frame).then_some(frame),
@@ -139,6 +164,8 @@ impl Engine {
             if self.phase == Phase::Running {
                 self.phase = Phase::Paused;
             }
+            // What stands still has boxes of the detector, which belong to the answer.
+            self.show();
             drop(answer.send(Ok(self.facts())));
         }
     }
@@ -169,15 +196,15 @@ impl Engine {
             Order::Seek(frame) => self.seek(frame)?,
             Order::Speed(speed) => self.speed = speed.filter(|_| !self.follower.info.live),
             Order::Add(bbox) => self.add(bbox)?,
-            Order::Correct(target, bbox) => {
-                self.edit(Kind::Correct { target, bbox }, &format!("target {target} corrected"))?;
-            }
+            Order::Correct(target, bbox, backward) => self.correct(target, bbox, backward)?,
             Order::Remove(target) => self.edit(Kind::Remove { target }, &format!("target {target} removed"))?,
             Order::Change(parameters) => self.change(&parameters)?,
             Order::Tracker(name, parameters) => {
                 let tracker = registry::tracker(&name).map_err(RunError::from)?;
                 self.follow_anew(tracker, parameters, "another tracker")?;
             }
+            Order::Detect(seeking) => self.proposer = seeking.map(Proposer::new).transpose()?,
+            Order::Look(look) => self.look(look)?,
             Order::Tell => {}
         }
         Ok(())
@@ -194,13 +221,16 @@ impl Engine {
             return Ok(());
         }
         // As the command line: without a box, the truth's where there is one.
-        if self.follower.edits().is_empty()
-            && let Some(bbox) = self.follower.info.truth_at(self.shown.index()).bbox()
-        {
+        let idle = self.follower.edits().is_empty() && self.follower.seeking().is_none();
+        if idle && let Some(proposer) = &self.proposer {
+            self.seek_target(proposer.seeking.clone())?;
+        } else if idle && let Some(bbox) = self.follower.info.truth_at(self.shown.index()).bbox() {
             self.add(bbox)?;
         }
-        if self.follower.edits().is_empty() {
-            return Err(Refusal::conflict("nothing to follow yet; drag a box around the target in the picture"));
+        if self.follower.edits().is_empty() && self.follower.seeking().is_none() {
+            return Err(Refusal::conflict(
+                "nothing to follow yet; drag a box around the target in the picture, or choose a detector",
+            ));
         }
         // What has come to its end begins anew, with everything that was done.
         if matches!(self.phase, Phase::Ended | Phase::Stopped | Phase::Failed) && self.at_head() {
@@ -220,6 +250,9 @@ impl Engine {
 
     /// The next frame: one that was followed before, else one more.
     fn go_on(&mut self) {
+        if self.go_back() {
+            return self.check_goal();
+        }
         let before = self.shown.time_s();
         let known = self.trajectory.after(self.shown.index()).map(|r| r.frame);
         let outcome = match known {
@@ -229,15 +262,21 @@ impl Engine {
         if let Err(refusal) = outcome {
             (self.phase, self.message) = (Phase::Failed, Some(refusal.message));
         }
-        if self.goal.as_ref().is_some_and(|(frame, _)| self.shown.index() >= *frame || self.phase != Phase::Running) {
-            self.give_up_goal();
-        }
+        self.check_goal();
         let pause = self
             .speed
             .filter(|_| self.goal.is_none())
             .map_or(0.0, |speed| (self.shown.time_s() - before).clamp(0.0, 1.0) / speed);
         // A tracker that is slower than the pace does not hurry afterwards.
         self.due = (self.due + Duration::from_secs_f64(pause)).max(Instant::now());
+    }
+
+    /// Whether the frame to stop at has been reached.
+    fn check_goal(&mut self) {
+        let reached = |(frame, _): &(u64, Answer)| self.shown.index() >= *frame || self.phase != Phase::Running;
+        if self.returning.is_none() && self.goal.as_ref().is_some_and(reached) {
+            self.give_up_goal();
+        }
     }
 
     fn follow(&mut self) -> Result<(), Refusal> {
@@ -251,6 +290,7 @@ impl Engine {
                 self.pictures.keep(&frame);
                 self.trajectory.push(row);
                 self.shown = frame;
+                self.return_if_asked()?;
             }
             None => self.phase = Phase::Ended,
         }

@@ -2,6 +2,7 @@
 
 use super::super::edit::{Edit, Phase};
 use super::super::handle::Told;
+use super::super::looks::Look;
 use super::super::report;
 use super::super::screen::jpeg;
 use super::Engine;
@@ -31,8 +32,9 @@ impl Engine {
 
     pub(super) fn show(&mut self) {
         self.shown_at = Instant::now();
-        let facts = self.facts();
-        self.screen.show(Box::new(move || facts), self.shown.clone(), self.phase == Phase::Running);
+        self.propose();
+        let (seen, facts) = (self.seen(), self.facts());
+        self.screen.show(Box::new(move || facts), seen, self.phase == Phase::Running);
     }
 
     /// Where the trial is.
@@ -42,6 +44,7 @@ impl Engine {
         let versions = self.trajectory.versions().iter();
         let versions =
             versions.map(|v| json!({ "number": v.number, "why": v.why, "tracker": v.tracker, "frames": v.rows.len() }));
+        let (detector, proposals) = self.proposals();
         json!({
             "phase": self.phase,
             "message": self.message,
@@ -54,6 +57,12 @@ impl Engine {
             "targets": self.follower.targets(),
             "edits": self.follower.edits().iter().map(Edit::to_json).collect::<Vec<_>>(),
             "speed": self.speed,
+            "look": self.looks.look,
+            "looks": Look::of(&self.shown),
+            "detector": detector,
+            "proposals": proposals,
+            "seeking": self.follower.seeking().map(|s| json!({ "name": s.entry.name, "parameters": s.values() })),
+            "backward": self.way_back(),
             "version": self.trajectory.number(),
             "versions": versions.collect::<Vec<_>>(),
             "step_ms": self.step_ms,

@@ -1,0 +1,122 @@
+// Folders written by `pursuit eval` and `pursuit reproduce`, to look at.
+
+import { call } from "./api.js";
+
+/** @typedef {{ frame: number, overlap: number, box: number[]|null, truth: number[] }} Judged */
+
+export class Runs {
+  /**
+   * @param {{ button: HTMLElement, dialog: HTMLDialogElement, list: HTMLElement, detail: HTMLElement, close: HTMLElement }} parts
+   * @param {(tracker: string, source: string, frame: number, judged: Judged) => void} look opens a source and goes to a frame of it
+   * @param {(error: unknown) => void} fail
+   */
+  constructor(parts, look, fail) {
+    this.parts = parts;
+    this.look = look;
+    this.fail = (/** @type {unknown} */ error) => { this.parts.dialog.close(); fail(error); };
+    parts.button.addEventListener("click", () => this.open().catch(this.fail));
+    parts.close.addEventListener("click", () => parts.dialog.close());
+  }
+
+  async open() {
+    const { dialog, list, detail } = this.parts;
+    /** @type {{ path: string, kind: string }[]} */
+    const runs = await call("GET", "/api/runs");
+    list.replaceChildren(...runs.map((run) => {
+      const row = button(run.path || ".", () => this.show(run.path).catch(this.fail));
+      row.append(make("small", run.kind));
+      return row;
+    }));
+    detail.replaceChildren(make("p", runs.length ? "Choose a run." : "There are no results of “pursuit eval” or “pursuit reproduce” below the root.", "quiet"));
+    if (!dialog.open) dialog.showModal();
+  }
+
+  /** @param {string} folder */
+  async show(folder) {
+    const run = await call("GET", `/api/runs/results?folder=${encodeURIComponent(folder)}`);
+    this.parts.detail.replaceChildren(...(run.kind === "evaluation" ? this.evaluation(folder, run) : reproduction(folder, run)));
+    this.parts.detail.scrollTop = 0;
+  }
+
+  /** @param {string} folder @param {any} run @returns {HTMLElement[]} */
+  evaluation(folder, run) {
+    const parts = [make("h3", `Evaluation, protocol ${run.protocol}`)];
+    if (run.interrupted) parts.push(make("p", "It was interrupted: what stands here is not the whole.", "quiet"));
+    for (const problem of run.problems ?? []) parts.push(make("p", problem, "quiet"));
+    for (const { name, mean, sequences } of run.trackers) {
+      parts.push(make("h4", `${name}: area under the success curve ${number(mean.auc)}, mean overlap ${number(mean.average_overlap)}, ${number(mean.fps)} fps`));
+      const rows = Object.entries(sequences).map(([sequence, score]) => {
+        const worst = button("Worst frames", () => this.worst(folder, name, sequence, cell).catch(this.fail));
+        worst.setAttribute("aria-label", `Worst frames of ${name} on ${sequence}`);
+        const cell = make("td");
+        cell.append(worst);
+        return [sequence, number(score.auc), number(score.average_overlap), number(score.normalized_precision), number(score.lost), number(score.fps), String(score.frames), score.error ?? "", cell];
+      });
+      parts.push(table(`${name} on every sequence`, ["Sequence", "AUC", "Overlap", "Precision", "Lost", "fps", "Frames", "", ""], rows));
+    }
+    return parts;
+  }
+
+  /** @param {string} folder @param {string} tracker @param {string} sequence @param {HTMLElement} cell */
+  async worst(folder, tracker, sequence, cell) {
+    const query = new URLSearchParams({ folder, tracker, sequence });
+    /** @type {{ source: string|null, first: number, frames: Judged[] }} */
+    const { source, first, frames } = await call("GET", `/api/runs/worst?${query}`);
+    if (source === null) { cell.replaceChildren("its footage is not below the root"); return; }
+    cell.replaceChildren(...frames.map((judged) => {
+      const there = button(`${judged.frame}: ${judged.overlap.toFixed(2)}`, () => {
+        this.parts.dialog.close();
+        this.look(tracker, source, first + judged.frame, { ...judged, frame: first + judged.frame });
+      });
+      there.setAttribute("aria-label", `Frame ${judged.frame}, overlap ${judged.overlap.toFixed(2)}`);
+      return there;
+    }));
+  }
+}
+
+/** @param {string} folder @param {any} run @returns {HTMLElement[]} */
+function reproduction(folder, run) {
+  const rows = run.rows.map((/** @type {any} */ row) => [row.setting, row.figure, number(row.paper), number(row.reference), number(row.ours?.value), number(row.tuned_plain),
+    number(row.imm), row.verdict ?? ""]);
+  const pictures = run.pictures.map((/** @type {string} */ name) => {
+    const image = /** @type {HTMLImageElement} */ (make("img"));
+    image.alt = name.replace(/\.\w+$/, "").replaceAll("-", " ");
+    image.src = `/api/runs/picture?${new URLSearchParams({ folder, name })}`;
+    return image;
+  });
+  const findings = make("ul");
+  findings.append(...(run.findings ?? []).map((/** @type {any} */ f) => make("li", `${f.holds ? "Holds" : "Does not hold"}: ${f.claim} (${f.evidence})`)));
+  return [make("h3", `${run.title}, ${run.seeds} seeds`), table("Figures", ["Setting", "Figure", "Paper", "Reference", "Ours", "Tuned plain", "IMM", "Bar"], rows), findings, ...pictures];
+}
+
+/** @param {any} value */
+function number(value) {
+  return typeof value === "number" ? String(Number(value.toPrecision(4))) : "–";
+}
+
+/** @param {string} caption @param {string[]} head @param {(string|HTMLElement)[][]} rows */
+function table(caption, head, rows) {
+  const whole = /** @type {HTMLTableElement} */ (make("table"));
+  whole.append(make("caption", caption, "unseen"));
+  const top = whole.createTHead().insertRow();
+  for (const word of head) top.append(make("th", word));
+  const body = whole.createTBody();
+  for (const cells of rows) body.insertRow().append(...cells.map((cell) => (typeof cell === "string" ? make("td", cell) : cell)));
+  return whole;
+}
+
+/** @param {string} text @param {() => void} act */
+function button(text, act) {
+  const made = /** @type {HTMLButtonElement} */ (make("button", text));
+  made.type = "button";
+  made.addEventListener("click", act);
+  return made;
+}
+
+/** @param {string} tag @param {string} [text] @param {string} [style] */
+function make(tag, text = "", style = "") {
+  const element = document.createElement(tag);
+  if (text) element.textContent = text;
+  if (style) element.className = style;
+  return element;
+}

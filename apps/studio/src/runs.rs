@@ -1,0 +1,184 @@
+//! What `pursuit eval` and `pursuit reproduce` left in folders below the root, to be looked at and not changed.
+
+use crate::error::Refusal;
+use crate::root::Root;
+use pursuit::evaluation::{Dataset, Footage, Trajectory};
+use pursuit::geometry::Truth;
+use pursuit::media::OpenOptions;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// The file that both leave.
+const RESULTS: &str = "results.json";
+/// Results that are larger are not ours.
+const MOST_BYTES: u64 = 64 << 20;
+/// How deep runs are looked for, how many folders on the way, and how many runs are shown.
+const DEEPEST: usize = 5;
+const MOST_FOLDERS: usize = 5_000;
+const MOST_RUNS: usize = 200;
+/// The worst frames of a sequence that are shown, well apart.
+const MOST_WORST: usize = 6;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Kind {
+    Evaluation,
+    Reproduction,
+}
+
+/// A folder of results.
+#[derive(Debug, Serialize)]
+pub(crate) struct Run {
+    /// Relative to the root.
+    pub path: String,
+    pub kind: Kind,
+}
+
+/// A frame in which a tracker's box was far from the truth.
+#[derive(Debug, Serialize)]
+struct Worst {
+    frame: usize,
+    overlap: f64,
+    #[serde(rename = "box")]
+    bbox: Option<[f64; 4]>,
+    truth: [f64; 4],
+}
+
+/// The folders of results below the root, by name. Links are not followed.
+pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
+    let top = root.folder("")?;
+    let (mut runs, mut seen, mut waiting) = (Vec::new(), 0, vec![(top.clone(), 0)]);
+    while let Some((folder, depth)) = waiting.pop() {
+        seen += 1;
+        if seen > MOST_FOLDERS || runs.len() >= MOST_RUNS {
+            break;
+        }
+        if folder.join(RESULTS).is_file() {
+            let kind = if folder.join("boxes").is_dir() { Kind::Evaluation } else { Kind::Reproduction };
+            let path = folder.strip_prefix(&top).ok().and_then(Path::to_str).map(str::to_owned);
+            runs.extend(path.map(|path| Run { path, kind }));
+            continue;
+        }
+        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        let is_folder = |e: &std::fs::DirEntry| e.file_type().is_ok_and(|kind| kind.is_dir());
+        let shown = |e: &std::fs::DirEntry| !e.file_name().to_string_lossy().starts_with('.');
+        let inner = entries.flatten().filter(|e| depth < DEEPEST && is_folder(e) && shown(e));
+        waiting.extend(inner.take(MOST_FOLDERS).map(|e| (e.path(), depth + 1)));
+    }
+    runs.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(runs)
+}
+
+/// What is in such a folder.
+pub(crate) fn open(root: &Root, path: &str) -> Result<Value, Refusal> {
+    let folder = root.folder(path)?;
+    let results = read(root, &folder)?;
+    if let (Some(protocol), Some(trackers)) = (results.get("protocol"), results["trackers"].as_object()) {
+        let trackers: Vec<Value> = trackers
+            .iter()
+            .map(|(name, own)| json!({ "name": name, "mean": own["mean"], "sequences": own["sequences"] }))
+            .collect();
+        return Ok(json!({ "path": path, "kind": Kind::Evaluation, "protocol": protocol, "trackers": trackers,
+            "problems": results["problems"], "interrupted": results["interrupted"] }));
+    }
+    if let (Some(paper), Some(rows)) = (results.get("paper"), results.get("rows")) {
+        return Ok(json!({ "path": path, "kind": Kind::Reproduction, "paper": paper, "title": results["title"],
+            "seeds": results["seeds"], "rows": rows, "findings": results["findings"], "pictures": pictures(&folder) }));
+    }
+    Err(foreign())
+}
+
+fn foreign() -> Refusal {
+    Refusal::unfit("this folder holds no results of `pursuit eval` or `pursuit reproduce`")
+}
+
+fn read(root: &Root, folder: &Path) -> Result<Value, Refusal> {
+    let file = root.file(&folder.join(RESULTS)).map_err(|_| foreign())?;
+    if std::fs::metadata(&file).map_or(u64::MAX, |m| m.len()) > MOST_BYTES {
+        return Err(foreign());
+    }
+    let bytes = std::fs::read(&file).map_err(|e| Refusal::unfit(format!("{RESULTS} cannot be read: {e}")))?;
+    serde_json::from_slice(&bytes).map_err(|_| foreign())
+}
+
+/// Names of the pictures in a folder.
+fn pictures(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = names.filter_map(|e| e.file_name().into_string().ok());
+    let mut names: Vec<String> = names.filter(|name| media_type(name).is_some()).take(MOST_RUNS).collect();
+    names.sort();
+    names
+}
+
+fn media_type(name: &str) -> Option<&'static str> {
+    match Path::new(name).extension()?.to_str()? {
+        "svg" => Some("image/svg+xml"),
+        "png" => Some("image/png"),
+        _ => None,
+    }
+}
+
+/// A picture of a folder of results, and its media type.
+pub(crate) fn picture(root: &Root, path: &str, name: &str) -> Result<(&'static str, Vec<u8>), Refusal> {
+    let missing = || Refusal::missing("there is no such picture in this folder of results");
+    let folder = root.folder(path)?;
+    read(root, &folder)?;
+    let kind = media_type(name).filter(|_| !name.contains(['/', '\\'])).ok_or_else(missing)?;
+    let file = root.file(&folder.join(name)).map_err(|_| missing())?;
+    if std::fs::metadata(&file).map_or(u64::MAX, |m| m.len()) > MOST_BYTES {
+        return Err(missing());
+    }
+    std::fs::read(file).map(|bytes| (kind, bytes)).map_err(|_| missing())
+}
+
+/// Where a tracker of an evaluation did worst on a sequence: the frames with boxes and truth, and, where the footage is below
+/// the root, the source that shows them.
+pub(crate) fn worst(
+    root: &Root,
+    path: &str,
+    (tracker, sequence): (&str, &str),
+    open: &OpenOptions,
+) -> Result<Value, Refusal> {
+    let folder = root.folder(path)?;
+    let results = read(root, &folder)?;
+    let missing = || Refusal::missing("this evaluation has no such tracker or sequence");
+    results["trackers"].get(tracker).and_then(|own| own["sequences"].get(sequence)).ok_or_else(missing)?;
+    let boxes: PathBuf = [folder.as_path(), "boxes".as_ref(), tracker.as_ref(), sequence.as_ref()].iter().collect();
+    let boxes = PathBuf::from(format!("{}.csv", boxes.display()));
+    let gone = || Refusal::missing("the boxes of this sequence are not there: a pass with a label, or another folder");
+    let trajectory = Trajectory::read(&root.file(&boxes).map_err(|_| gone())?);
+    let trajectory = trajectory.map_err(|e| Refusal::unfit(e.to_string()))?;
+    let Some(found) = root.footage(sequence) else {
+        return Ok(json!({ "source": null, "first": 0, "frames": [] }));
+    };
+    let dataset = Dataset::discover(&found, open).map_err(|e| Refusal::unfit(e.to_string()))?;
+    let one = dataset.sequences.first().filter(|_| dataset.sequences.len() == 1);
+    let Some((one, Footage::Input { path: footage, first })) = one.map(|one| (one, one.footage())) else {
+        return Ok(json!({ "source": null, "first": 0, "frames": [] }));
+    };
+    let source = root.shown(footage)?;
+    let frames = worst_of(one.truth(), &trajectory);
+    Ok(json!({ "source": source, "first": first, "frames": frames }))
+}
+
+fn worst_of(truth: &[Truth], trajectory: &Trajectory) -> Vec<Worst> {
+    let ltwh = |b: pursuit::BBox| [b.left(), b.top(), b.width(), b.height()];
+    let mut all: Vec<Worst> = (0..truth.len().min(trajectory.end()))
+        .filter_map(|frame| {
+            let there = truth[frame].bbox()?;
+            let bbox = trajectory.get(frame).map(|output| output.bbox);
+            let overlap = bbox.map_or(0.0, |b| b.iou(&there));
+            Some(Worst { frame, overlap, bbox: bbox.map(ltwh), truth: ltwh(there) })
+        })
+        .collect();
+    all.sort_by(|a, b| a.overlap.total_cmp(&b.overlap).then(a.frame.cmp(&b.frame)));
+    let apart = (truth.len() / 10).max(3);
+    let mut chosen: Vec<Worst> = Vec::new();
+    for one in all {
+        if chosen.len() < MOST_WORST && chosen.iter().all(|c| c.frame.abs_diff(one.frame) >= apart) {
+            chosen.push(one);
+        }
+    }
+    chosen
+}

@@ -1,0 +1,97 @@
+//! The way back from a corrected frame, a frame at a time, so that it can be watched and broken off.
+
+use super::super::backward::{Backward, End};
+use super::super::edit::{Edit, Phase};
+use super::Engine;
+use crate::error::Refusal;
+use pursuit::BBox;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// A way back that has not come to its end.
+pub(super) struct Return {
+    way: Backward,
+    /// What the trial does afterwards.
+    then: Phase,
+}
+
+impl Engine {
+    /// Follows the target backward from the frame shown, in which it was put onto this box.
+    pub(super) fn begin_return(&mut self, target: u64, bbox: BBox) -> Result<(), Refusal> {
+        let way = Backward::new(self.follower.recipe(), target, &self.shown, bbox)?;
+        self.returned = None;
+        self.returning = Some(Return { way, then: self.phase });
+        (self.phase, self.due) = (Phase::Running, Instant::now());
+        Ok(())
+    }
+
+    /// What was asked for in the frame that was followed again just now.
+    pub(super) fn return_if_asked(&mut self) -> Result<(), Refusal> {
+        let frame = self.shown.index();
+        let asked = self.follower.edits().iter().filter(|e| e.frame == frame).find_map(Edit::backward);
+        asked.map_or(Ok(()), |(target, bbox)| self.begin_return(target, bbox))
+    }
+
+    /// One frame further back; whether there is a way back to go.
+    pub(super) fn go_back(&mut self) -> bool {
+        let Some(Return { mut way, then }) = self.returning.take() else { return false };
+        match self.look_back(&mut way) {
+            Ok(None) => self.returning = Some(Return { way, then }),
+            Ok(Some(end)) => self.arrive(Return { way, then }, end),
+            Err(refusal) => {
+                self.arrive(Return { way, then }, End::Gone);
+                self.message = Some(format!("following backward broke off: {}", refusal.message));
+            }
+        }
+        true
+    }
+
+    fn look_back(&mut self, way: &mut Backward) -> Result<Option<End>, Refusal> {
+        let Some(row) = self.trajectory.before(way.at()).cloned() else { return Ok(Some(End::Gone)) };
+        let drawn = |e: &Edit| e.frame == row.frame && e.drawn() == Some(way.target());
+        let drawn = self.follower.edits().iter().any(drawn);
+        let Some(frame) = self.pictures.get(row.frame)? else { return Ok(Some(End::Gone)) };
+        match way.look(&frame, &row, drawn)? {
+            Ok(found) => self.trajectory.replace(found.into()),
+            Err(end) => return Ok(Some(end)),
+        }
+        self.shown = frame;
+        Ok(None)
+    }
+
+    /// Stays with what was found on the way back so far.
+    pub(super) fn break_off_return(&mut self) {
+        if let Some(there) = self.returning.take() {
+            self.arrive(there, End::Stopped);
+        }
+    }
+
+    /// Whether the trial goes on by itself once it is back; false without a way back.
+    pub(super) fn start_after_return(&mut self) -> bool {
+        let returning = self.returning.as_mut();
+        returning.map(|there| there.then = Phase::Running).is_some()
+    }
+
+    /// Shows the corrected frame again.
+    fn arrive(&mut self, Return { way, then }: Return, end: End) {
+        let (target, from) = (way.target(), way.from());
+        way.unsure(end).for_each(|row| self.trajectory.replace(row));
+        let mut to = from;
+        while let Some(row) = self.trajectory.before(to).filter(|row| row.backward.contains(&target)) {
+            to = row.frame;
+        }
+        self.returned = Some(json!({ "target": target, "from": from, "to": to, "end": end }));
+        (self.phase, self.due) = (then, Instant::now());
+        if let Err(refusal) = self.look_at(from) {
+            self.message = Some(refusal.message);
+        }
+    }
+
+    /// The way back that is gone, or else the last one.
+    pub(super) fn way_back(&self) -> Value {
+        let going = self.returning.as_ref().map(
+            |Return { way, .. }| json!({ "target": way.target(), "from": way.from(), "to": way.at(), "end": null }),
+        );
+        going.or_else(|| self.returned.clone()).unwrap_or_default()
+    }
+}

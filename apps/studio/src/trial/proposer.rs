@@ -1,0 +1,92 @@
+//! What a detector sees in the frame that is shown: boxes to begin from.
+
+use super::pictures::Pictures;
+use pursuit::toml::Table;
+use pursuit::tracking::parameters::nested;
+use pursuit::tracking::{Detection, Detector, DetectorEntry, Followed};
+use pursuit::{BBox, Frame, RunError};
+
+/// Frames that a detector which models the scene is shown before the one that is asked about.
+const RUN_UP: u64 = 64;
+
+/// A detector of the registry with its parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Seeking {
+    pub entry: &'static DetectorEntry,
+    /// Those that differ from the defaults.
+    pub parameters: Table,
+}
+
+impl Seeking {
+    /// # Errors
+    /// A name that there is not, parameters that do not fit.
+    pub fn new(name: &str, parameters: &Table) -> Result<Self, RunError> {
+        let seeking = Self { entry: pursuit::trackers::registry::detector(name)?, parameters: nested(parameters) };
+        seeking.detector().map(|_| seeking)
+    }
+
+    pub fn detector(&self) -> Result<Box<dyn Detector>, RunError> {
+        Ok(self.entry.detector(&self.parameters)?)
+    }
+
+    /// Every parameter with its value.
+    pub fn values(&self) -> Table {
+        self.entry.parameters(&self.parameters).unwrap_or_default()
+    }
+}
+
+/// A detector that is asked about frames in any order.
+pub(crate) struct Proposer {
+    pub seeking: Seeking,
+    detector: Box<dyn Detector>,
+    /// The frame asked about last, and what was seen in it, the best first.
+    seen: Option<u64>,
+    found: Vec<Detection>,
+}
+
+impl Proposer {
+    /// # Errors
+    /// As [`Seeking::detector`].
+    pub fn new(seeking: Seeking) -> Result<Self, RunError> {
+        let detector = seeking.detector()?;
+        Ok(Self { seeking, detector, seen: None, found: Vec::new() })
+    }
+
+    /// What it sees in this frame, best first; empty for one that it was not asked about.
+    pub fn boxes(&self, frame: u64) -> impl Iterator<Item = (BBox, f64)> {
+        let found = if self.seen == Some(frame) { self.found.as_slice() } else { &[] };
+        found.iter().map(|d| (d.bbox, d.confidence))
+    }
+
+    /// Asks it about this frame, in which these targets are. One that models the scene is shown the frames before as well, as
+    /// far as they can be had.
+    ///
+    /// # Errors
+    /// A frame that it cannot use, an input that cannot be read again.
+    pub fn look(&mut self, frame: &Frame, followed: &[Followed], pictures: &mut Pictures) -> Result<(), RunError> {
+        let at = frame.index();
+        if self.seen == Some(at) {
+            return Ok(());
+        }
+        if self.detector.watches() {
+            let next = self.seen.take().map(|seen| seen + 1);
+            let next = match next.filter(|next| (*next..=*next + RUN_UP).contains(&at)) {
+                Some(next) => next,
+                None => {
+                    self.detector = self.seeking.detector()?;
+                    at.saturating_sub(RUN_UP)
+                }
+            };
+            for before in next..at {
+                if let Some(frame) = pictures.get(before)? {
+                    self.detector.detect(&frame.undecorated(), &[])?;
+                }
+            }
+        }
+        // Planes derived for this alone are not kept.
+        self.found = self.detector.detect(&frame.undecorated(), followed)?;
+        self.found.retain(|d| d.bbox.is_finite() && d.bbox.area() > 0.0);
+        self.seen = Some(at);
+        Ok(())
+    }
+}
