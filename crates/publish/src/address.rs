@@ -34,7 +34,8 @@ impl Scheme {
         matches!(self, Self::Mqtt | Self::Mqtts)
     }
 
-    pub(crate) const fn is_encrypted(self) -> bool {
+    /// Whether they are spoken to over TLS.
+    pub const fn is_encrypted(self) -> bool {
         matches!(self, Self::Mqtts | Self::Tls)
     }
 
