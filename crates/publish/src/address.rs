@@ -34,15 +34,21 @@ impl Scheme {
         matches!(self, Self::Mqtt | Self::Mqtts)
     }
 
-    pub(crate) const fn is_encrypted(self) -> bool {
+    /// Whether they are spoken to over TLS.
+    pub const fn is_encrypted(self) -> bool {
         matches!(self, Self::Mqtts | Self::Tls)
     }
 
     /// # Errors
     /// [`PublishError::Missing`] where this build cannot reach such brokers.
     pub const fn check(self) -> Result<()> {
-        let speaks = if self.is_mqtt() { cfg!(feature = "mqtt") } else { cfg!(feature = "nats") };
-        if speaks && (cfg!(feature = "tls") || !self.is_encrypted()) { Ok(()) } else { Err(self.missing()) }
+        let is_there = match self {
+            Self::Mqtt => cfg!(feature = "mqtt"),
+            Self::Mqtts => cfg!(all(feature = "mqtt", feature = "tls")),
+            Self::Nats => cfg!(feature = "nats"),
+            Self::Tls => cfg!(all(feature = "nats", feature = "tls")),
+        };
+        if is_there { Ok(()) } else { Err(self.missing()) }
     }
 
     /// What would mend that this build cannot reach such brokers.

@@ -8,7 +8,12 @@
 //! neither: what is retained is said again and again there. Feature `tls` is for both.
 #![cfg_attr(
     not(any(feature = "mqtt", feature = "nats")),
-    allow(dead_code, reason = "without any kind of broker all that is left is to say so")
+    allow(
+        dead_code,
+        unused_imports,
+        unused_variables,
+        reason = "without any kind of broker all that is left is to say so"
+    )
 )]
 
 mod address;

@@ -103,7 +103,7 @@ pub(crate) fn work(broker: &Broker, options: &Options) -> Result<Work> {
         }
         #[cfg(feature = "nats")]
         Scheme::Nats | Scheme::Tls => {
-            let wire = crate::nats::Nats::new(broker)?;
+            let wire = crate::nats::Nats::new(broker, options)?;
             Ok(Box::new(move |link| run(link, &waits, &wire)))
         }
         #[cfg(not(all(feature = "mqtt", feature = "nats")))]

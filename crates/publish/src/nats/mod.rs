@@ -9,6 +9,7 @@ mod session;
 
 use crate::address::{Broker, Login};
 use crate::link::{Failure, Link, PATIENCE_S, Wire};
+use crate::publisher::Options;
 use crate::{PublishError, Result};
 use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions, ServerAddr, ServerError};
 use news::News;
@@ -28,6 +29,8 @@ const NEVER: Duration = Duration::from_secs(365 * 24 * 3600);
 pub(crate) struct Nats {
     server: ServerAddr,
     login: Option<Login>,
+    /// How often the server is asked for a sign of life.
+    period: Duration,
     #[cfg(feature = "tls")]
     tls: Option<tokio_rustls::rustls::ClientConfig>,
 }
@@ -35,12 +38,13 @@ pub(crate) struct Nats {
 impl Nats {
     /// # Errors
     /// [`PublishError::Address`] for a host of a form that there is not, [`PublishError::Certificates`].
-    pub fn new(broker: &Broker) -> Result<Self> {
+    pub fn new(broker: &Broker, options: &Options) -> Result<Self> {
         let address = format!("{}://{}:{}", broker.scheme.name(), broker.host, broker.port);
         let server = address.parse().map_err(|e: io::Error| PublishError::Address { reason: e.to_string() })?;
         Ok(Self {
             server,
             login: broker.login.clone(),
+            period: options.keep_alive.max(Duration::from_secs(1)),
             #[cfg(feature = "tls")]
             tls: match broker.scheme.is_encrypted() {
                 true => Some(crate::tls::client_config(broker.ca_file.as_deref())?),
@@ -49,12 +53,12 @@ impl Nats {
         })
     }
 
-    fn options(&self, link: &Link<'_>, news: watch::Sender<News>) -> ConnectOptions {
+    fn options(&self, news: watch::Sender<News>) -> ConnectOptions {
         let is_first = AtomicBool::new(true);
         let options = ConnectOptions::new()
             .name("pursuit")
             .connection_timeout(PATIENCE)
-            .ping_interval(link.options.keep_alive.max(Duration::from_secs(1)))
+            .ping_interval(self.period)
             .client_capacity(session::CAPACITY)
             .subscription_capacity(session::CAPACITY)
             .ignore_discovered_servers()
@@ -127,7 +131,7 @@ impl Wire for Nats {
     async fn connect(&self, link: &Link<'_>) -> std::result::Result<Session, Failure> {
         let news = watch::Sender::new(News::default());
         let told = news.subscribe();
-        let client = self.options(link, news).connect(self.server.clone()).await;
+        let client = self.options(news).connect(self.server.clone()).await;
         Session::begin(client.map_err(|error| self.explain(&error))?, told, link).await
     }
 }
