@@ -248,7 +248,7 @@ def test_an_s3_compatible_store(cluster, tmp_path):
     server.start()
     try:
         address = "http://{}:{}".format(*server.get_host_and_port())
-        options = dict(key="user", secret="sesame", endpoint_url=address, client_kwargs={"region_name": "us-east-1"})
+        options = dict(key="user", secret="sesame", endpoint_url=address, client_kwargs={"region_name": "eu-west-1"})
         bucket = s3fs.S3FileSystem(**options, skip_instance_cache=True)
         bucket.mkdir("bucket")
         box = video(tmp_path / "square.y4m")
