@@ -23,7 +23,8 @@ fn records() -> Vec<Record> {
         diagnostics: Diagnostics::default().with("psr", 9.5),
         ..Estimate::started(0.16, at(2.0), 0.875)
     };
-    let lost = Estimate { state: TrackState::Lost, measurement: None, ..Estimate::started(0.16, at(7.0), 0.0) };
+    let doubt = Some(Doubt::Gone);
+    let lost = Estimate { state: TrackState::Lost, doubt, measurement: None, ..Estimate::started(0.16, at(7.0), 0.0) };
     vec![record(1, Some(measured)), record(2, Some(lost)), Record { update_ms: None, ..record(3, None) }]
 }
 
@@ -92,13 +93,14 @@ fn json_lines_have_everything() {
     assert_eq!(
         lines[0],
         serde_json::json!({
-            "frame": 4, "time_s": 0.16, "target": 1, "state": "tracking", "box": [2.0, 10.0, 8.0, 8.0], "score": 0.875,
-            "prediction": [1.5, 10.0, 8.0, 8.0], "measurement": [2.5, 10.0, 8.0, 8.0],
+            "frame": 4, "time_s": 0.16, "target": 1, "state": "tracking", "doubt": null, "box": [2.0, 10.0, 8.0, 8.0],
+            "score": 0.875, "prediction": [1.5, 10.0, 8.0, 8.0], "measurement": [2.5, 10.0, 8.0, 8.0],
             "covariance": [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 2.0]],
             "next": null, "diagnostics": {"psr": 9.5}, "update_ms": 1.25
         })
     );
     assert_eq!((&lines[1]["state"], &lines[1]["measurement"]), (&"lost".into(), &serde_json::Value::Null));
+    assert_eq!(lines[1]["doubt"], "gone");
     assert_eq!(
         (&lines[2]["state"], &lines[2]["box"], &lines[2]["target"]),
         (&"lost".into(), &serde_json::Value::Null, &3.into())

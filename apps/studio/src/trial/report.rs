@@ -27,6 +27,7 @@ fn record(record: &Record, backward: bool, truth: &Truth) -> Value {
     json!({
         "target": record.target.0,
         "state": e.state,
+        "doubt": e.doubt,
         "score": e.score,
         "box": ltwh(e.bbox),
         "predicted": e.prediction.map(ltwh),
