@@ -18,7 +18,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     clock.time("documentation", docs)?;
     clock.time("features", features::check)?;
     clock.time("broker", || crate::broker::install_or_skip(&mut skipped))?;
-    clock.time("tests", || run::workspace("test").run())?;
+    clock.time("tests", || run::workspace("test").arg("--no-fail-fast").run())?;
     if quick {
         skipped.push(
             "the release suite, fuzzing, the Python wheel and the comparisons with independent tools (--quick)".into(),

@@ -5,7 +5,7 @@ mod common;
 
 use common::{Memory, at, blank};
 use pursuit::sinks::{CsvSink, JsonlSink, MotSink, OverlayStyle, Sink, TRAJECTORY_COLUMNS};
-use pursuit::tracking::{BoxCovariance, Diagnostics, Estimate, TargetId, TrackState};
+use pursuit::tracking::{BoxCovariance, Diagnostics, Doubt, Estimate, TargetId, TrackState};
 use pursuit::{Record, RunError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
