@@ -1,7 +1,7 @@
 //! `pursuit demo`: a table-tennis rally made on the spot, tracked, drawn and measured against its own truth.
 
 use crate::session::{Progress, Remote};
-use crate::track::Preference;
+use crate::start::Preference;
 use crate::{Fetched, Finished, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
 use pursuit_tracking::parameters::{merge, nested};

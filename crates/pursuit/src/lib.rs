@@ -36,6 +36,7 @@ pub mod run;
 mod run_folder;
 pub mod session;
 pub mod sinks;
+mod start;
 mod timing;
 mod track;
 mod trajectory_plots;

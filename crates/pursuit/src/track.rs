@@ -1,6 +1,6 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
-use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
+use crate::config::RunConfig;
 use crate::input::{self, OpenedInput};
 use crate::publish::Publication;
 use crate::resume::Earlier;
@@ -8,17 +8,14 @@ use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, Sta
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, JsonlSink, Sink};
+use crate::start::{Preference, Start};
 use crate::view::{InInput, View};
 use crate::{Fetched, RunError, run_folder, trajectory_plots};
-use pursuit_geometry::{BBox, Size, Truth};
+use pursuit_geometry::{Size, Truth};
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::output::VideoOptions;
 use pursuit_media::wrappers::{PrefetchStats, StreamStats};
 use pursuit_media::{Locator, OpenOptions, SourceInfo};
-use pursuit_trackers::registry;
-use pursuit_tracking::MultiTracker;
-use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
-use pursuit_tracking::parameters::Parameters;
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
@@ -49,35 +46,6 @@ pub struct Run {
     further: Vec<Box<dyn Sink>>,
     /// Where they are published.
     publication: Option<Publication>,
-}
-
-/// What starts a run that has both the truth's first box and a detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Preference {
-    Truth,
-    Detector,
-}
-
-/// How a run gets its first targets.
-#[derive(Debug, Clone, PartialEq)]
-enum Start {
-    /// In the frame of this number.
-    Boxes(Vec<BBox>, u64),
-    Detector,
-    Many(Vec<BBox>),
-}
-
-impl Start {
-    /// The same, boxes in the pixels of what is looked at.
-    fn seen_through(self, view: Option<View>) -> Self {
-        let Some(view) = view else { return self };
-        let seen = |boxes: Vec<BBox>| boxes.into_iter().map(|bbox| view.of_input(bbox)).collect();
-        match self {
-            Self::Boxes(boxes, frame) => Self::Boxes(seen(boxes), frame),
-            Self::Many(boxes) => Self::Many(seen(boxes)),
-            Self::Detector => Self::Detector,
-        }
-    }
 }
 
 /// What a run left behind.
@@ -129,13 +97,13 @@ impl Run {
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
             input::open(name, &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
-        let start = choose_start(&config, info.truth.as_deref(), prefer, &info.name)?;
-        let recipe = recipe_facts(&config, &methods, &start)?;
+        let start = Start::choose(&config, info.truth.as_deref(), prefer, &info.name)?;
+        let recipe = start.recipe_facts(&config, &methods)?;
         let start = start.seen_through(view);
         let session = Session::new(Box::new(source), methods.recipe.boxed_clone());
         let session = match &earlier {
-            Some(earlier) => go_on(session, &earlier.state, &start, methods)?,
-            None => begin(session, start, methods, &config)?,
+            Some(earlier) => start.go_on(session, &earlier.state, methods)?,
+            None => start.begin(session, methods, &config)?,
         };
         let run = Self {
             session,
@@ -393,87 +361,12 @@ fn destination(config: &RunConfig, input: &Locator) -> Result<Option<Destination
     Ok(None)
 }
 
-fn recipe_facts(config: &RunConfig, methods: &Methods, start: &Start) -> Result<RecipeFacts, RunError> {
-    let boxes = match start {
-        Start::Boxes(boxes, _) | Start::Many(boxes) => boxes.as_slice(),
-        Start::Detector => &[],
-    };
-    let detects = !matches!(start, Start::Boxes(..));
-    let acquire = matches!(start, Start::Detector).then(|| methods.acquire.to_table(ACQUIRE_PREFIX));
-    let many = matches!(start, Start::Many(_)).then(|| methods.many.to_table(MANY_PREFIX));
-    Ok(RecipeFacts {
-        tracker: methods.recipe.name().to_owned(),
-        parameters: methods.recipe.parameters()?,
-        detector: config.detect.clone().filter(|_| detects),
-        detector_parameters: methods.detector_parameters.clone().filter(|_| detects),
-        acquire: acquire.transpose()?,
-        many: many.transpose()?,
-        boxes: boxes.iter().map(|b| b.ltwh().into()).collect(),
-    })
-}
-
 /// The run to go on with, where that is asked for and there is something left of it.
 fn earlier(config: &RunConfig, destination: Option<&Destination>) -> Result<Option<Earlier>, RunError> {
     match destination {
         _ if config.resume != Some(true) => Ok(None),
         Some(destination) => Earlier::find(destination.path(), config),
         None => Err(RunError::usage("what went to standard output cannot be resumed; name a folder with `--out DIR`")),
-    }
-}
-
-/// Gives the session the targets of an earlier one.
-fn go_on(session: Session, state: &[u8], start: &Start, methods: Methods) -> Result<Session, RunError> {
-    let recipe_of = |name: &str| registry::tracker(name).map(|entry| entry.default_recipe());
-    let targets: Box<dyn MultiTracker> = match (start, methods.detector) {
-        (Start::Detector, Some(detector)) => Box::new(Acquiring::restore(state, detector, &recipe_of)?),
-        (Start::Many(_), Some(detector)) => Box::new(Associating::restore(state, detector, &recipe_of)?),
-        _ => Box::new(TargetSet::restore(state, &recipe_of)?),
-    };
-    Ok(session.continuing(targets, !matches!(start, Start::Many(_))))
-}
-
-/// Tells the session what to follow.
-fn begin(session: Session, start: Start, methods: Methods, config: &RunConfig) -> Result<Session, RunError> {
-    Ok(match (start, methods.detector) {
-        (Start::Detector, Some(detector)) => session.finding(detector, methods.acquire)?,
-        (Start::Many(boxes), Some(detector)) => {
-            let mut targets = Associating::new(detector, methods.many)?;
-            if config.tracker.is_some() {
-                targets = targets.with_appearance(methods.recipe);
-            }
-            session.following(Box::new(targets)).starting_on(boxes)
-        }
-        (Start::Boxes(boxes, frame), _) => session.starting_at(frame, boxes),
-        (Start::Many(boxes), None) => session.starting_on(boxes),
-        // Nothing starts by a detector that is not there.
-        (Start::Detector, None) => session,
-    })
-}
-
-/// Boxes given, else the truth's first box from the first frame on, else the detector. Where everything that the detector finds is followed, the
-/// truth's box says nothing.
-fn choose_start(
-    config: &RunConfig,
-    truth: Option<&[Truth]>,
-    prefer: Preference,
-    input: &str,
-) -> Result<Start, RunError> {
-    let (boxes, detector) = (config.start_boxes(), config.detect.is_some());
-    if config.many == Some(true) {
-        return Ok(Start::Many(boxes));
-    }
-    if !boxes.is_empty() {
-        return Ok(Start::Boxes(boxes, 0));
-    }
-    let from = config.from.unwrap_or(0);
-    // A target that is not there yet is followed from when it comes.
-    let known = (0..).zip(truth.unwrap_or_default()).skip_while(|(frame, _)| *frame < from);
-    match known.into_iter().find_map(|(frame, truth)| Some((frame, truth.bbox()?))) {
-        Some((frame, bbox)) if prefer == Preference::Truth || !detector => Ok(Start::Boxes(vec![bbox], frame)),
-        _ if detector => Ok(Start::Detector),
-        _ => Err(RunError::usage(format!(
-            "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
-        ))),
     }
 }
 
