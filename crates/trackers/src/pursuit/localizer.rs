@@ -246,7 +246,8 @@ impl Localizer for WitnessLocalizer {
         let expected = &search.expected;
         let fused = match search.look {
             Look::Near => {
-                self.fusions.near = self.near(frame, expected)?;
+                // What was decided of another frame, or in passing, is nothing to go by.
+                self.fusions = Fusions { near: self.near(frame, expected)?, ..Fusions::default() };
                 self.fusions.near
             }
             Look::Sweep => {
