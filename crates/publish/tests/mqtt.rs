@@ -4,22 +4,13 @@
 
 mod common;
 
-use common::{Gate, Mosquitto, free_port, server, wait_until};
-use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
+use common::publishers::{self, options, publisher};
+use common::{Gate, Mosquitto, wait_until};
+use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
 use std::collections::BTreeSet;
-use std::time::Duration;
 
 fn broker(port: u16) -> Broker {
     Broker::parse(&format!("mqtt://127.0.0.1:{port}")).unwrap()
-}
-
-fn options() -> Options {
-    Options { linger: Duration::from_secs(30), ..Options::new("t/status") }
-}
-
-fn publisher(broker: Broker, options: Options, qos: Qos) -> Publisher<u32> {
-    let encode = move |n: u32| Message { topic: "t/n".into(), payload: n.to_string().into(), qos, retain: false };
-    Publisher::start(broker, options, encode).unwrap()
 }
 
 /// Leaves something for listeners that come.
@@ -106,57 +97,26 @@ fn messages_wait_for_a_broker_that_comes_later() {
 #[test]
 fn a_wrong_password_is_said_and_never_shown() {
     let Some(mosquitto) = Mosquitto::with_password() else { return };
-    let with = |password: &str| {
-        let login = Some(Login { user: "me".into(), password: password.into() });
-        publisher(Broker { login, ..broker(mosquitto.port) }, options(), Qos::AtMostOnce)
-    };
-    let mut right = with("sesame");
-    right.extend(0..10);
-    assert_eq!(right.finish().dropped, 0);
-    right.check().unwrap();
-    let mut wrong = with("wrong-secret");
-    wrong.extend(0..10);
-    assert_eq!(wrong.finish().dropped, 10);
-    let error = wrong.check().unwrap_err();
-    assert!(matches!(error, PublishError::Refused { .. }));
-    let text = format!("{error} {error:?}");
-    assert!(text.contains("user or the password") && text.contains("me@127.0.0.1"), "{text}");
-    assert!(!text.contains("wrong-secret"), "{text}");
+    publishers::a_wrong_password_is_said_and_never_shown(&broker(mosquitto.port));
 }
 
 #[test]
 fn servers_that_are_no_brokers_hold_nothing_up() {
-    let answers: [(&str, &[u8]); 5] = [
-        ("silent", b""),
-        ("garbage", &[0xff; 300]),
-        ("http", b"HTTP/1.1 400 Bad Request\r\n\r\n"),
+    let answers: [(&str, &[u8], bool); 5] = [
+        ("silent", b"", false),
+        ("garbage", &[0xff; 300], true),
+        ("http", b"HTTP/1.1 400 Bad Request\r\n\r\n", true),
         // A packet of the greatest length there is, of which nothing comes.
-        ("endless", &[0x20, 0xff, 0xff, 0xff, 0x7f]),
+        ("endless", &[0x20, 0xff, 0xff, 0xff, 0x7f], true),
         // An acknowledgement of a message that was never sent, after one of the connection.
-        ("confused", &[0x20, 2, 0, 0, 0x40, 2, 0, 9]),
+        ("confused", &[0x20, 2, 0, 0, 0x40, 2, 0, 9], true),
     ];
-    for (name, answer) in answers {
-        let options = Options { capacity: 100, linger: Duration::from_millis(500), ..Options::new("t/status") };
-        let mut publisher = publisher(broker(server(answer)), options, Qos::AtLeastOnce);
-        publisher.extend(0..1000);
-        if name != "silent" {
-            let counts = || publisher.counts().failed_attempts + publisher.counts().connections;
-            wait_until(name, || counts() > 1);
-        }
-        let counts = publisher.finish();
-        assert_eq!((counts.messages, counts.dropped), (1000, 1000), "{name}: {counts:?}");
-        assert!(publisher.check().is_ok(), "{name}");
-    }
+    publishers::servers_that_are_no_brokers_hold_nothing_up(broker, &answers, true);
 }
 
 #[test]
 fn an_end_without_a_broker_does_not_wait_long() {
-    let mut publisher = publisher(broker(free_port()), options(), Qos::AtMostOnce);
-    publisher.extend(0..10);
-    // Far less than `linger`: a broker that is not there after one more attempt is given up.
-    let counts = publisher.finish();
-    assert_eq!((counts.messages, counts.dropped, counts.connections), (10, 10, 0));
-    assert!(counts.failed_attempts >= 1);
+    publishers::an_end_without_a_broker_does_not_wait_long(broker);
 }
 
 #[cfg(not(feature = "tls"))]
@@ -170,7 +130,7 @@ fn what_this_build_lacks_is_said() {
 #[cfg(feature = "tls")]
 mod tls {
     use super::*;
-    use common::certificates;
+    use common::{certificates, server};
 
     #[test]
     fn only_certificates_of_the_authority_named_are_trusted() {

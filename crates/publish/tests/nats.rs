@@ -5,8 +5,9 @@
 mod common;
 
 use common::nats::NatsServer;
-use common::{Gate, free_port, server, wait_until};
-use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
+use common::publishers::{self, login, options, publisher};
+use common::{Gate, wait_until};
+use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -14,19 +15,6 @@ const QUALITIES: [Qos; 2] = [Qos::AtMostOnce, Qos::AtLeastOnce];
 
 fn broker(port: u16) -> Broker {
     Broker::parse(&format!("nats://127.0.0.1:{port}")).unwrap()
-}
-
-fn login(user: &str, password: &str) -> Option<Login> {
-    Some(Login { user: user.into(), password: password.into() })
-}
-
-fn options() -> Options {
-    Options { linger: Duration::from_secs(30), ..Options::new("t/status") }
-}
-
-fn publisher(broker: Broker, options: Options, qos: Qos) -> Publisher<u32> {
-    let encode = move |n: u32| Message { topic: "t/n".into(), payload: n.to_string().into(), qos, retain: false };
-    Publisher::start(broker, options, encode).unwrap()
 }
 
 #[test]
@@ -147,21 +135,7 @@ fn messages_wait_for_a_server_that_comes_later() {
 #[test]
 fn a_wrong_password_is_said_and_never_shown() {
     let Some(nats) = NatsServer::start(|_| "authorization { user: me, password: sesame }".to_owned()) else { return };
-    let with = |password: &str| {
-        publisher(Broker { login: login("me", password), ..broker(nats.port) }, options(), Qos::AtMostOnce)
-    };
-    let mut right = with("sesame");
-    right.extend(0..10);
-    assert_eq!(right.finish().dropped, 0);
-    right.check().unwrap();
-    let mut wrong = with("wrong-secret");
-    wrong.extend(0..10);
-    assert_eq!(wrong.finish().dropped, 10);
-    let error = wrong.check().unwrap_err();
-    assert!(matches!(error, PublishError::Refused { .. }));
-    let text = format!("{error} {error:?}");
-    assert!(text.contains("user or the password") && text.contains("me@127.0.0.1"), "{text}");
-    assert!(!text.contains("wrong-secret"), "{text}");
+    publishers::a_wrong_password_is_said_and_never_shown(&broker(nats.port));
 }
 
 #[test]
@@ -214,37 +188,22 @@ fn what_a_user_may_not_publish_is_said_and_counted() {
 
 #[test]
 fn servers_that_are_no_brokers_hold_nothing_up() {
-    let answers: [(&str, &[u8]); 6] = [
-        ("silent", b""),
-        ("garbage", b"\xff\xff\xff\xff\xff\xff\r\n\xff\xff\r\n"),
-        ("http", b"HTTP/1.1 400 Bad Request\r\n\r\n"),
-        ("half", b"INFO {\"server_id\":\r\n"),
+    let answers: [(&str, &[u8], bool); 6] = [
+        ("silent", b"", false),
+        ("garbage", b"\xff\xff\xff\xff\xff\xff\r\n\xff\xff\r\n", true),
+        ("http", b"HTTP/1.1 400 Bad Request\r\n\r\n", true),
+        ("half", b"INFO {\"server_id\":\r\n", true),
         // Nobody who was asked for says such a thing.
-        ("early", b"PONG\r\n"),
+        ("early", b"PONG\r\n", true),
         // A message of the greatest length there is, of which nothing comes, for nobody.
-        ("confused", b"INFO {\"server_id\":\"x\",\"max_payload\":100}\r\nPONG\r\nMSG a 9 99999999999\r\n"),
+        ("confused", b"INFO {\"server_id\":\"x\",\"max_payload\":100}\r\nPONG\r\nMSG a 9 99999999999\r\n", false),
     ];
-    for (name, answer) in answers {
-        let options = Options { capacity: 100, linger: Duration::from_millis(500), ..Options::new("t/status") };
-        let mut publisher = publisher(broker(server(answer)), options, Qos::AtLeastOnce);
-        publisher.extend(0..1000);
-        if name != "silent" && name != "confused" {
-            wait_until(name, || publisher.counts().failed_attempts > 1);
-        }
-        let counts = publisher.finish();
-        assert_eq!((counts.messages, counts.dropped, counts.connections), (1000, 1000, 0), "{name}: {counts:?}");
-        assert!(publisher.check().is_ok(), "{name}");
-    }
+    publishers::servers_that_are_no_brokers_hold_nothing_up(broker, &answers, false);
 }
 
 #[test]
 fn an_end_without_a_server_does_not_wait_long() {
-    let mut publisher = publisher(broker(free_port()), options(), Qos::AtMostOnce);
-    publisher.extend(0..10);
-    // Far less than `linger`: a server that is not there after one more attempt is given up.
-    let counts = publisher.finish();
-    assert_eq!((counts.messages, counts.dropped, counts.connections), (10, 10, 0));
-    assert!(counts.failed_attempts >= 1);
+    publishers::an_end_without_a_broker_does_not_wait_long(broker);
 }
 
 /// What the guide says of whoever wants retained messages: a stream of the server keeps the last of each subject.
