@@ -90,6 +90,27 @@ fn the_queue_is_bounded() {
     assert!(stats.decoded_frames() <= 6, "{}", stats.decoded_frames());
 }
 
+#[test]
+fn in_step_nothing_is_decoded_before_it_is_asked_for() {
+    let mut prefetch = Prefetch::new(Box::new(counting(100)), 0).unwrap();
+    let stats = prefetch.stats();
+    for asked in 0..20 {
+        std::thread::sleep(Duration::from_millis(2));
+        assert_eq!(stats.decoded_frames(), asked);
+        assert_eq!(prefetch.next_frame().unwrap().unwrap().index(), asked);
+    }
+    assert_eq!(indices(prefetch), ((20..100).collect(), None));
+    let source = Counting { fail_at: Some(7), ..counting(100) };
+    let (seen, error) = indices(Prefetch::new(Box::new(source), 0).unwrap());
+    assert_eq!((seen, error.unwrap().frame()), ((0..7).collect(), Some(7)));
+    // Of a live source the newest frame is there for whoever comes.
+    let camera = camera();
+    let line = camera.hang_up.clone();
+    let mut prefetch = Prefetch::new(Box::new(camera), 0).unwrap();
+    line.lock().unwrap().as_ref().unwrap().send(frame(0)).unwrap();
+    assert_eq!(prefetch.next_frame().unwrap().unwrap().index(), 0);
+}
+
 /// A camera: frames come when the test sends them.
 struct Camera {
     info: SourceInfo,

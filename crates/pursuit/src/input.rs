@@ -83,8 +83,10 @@ pub(crate) fn open(
     }
     let name = if place == *name { source.info().name.clone() } else { name.to_string() };
     let info = SourceInfo { truth, name, ..source.info().clone() };
+    // Whoever has the program work on one thread wants one processor used.
+    let alone = rayon::current_num_threads() == 1;
     let ahead = (AHEAD_BYTES / (BYTES_A_PIXEL * info.size.area()).max(1)).clamp(2, AHEAD_FRAMES);
-    let source = Prefetch::new(source, ahead)?;
+    let source = Prefetch::new(source, if alone { 0 } else { ahead })?;
     tracing::info!("{}: {} pixels, read by {}", info.name, info.size, info.decoder);
     Ok(OpenedInput { stats: source.stats(), source, info, input_size, view, pixel_aspect, depth, stream })
 }

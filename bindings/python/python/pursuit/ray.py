@@ -17,6 +17,9 @@ from ._store import Scratch, Store, fetch, is_elsewhere, lines_of
 
 __all__ = ["batch"]
 
+#: Clips that Ray is handed at a time, where it is not said how many are to be tracked at a time.
+_MOST_WAITING = 1000
+
 
 def batch(
     manifest,
@@ -87,16 +90,22 @@ def _common(tracker, detect, many, box, video, parameters):
 
 def _rows(data, clips, store, options, jobs, cpus, retries):
     context = data.DataContext.get_current()
-    allowed = context.max_errored_blocks
-    # What goes wrong with one task must not cost the others.
-    context.max_errored_blocks = -1
+    # What goes wrong with one task must not cost the others. And Ray itself knows what fits where: were no more handed to it
+    # than there are processors, each would wait until Ray Data had noticed that the one before is over, a tenth of a second
+    # and more. What comes of a clip is a line, which needs no place kept for it.
+    ours = {"max_errored_blocks": -1, "op_resource_reservation_enabled": False}
+    before = {name: getattr(context, name) for name in ours if hasattr(context, name)}
+    for name in before:
+        setattr(context, name, ours[name])
     try:
         rows = [{"index": index, "clip": json.dumps(clip)} for index, clip in enumerate(clips)]
         work = functools.partial(_track, store=store, options=options, folder=os.getcwd(), cpus=cpus, retries=retries)
         # One clip a block: a task that is begun again begins one clip again.
-        yield from data.from_items(rows, override_num_blocks=len(rows)).map(work, num_cpus=cpus, concurrency=jobs).iter_rows()
+        items = data.from_items(rows, override_num_blocks=len(rows))
+        yield from items.map(work, num_cpus=cpus, compute=data.TaskPoolStrategy(size=jobs or _MOST_WAITING)).iter_rows()
     finally:
-        context.max_errored_blocks = allowed
+        for name, value in before.items():
+            setattr(context, name, value)
 
 
 def _track(row, store, options, folder, cpus, retries):

@@ -33,6 +33,8 @@ struct Shared {
 #[derive(Default)]
 struct State {
     queue: VecDeque<Result<Frame>>,
+    /// Whether somebody waits for a frame.
+    asked: bool,
     finished: bool,
     unwanted: bool,
     /// Whether the thread has ended.
@@ -64,14 +66,16 @@ impl PrefetchStats {
 }
 
 impl Prefetch {
-    /// Starts decoding `source` at most `capacity` frames ahead (at least one).
+    /// Starts decoding `source` at most `capacity` frames ahead. With 0 a frame is decoded when it is asked for, while whoever
+    /// asks waits: both together keep one processor busy. Of a live source one frame is kept at least.
     ///
     /// # Errors
     /// [`MediaError::Unreadable`] when the system gives no thread.
     pub fn new(source: Box<dyn Source>, capacity: usize) -> Result<Self> {
         let shared = Arc::new(Shared::default());
         let (info, stop, seekable) = (source.info().clone(), source.stop_handle(), source.is_seekable());
-        let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), live: info.live, seekable };
+        let (live, in_step) = (info.live, capacity == 0 && !info.live);
+        let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), in_step, live, seekable };
         let thread = std::thread::Builder::new().name("decoder".to_owned()).spawn(move || producer.run(source));
         let thread = thread.map_err(|e| MediaError::unreadable(&info.name, format!("no thread to decode on ({e})")))?;
         Ok(Self { shared, info, seekable, stop, thread: Some(thread) })
@@ -90,7 +94,12 @@ impl Source for Prefetch {
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
         let waiting = |state: &mut State| state.queue.is_empty() && !state.finished;
-        let waited = self.shared.filled.wait_while(self.shared.lock(), waiting);
+        let mut state = self.shared.lock();
+        if waiting(&mut state) {
+            state.asked = true;
+            self.shared.drained.notify_one();
+        }
+        let waited = self.shared.filled.wait_while(state, waiting);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
         // A source that can be entered anywhere keeps its thread when it has come to its end.
         let at_end = state.finished && self.seekable && !state.gone;
@@ -170,6 +179,8 @@ impl Shared {
 struct Producer {
     shared: Arc<Shared>,
     capacity: usize,
+    /// Whether nothing is decoded before it is asked for.
+    in_step: bool,
     live: bool,
     seekable: bool,
 }
@@ -178,6 +189,7 @@ impl Producer {
     fn run(self, mut source: Box<dyn Source>) {
         let stats = self.shared.stats.clone();
         loop {
+            self.wait_to_be_asked();
             let target = self.shared.lock().seek.take();
             if let Some(index) = target
                 && let Err(error) = source.seek(index)
@@ -198,6 +210,14 @@ impl Producer {
             if !self.put(item) || (last && !self.wait_for_seek()) {
                 break;
             }
+        }
+    }
+
+    fn wait_to_be_asked(&self) {
+        if self.in_step {
+            let waiting = |state: &mut State| !state.asked && !state.unwanted && state.seek.is_none();
+            let waited = self.shared.drained.wait_while(self.shared.lock(), waiting);
+            waited.unwrap_or_else(PoisonError::into_inner).asked = false;
         }
     }
 
