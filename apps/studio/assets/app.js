@@ -57,24 +57,25 @@ new Runs({ button: $("runs"), dialog: $("results"), list: $("run-list"), detail:
   await open(source);
   monitor.judged = judged;
   await order("seek", { frame });
-}), fail);
+}), (run) => then(() => open(run, { run })), fail);
 const sources = new Sources({ input: $("source"), list: $("sources"), browse: $("browse"), files: $("files"), upload: $("upload"), file: $("file") },
   (source) => then(() => open(source)), fail, say);
 
-/** @param {string} source */
-async function open(source) {
-  if (!source.trim()) return;
+/** @param {string} source @param {Record<string, any>} [what] what is opened, where it is no source that is followed by the method chosen */
+async function open(source, what) {
+  if (!source.trim() && !what) return;
   $("notice").hidden = true;
   say(`Opening ${source} …`);
   try {
-    const answer = await call("POST", "/api/trials", { source, tracker: $("tracker").value, parameters: motionWanted(), ...detecting.atOnce(source) });
+    const answer = await call("POST", "/api/trials", what ?? { source, tracker: $("tracker").value, parameters: motionWanted(), ...detecting.atOnce(source) });
+    source = answer.source ?? source;
     await leave();
     monitor.judged = null;
     opened = performance.now();
     Object.assign(state, { trial: answer.trial, source, selected: 0 });
     sessionStorage.setItem("trial", JSON.stringify({ trial: answer.trial, source }));
     await watch();
-    const detector = detecting.name;
+    const detector = what ? null : detecting.name;
     show(answer.facts, null);
     await setSpeed();
     if (detector) await detect(detector, detecting.changes);

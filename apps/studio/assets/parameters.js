@@ -85,7 +85,7 @@ export class Parameters {
     }
     const input = /** @type {HTMLInputElement} */ (make("input"));
     input.id = id;
-    if (p.type === "text") {
+    if (p.type === "text" || p.type === "file") {
       input.type = "text";
       input.addEventListener("change", () => this.changed(key, input.value));
       pair.classList.add("alone");

@@ -1,4 +1,4 @@
-// Folders written by `pursuit eval` and `pursuit reproduce`, to look at.
+// Folders written by `pursuit track`, `eval` and `reproduce`, to look at.
 
 import { call } from "./api.js";
 
@@ -8,11 +8,13 @@ export class Runs {
   /**
    * @param {{ button: HTMLElement, dialog: HTMLDialogElement, list: HTMLElement, detail: HTMLElement, close: HTMLElement }} parts
    * @param {(tracker: string, source: string, frame: number, judged: Judged) => void} look opens a source and goes to a frame of it
+   * @param {(folder: string) => void} take opens a run of a tracker
    * @param {(error: unknown) => void} fail
    */
-  constructor(parts, look, fail) {
+  constructor(parts, look, take, fail) {
     this.parts = parts;
     this.look = look;
+    this.take = take;
     this.fail = (/** @type {unknown} */ error) => { this.parts.dialog.close(); fail(error); };
     parts.button.addEventListener("click", () => this.open().catch(this.fail));
     parts.close.addEventListener("click", () => parts.dialog.close());
@@ -27,14 +29,15 @@ export class Runs {
       row.append(make("small", run.kind));
       return row;
     }));
-    detail.replaceChildren(make("p", runs.length ? "Choose a run." : "There are no results of “pursuit eval” or “pursuit reproduce” below the root.", "quiet"));
+    detail.replaceChildren(make("p", runs.length ? "Choose a run." : "There are no results of “pursuit track”, “eval” or “reproduce” below the root.", "quiet"));
     if (!dialog.open) dialog.showModal();
   }
 
   /** @param {string} folder */
   async show(folder) {
     const run = await call("GET", `/api/runs/results?folder=${encodeURIComponent(folder)}`);
-    this.parts.detail.replaceChildren(...(run.kind === "evaluation" ? this.evaluation(folder, run) : reproduction(folder, run)));
+    const shown = { evaluation: () => this.evaluation(folder, run), reproduction: () => reproduction(folder, run), tracking: () => this.tracking(folder, run.run) };
+    this.parts.detail.replaceChildren(...shown[/** @type {"tracking"} */ (run.kind)]());
     this.parts.detail.scrollTop = 0;
   }
 
@@ -55,6 +58,17 @@ export class Runs {
       parts.push(table(`${name} on every sequence`, ["Sequence", "AUC", "Overlap", "Precision", "Lost", "fps", "Frames", "", ""], rows));
     }
     return parts;
+  }
+
+  /** @param {string} folder @param {any} run @returns {HTMLElement[]} */
+  tracking(folder, run) {
+    const { tracker, detector } = run.recipe;
+    const { tracking, occluded, lost } = run.states;
+    const facts = [["Input", run.input.name], ["Picture", `${run.input.width} × ${run.input.height}`], ["State", run.error ? `${run.status}: ${run.error}` : run.status],
+      ["Frames", String(run.frame_count)], ["Tracking, occluded, lost", `${tracking}, ${occluded}, ${lost}`], ["Begun by", detector ?? "boxes"],
+      ["Mean overlap with the truth", number(run.accuracy?.mean_iou)], ["Written by", `pursuit ${run.version}`]];
+    const open = button("Open this run", () => { this.parts.dialog.close(); this.take(folder); });
+    return [make("h3", `A run of ${tracker}`), table("The run", ["", ""], facts), open];
   }
 
   /** @param {string} folder @param {string} tracker @param {string} sequence @param {HTMLElement} cell */

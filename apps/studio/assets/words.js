@@ -5,6 +5,8 @@ export function advice(facts, selected, picking) {
   const { backward, now, head } = facts;
   if (picking) return "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
   if (backward && (!backward.end || now?.frame === backward.from)) return wayBack(backward);
+  if (facts.recorded && !facts.targets.length) return "A recorded run, to be looked at: Start plays it.";
+  if (facts.recorded && !selected) return "A recorded run: Start plays it; click on a target to correct it, and it is followed again from there.";
   if (!facts.targets.length && facts.detector) return "Click on a box of the detector's, or drag one; or press Start: then the detector finds the target.";
   if (!facts.targets.length) return "Drag a box around the target; then press Start.";
   const again = now && head !== null && now.frame < head && !facts.input.live ? "; what comes after is followed again" : "";

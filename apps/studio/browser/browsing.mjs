@@ -1,8 +1,8 @@
-// Folders of `pursuit eval` and `pursuit reproduce` in the page.
+// Folders of `pursuit track`, `eval` and `reproduce` in the page.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { LONG, returning, writeClipWithLoss } from "./clip.mjs";
 
@@ -14,6 +14,7 @@ export async function browsing({ page, button, pursuit, folder, until, frame, st
   const truth = Array.from({ length: LONG }, (_, k) => `${k},${returning(k).join(",")}`);
   writeFileSync(join(data, "returning.csv"), `index,x,y,w,h\n${truth.join("\n")}\n`);
   execFileSync(pursuit, ["eval", data, "--trackers", "mosse,kcf", "--out", join(folder, "out", "evaluated")], { stdio: "ignore" });
+  execFileSync(pursuit, ["track", join(data, "returning.y4m"), "--tracker", "kcf", "--no-video", "--out", join(folder, "out", "tracked")], { stdio: "ignore" });
   execFileSync(pursuit, ["reproduce", "qu2010", "--seeds", "2", "--out", join(folder, "out", "reproduced")], { stdio: "ignore" });
   await button("Runs").click();
   const dialog = page.getByRole("dialog", { name: "Runs" });
@@ -37,4 +38,20 @@ export async function browsing({ page, button, pursuit, folder, until, frame, st
   await until(async () => (await frame()) === wanted && (await status()).includes("returning.y4m"), "the worst frame is not shown");
   assert.equal(await page.getByLabel("Tracker", { exact: true }).inputValue(), "mosse");
   await shot("worst-frame");
+  // A run of a tracker is opened with what it said, and gone on with after a correction.
+  await button("Runs").click();
+  await dialog.getByRole("button", { name: /tracked/ }).click();
+  await dialog.getByRole("table", { name: "The run" }).waitFor();
+  await shot("run");
+  await dialog.getByRole("button", { name: "Open this run" }).click();
+  await until(async () => (await status()).includes("paused") && (await frame()) === 0, "the run is not opened");
+  const told = readFileSync(join(folder, "out", "tracked", "trajectory.csv"), "utf8");
+  const link = await page.getByRole("link", { name: "CSV" }).getAttribute("href");
+  const shown = await page.evaluate(async (address) => (await fetch(address)).text(), String(link));
+  assert.equal(shown, told, "what is shown is not what was recorded");
+  assert.equal(await page.getByLabel("Tracker", { exact: true }).inputValue(), "kcf");
+  await page.getByLabel("Frame", { exact: true }).fill("60");
+  await page.getByLabel("Frame", { exact: true }).press("Enter");
+  await until(async () => (await frame()) === 60, "a recorded frame is not shown");
+  await shot("recorded");
 }

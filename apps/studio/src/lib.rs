@@ -12,6 +12,7 @@ mod export;
 mod guard;
 mod metrics;
 mod options;
+mod recording;
 mod root;
 mod runs;
 mod server;

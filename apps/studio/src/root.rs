@@ -2,6 +2,8 @@
 
 use crate::error::{Refusal, StudioError};
 use pursuit::media::Locator;
+use pursuit::toml::{Table, Value};
+use pursuit::tracking::parameters::{Kind, Parameter};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -73,6 +75,26 @@ impl Root {
             }
         } else {
             return Err(Refusal::unfit("this is neither a file nor a folder"));
+        }
+        Ok(())
+    }
+
+    /// Whether every file that parameters name lies below the root; names are made into paths.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn hold(&self, schema: &[Parameter], parameters: &mut Table) -> Result<(), Refusal> {
+        for (name, value) in parameters {
+            let Some(parameter) = schema.iter().find(|p| p.name == name) else { continue };
+            match (&parameter.kind, value) {
+                (Kind::File, Value::String(file)) if !file.is_empty() => {
+                    let outside =
+                        |_| Refusal::unfit(format!("`{name}`: there is no such file or folder below the root"));
+                    *file = self.inside(Path::new(file)).map_err(outside)?.display().to_string();
+                }
+                (Kind::Group { parameters }, Value::Table(inner)) => self.hold(parameters, inner)?,
+                _ => {}
+            }
         }
         Ok(())
     }
@@ -229,6 +251,29 @@ mod tests {
         assert!(root.resolve("clips").is_ok());
         symlink(all.path().join("secret.y4m"), clips.join("a.csv")).unwrap();
         assert!(root.resolve("clips/a.y4m").is_err(), "its truth lies outside");
+    }
+
+    #[test]
+    fn parameters_name_files_below_the_root_and_no_others() {
+        let (all, root) = outside_and_inside();
+        let schema = pursuit::trackers::registry::tracker("siamese").unwrap().default_recipe().schema();
+        let held = |text: &str| {
+            let mut table: Table = text.parse().unwrap();
+            root.hold(&schema, &mut table).map(|()| table)
+        };
+        let inside = all.path().join("root/clips/a.y4m").canonicalize().unwrap().display().to_string();
+        let table = held("model = 'clips/a.y4m'\nlayout = '../secret.y4m'\n[runtime]\nonnxruntime = ''").unwrap();
+        assert_eq!(table["model"].as_str(), Some(&*inside));
+        assert_eq!(table["layout"].as_str(), Some("../secret.y4m"), "no file");
+        assert_eq!(held(&format!("model = '{inside}'")).unwrap(), held("model = 'clips/a.y4m'").unwrap());
+        for (bad, name) in [
+            ("model = '../secret.y4m'", "`model`"),
+            ("model = '/etc/passwd'", "`model`"),
+            ("[runtime]\nonnxruntime = '../secret.y4m'", "`onnxruntime`"),
+        ] {
+            let refusal = held(bad).unwrap_err();
+            assert!(refusal.status == 422 && refusal.message.contains(name), "{bad}: {refusal:?}");
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! What `pursuit eval` and `pursuit reproduce` left in folders below the root, to be looked at and not changed.
+//! What `pursuit track`, `eval` and `reproduce` left in folders below the root, to be looked at and not changed.
 
 use crate::error::Refusal;
 use crate::root::Root;
+use pursuit::evaluation::metrics::accuracy::believed;
 use pursuit::evaluation::{Dataset, Footage, Trajectory};
 use pursuit::geometry::Truth;
 use pursuit::media::OpenOptions;
@@ -9,8 +10,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// The file that both leave.
+/// The file that evaluations and reproductions leave.
 const RESULTS: &str = "results.json";
+/// Those that a run of a tracker leaves.
+pub(crate) const TRACKED: &str = "run.json";
+pub(crate) const TRAJECTORY: &str = "trajectory.csv";
 /// Results that are larger are not ours.
 const MOST_BYTES: u64 = 64 << 20;
 /// How deep runs are looked for, how many folders on the way, and how many runs are shown.
@@ -25,6 +29,7 @@ const MOST_WORST: usize = 6;
 pub(crate) enum Kind {
     Evaluation,
     Reproduction,
+    Tracking,
 }
 
 /// A folder of results.
@@ -54,8 +59,12 @@ pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
         if seen > MOST_FOLDERS || runs.len() >= MOST_RUNS {
             break;
         }
-        if folder.join(RESULTS).is_file() {
-            let kind = if folder.join("boxes").is_dir() { Kind::Evaluation } else { Kind::Reproduction };
+        let kind = match folder.join(RESULTS).is_file() {
+            true if folder.join("boxes").is_dir() => Some(Kind::Evaluation),
+            true => Some(Kind::Reproduction),
+            false => [TRACKED, TRAJECTORY].iter().all(|file| folder.join(file).is_file()).then_some(Kind::Tracking),
+        };
+        if let Some(kind) = kind {
             let path = folder.strip_prefix(&top).ok().and_then(Path::to_str).map(str::to_owned);
             runs.extend(path.map(|path| Run { path, kind }));
             continue;
@@ -73,7 +82,11 @@ pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
 /// What is in such a folder.
 pub(crate) fn open(root: &Root, path: &str) -> Result<Value, Refusal> {
     let folder = root.folder(path)?;
-    let results = read(root, &folder)?;
+    if !folder.join(RESULTS).exists() {
+        let run = read(root, &folder, TRACKED)?;
+        return Ok(json!({ "path": path, "kind": Kind::Tracking, "run": run }));
+    }
+    let results = read(root, &folder, RESULTS)?;
     if let (Some(protocol), Some(trackers)) = (results.get("protocol"), results["trackers"].as_object()) {
         let trackers: Vec<Value> = trackers
             .iter()
@@ -90,15 +103,15 @@ pub(crate) fn open(root: &Root, path: &str) -> Result<Value, Refusal> {
 }
 
 fn foreign() -> Refusal {
-    Refusal::unfit("this folder holds no results of `pursuit eval` or `pursuit reproduce`")
+    Refusal::unfit("this folder holds no results of `pursuit track`, `eval` or `reproduce`")
 }
 
-fn read(root: &Root, folder: &Path) -> Result<Value, Refusal> {
-    let file = root.file(&folder.join(RESULTS)).map_err(|_| foreign())?;
+pub(crate) fn read(root: &Root, folder: &Path, name: &str) -> Result<Value, Refusal> {
+    let file = root.file(&folder.join(name)).map_err(|_| foreign())?;
     if std::fs::metadata(&file).map_or(u64::MAX, |m| m.len()) > MOST_BYTES {
         return Err(foreign());
     }
-    let bytes = std::fs::read(&file).map_err(|e| Refusal::unfit(format!("{RESULTS} cannot be read: {e}")))?;
+    let bytes = std::fs::read(&file).map_err(|e| Refusal::unfit(format!("{name} cannot be read: {e}")))?;
     serde_json::from_slice(&bytes).map_err(|_| foreign())
 }
 
@@ -123,7 +136,7 @@ fn media_type(name: &str) -> Option<&'static str> {
 pub(crate) fn picture(root: &Root, path: &str, name: &str) -> Result<(&'static str, Vec<u8>), Refusal> {
     let missing = || Refusal::missing("there is no such picture in this folder of results");
     let folder = root.folder(path)?;
-    read(root, &folder)?;
+    read(root, &folder, RESULTS)?;
     let kind = media_type(name).filter(|_| !name.contains(['/', '\\'])).ok_or_else(missing)?;
     let file = root.file(&folder.join(name)).map_err(|_| missing())?;
     if std::fs::metadata(&file).map_or(u64::MAX, |m| m.len()) > MOST_BYTES {
@@ -141,7 +154,7 @@ pub(crate) fn worst(
     open: &OpenOptions,
 ) -> Result<Value, Refusal> {
     let folder = root.folder(path)?;
-    let results = read(root, &folder)?;
+    let results = read(root, &folder, RESULTS)?;
     let missing = || Refusal::missing("this evaluation has no such tracker or sequence");
     results["trackers"].get(tracker).and_then(|own| own["sequences"].get(sequence)).ok_or_else(missing)?;
     let boxes: PathBuf = [folder.as_path(), "boxes".as_ref(), tracker.as_ref(), sequence.as_ref()].iter().collect();
@@ -167,7 +180,7 @@ fn worst_of(truth: &[Truth], trajectory: &Trajectory) -> Vec<Worst> {
     let mut all: Vec<Worst> = (0..truth.len().min(trajectory.end()))
         .filter_map(|frame| {
             let there = truth[frame].bbox()?;
-            let bbox = trajectory.get(frame).map(|output| output.bbox);
+            let bbox = believed(trajectory.get(frame));
             let overlap = bbox.map_or(0.0, |b| b.iou(&there));
             Some(Worst { frame, overlap, bbox: bbox.map(ltwh), truth: ltwh(there) })
         })

@@ -1,10 +1,12 @@
-//! Folders of evaluations and reproductions are looked at, below the root and nowhere else.
+//! Folders of runs, evaluations and reproductions are looked at, below the root and nowhere else.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 mod common;
 
-use common::studio;
+use common::{studio, without_times};
 use pursuit::evaluation::{EvalOptions, evaluate};
+use pursuit::media::OpenOptions;
+use pursuit::{Run, RunConfig};
 use serde_json::json;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -71,6 +73,103 @@ fn an_evaluation_is_listed_shown_and_its_worst_frames_can_be_opened() {
     std::fs::remove_file(root.path().join("data/mover.csv")).unwrap();
     let worst = studio.get("/api/runs/worst?folder=out/eval&tracker=mosse&sequence=mover").json();
     assert_eq!(worst, json!({ "source": null, "first": 0, "frames": [] }));
+}
+
+/// The recipe of a run as a whole, followed and left in `out/run` below the root.
+fn tracked(root: &Path, change: impl FnOnce(&mut RunConfig)) -> String {
+    clip(&root.join("data"), "mover");
+    let _ = std::fs::remove_dir_all(root.join("out/run"));
+    let mut config = RunConfig {
+        input: Some(root.join("data/mover.y4m").into()),
+        tracker: Some("kcf".into()),
+        boxes: vec![[8.0, 10.0, 16.0, 16.0]],
+        out: Some(root.join("out/run")),
+        video: Some(false),
+        ..RunConfig::default()
+    };
+    change(&mut config);
+    Run::prepare(config, &OpenOptions::default()).unwrap().run(|_| {}).unwrap();
+    std::fs::read_to_string(root.join("out/run/trajectory.csv")).unwrap()
+}
+
+#[test]
+fn a_run_of_a_tracker_is_opened_with_what_it_said_and_followed_again_from_a_correction() {
+    let (studio, root) = studio();
+    let told = tracked(root.path(), |_| {});
+    assert_eq!(studio.get("/api/runs").json(), json!([{ "path": "out/run", "kind": "tracking" }]));
+    let run = studio.get("/api/runs/results?folder=out/run").json();
+    assert_eq!((&run["kind"], &run["run"]["recipe"]["tracker"]), (&json!("tracking"), &json!("kcf")));
+    let trial = studio.trial(&json!({ "run": "out/run" }));
+    let facts = studio.get(&trial).json();
+    assert_eq!(
+        (&facts["phase"], &facts["recorded"], &facts["tracker"]),
+        (&json!("paused"), &json!(true), &json!("kcf"))
+    );
+    assert_eq!((&facts["first"], &facts["head"], &facts["now"]["frame"]), (&json!(0), &json!(39), &json!(0)));
+    let csv = |trial: &str| studio.get(&format!("{trial}/trajectory?format=csv")).text();
+    assert_eq!(csv(&trial), told);
+    // Played to its end, it is as it was.
+    let end = studio.follow_to_the_end(&trial);
+    assert_eq!((&end["phase"], &end["recorded"], &end["now"]["frame"]), (&json!("ended"), &json!(true), &json!(39)));
+    assert_eq!(csv(&trial), told);
+    // A correction is followed from there, as in a trial in which everything was followed.
+    let own = studio.trial(&json!({ "source": "data/mover.y4m", "tracker": "kcf" }));
+    studio.ok("POST", &format!("{own}/targets"), &json!({ "box": [8, 10, 16, 16] }));
+    studio.follow_to_the_end(&own);
+    for trial in [&trial, &own] {
+        studio.ok("POST", &format!("{trial}/orders"), &json!({ "order": "seek", "frame": 25 }));
+        let facts = studio.ok("PUT", &format!("{trial}/targets/1"), &json!({ "box": [70, 41, 16, 16] }));
+        assert_eq!((&facts["recorded"], &facts["head"]), (&json!(false), &json!(25)));
+        studio.follow_to_the_end(trial);
+    }
+    assert_eq!(without_times(&csv(&trial)), without_times(&csv(&own)));
+    let before = studio.get(&format!("{trial}/trajectory?format=csv&version=1")).text();
+    assert_eq!(before, told, "the recorded version is kept");
+}
+
+#[test]
+fn a_run_that_was_interrupted_goes_on_where_it_ended() {
+    let (studio, root) = studio();
+    let whole = tracked(root.path(), |_| {});
+    let folder = root.path().join("out/run");
+    // As if it had been killed after frame 14.
+    let cut: Vec<&str> = whole.split_inclusive('\n').take(16).collect();
+    std::fs::write(folder.join("trajectory.csv"), cut.concat()).unwrap();
+    let facts = std::fs::read_to_string(folder.join("run.json")).unwrap().replace("\"done\"", "\"interrupted\"");
+    std::fs::write(folder.join("run.json"), facts).unwrap();
+    let trial = studio.trial(&json!({ "run": "out/run" }));
+    assert_eq!(studio.get(&trial).json()["head"], 14);
+    studio.ok("POST", &format!("{trial}/orders"), &json!({ "order": "seek", "frame": 14 }));
+    let facts = studio.order(&trial, "step");
+    assert_eq!((&facts["now"]["frame"], &facts["head"], &facts["recorded"]), (&json!(15), &json!(15), &json!(false)));
+    studio.follow_to_the_end(&trial);
+    let csv = studio.get(&format!("{trial}/trajectory?format=csv")).text();
+    assert_eq!(without_times(&csv), without_times(&whole));
+}
+
+#[test]
+fn a_run_that_the_studio_cannot_repeat_is_looked_at_alone() {
+    let (studio, root) = studio();
+    let told = tracked(root.path(), |config| config.region = Some([0.0, 0.0, 64.0, 64.0]));
+    let trial = studio.trial(&json!({ "run": "out/run" }));
+    studio.follow_to_the_end(&trial);
+    assert_eq!(studio.get(&format!("{trial}/trajectory?format=csv")).text(), told);
+    let bad = studio.send("POST", &format!("{trial}/targets"), &json!({ "box": [8, 10, 16, 16] }));
+    assert!(bad.status == 409 && bad.text().contains("a part of the picture"), "{}", bad.text());
+    assert_eq!(studio.send("POST", &format!("{trial}/orders"), &json!({ "order": "start" })).status, 409);
+    // What it names must be there, and below the root.
+    std::fs::rename(root.path().join("data/mover.y4m"), root.path().join("data/other.y4m")).unwrap();
+    let gone = studio.send("POST", "/api/trials", &json!({ "run": "out/run" }));
+    assert!(gone.status == 404 && gone.text().contains("input is not below the root"), "{}", gone.text());
+    for (folder, status) in [("data", 422), ("..", 404), ("out/none", 404)] {
+        assert_eq!(studio.send("POST", "/api/trials", &json!({ "run": folder })).status, status, "{folder}");
+    }
+    for (file, text) in [("run.json", "{}"), ("trajectory.csv", "a,b\n1,2\n"), ("trajectory.csv", "")] {
+        tracked(root.path(), |_| {});
+        std::fs::write(root.path().join("out/run").join(file), text).unwrap();
+        let damaged = studio.send("POST", "/api/trials", &json!({ "run": "out/run" }));
+        assert_eq!(damaged.status, 422, "{file}: {}", damaged.text());
+    }
 }
 
 #[test]

@@ -5,8 +5,7 @@ use crate::config::RunConfig;
 use crate::run::{InputFacts, RecipeFacts, StateCounts};
 use crate::run_folder::{FACTS, OVERLAY, STATE};
 use crate::session::Checkpoint;
-use crate::sinks::Format;
-use pursuit_geometry::BBox;
+use crate::sinks::{Format, read_trajectory};
 use pursuit_tracking::{Estimate, TrackState};
 use serde_json::Value;
 use std::fs::File;
@@ -147,33 +146,15 @@ fn cut(path: &Path, format: Format, last: u64) -> std::io::Result<()> {
 }
 
 impl Kept {
-    fn read(path: &Path, last: u64) -> Result<Self, csv::Error> {
+    fn read(path: &Path, last: u64) -> Result<Self, String> {
         let mut kept = Self::default();
         let mut before = None;
-        for row in csv::Reader::from_path(path)?.records().map_while(Result::ok) {
-            let number = |column: usize| row.get(column).and_then(|cell| cell.parse::<f64>().ok());
-            let Some(frame) = row.get(0).and_then(|c| c.parse().ok()).filter(|frame: &u64| *frame <= last) else {
-                break;
-            };
-            let state = match row.get(3) {
-                Some("tracking") => TrackState::Tracking,
-                Some("occluded") => TrackState::Occluded,
-                _ => TrackState::Lost,
-            };
-            kept.states.add(state);
-            if before.replace(frame) == Some(frame) {
-                continue;
+        for record in read_trajectory(path)?.take_while(|record| record.frame <= last) {
+            kept.states.add(record.estimate.as_ref().map_or(TrackState::Lost, |estimate| estimate.state));
+            if before.replace(record.frame) != Some(record.frame) {
+                kept.frames += 1;
+                kept.first.push((record.frame, record.estimate));
             }
-            kept.frames += 1;
-            let bbox =
-                |at: usize| Some(BBox::from_ltwh(number(at)?, number(at + 1)?, number(at + 2)?, number(at + 3)?));
-            let estimate = bbox(4).map(|own| Estimate {
-                state,
-                prediction: bbox(9),
-                measurement: bbox(13),
-                ..Estimate::started(number(1).unwrap_or_default(), own, number(8).unwrap_or_default())
-            });
-            kept.first.push((frame, estimate));
         }
         Ok(kept)
     }

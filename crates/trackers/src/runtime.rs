@@ -3,7 +3,8 @@
 use pursuit_inference::InferenceError;
 use pursuit_inference::onnx::{Backend, OnnxOptions};
 use pursuit_tracking::TrackingError;
-use std::path::PathBuf;
+use pursuit_tracking::parameters::FileName;
+use std::path::Path;
 
 pursuit_tracking::choices! {
     /// Which library runs a network.
@@ -23,7 +24,7 @@ pursuit_tracking::parameters! {
         /// The library that runs it.
         pub library: Library = Library::Auto;
         /// The file of the onnxruntime library, or the folder it is in; empty: the first found where systems put it.
-        pub onnxruntime: String = String::new();
+        pub onnxruntime: FileName = FileName::default();
         /// Threads for one network. 1: several targets share the machine well.
         pub threads: usize = 1, in 1..=256;
         /// Greatest size of a file, and of what a network takes and gives.
@@ -40,7 +41,7 @@ impl RuntimeParams {
                 Library::OnnxRuntime => Backend::OnnxRuntime,
                 Library::Rten => Backend::Rten,
             },
-            library: (!self.onnxruntime.is_empty()).then(|| PathBuf::from(&self.onnxruntime)),
+            library: self.onnxruntime.path().map(Path::to_path_buf),
             threads: self.threads,
             max_bytes: (self.most_mib as u64) << 20,
             ..OnnxOptions::default()

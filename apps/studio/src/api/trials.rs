@@ -2,6 +2,7 @@
 
 use crate::Picked;
 use crate::error::Refusal;
+use crate::recording::Recording;
 use crate::studio::Studio;
 use crate::trial::{Look, Order, Seeking, Setup};
 use crate::uploads;
@@ -31,14 +32,20 @@ pub(crate) struct Opening {
     detector: Option<String>,
     #[serde(default)]
     detector_parameters: Table,
+    /// The folder of a run of `pursuit track`, in place of all this.
+    run: Option<String>,
 }
 
 pub(crate) async fn open(
     State(studio): State<Arc<Studio>>,
     Json(opening): Json<Opening>,
 ) -> Result<(StatusCode, Json<Value>), Refusal> {
-    let Opening { source, tracker, parameters, detector, detector_parameters } = opening;
-    let seeking = detector.map(|name| Seeking::new(&name, &detector_parameters)).transpose()?;
+    let Opening { source, tracker, parameters, detector, detector_parameters, run } = opening;
+    if let Some(folder) = run {
+        return open_run(&studio, folder).await;
+    }
+    let root = studio.root()?.clone();
+    let seeking = detector.map(|name| Seeking::new(&name, &detector_parameters, &root)).transpose()?;
     let given = studio.given.clone();
     let locator = match source {
         Some(name) if Some(&name) == given.as_ref().map(ToString::to_string).as_ref() => given,
@@ -53,14 +60,36 @@ pub(crate) async fn open(
         None => given,
     };
     if studio.picking && locator != studio.given {
-        return Err(Refusal::unfit("the box is wanted for the input of the command line; no other can be opened now"));
+        return Err(other_than_wanted());
     }
     let locator = locator.ok_or_else(|| Refusal::unfit("no source; name one"))?;
     let tracker = tracker.unwrap_or_else(|| pursuit::trackers::registry::DEFAULT_TRACKER.to_owned());
     let options = studio.options.clone();
-    let (number, trial) = studio.open(Setup { locator, options, tracker, parameters, seeking }).await?;
+    let (number, trial) =
+        studio.open(Setup { locator, options, root, tracker, parameters, seeking, known: None }).await?;
     let facts = trial.order(Order::Tell).await?;
     Ok((StatusCode::CREATED, Json(json!({ "trial": number, "facts": facts }))))
+}
+
+/// Opens what a run left: its trajectory is known.
+async fn open_run(studio: &Arc<Studio>, folder: String) -> Result<(StatusCode, Json<Value>), Refusal> {
+    let root = studio.root()?.clone();
+    if studio.picking {
+        return Err(other_than_wanted());
+    }
+    let held = root.clone();
+    let read = tokio::task::spawn_blocking(move || Recording::read(&held, &folder)).await;
+    let recording = read.unwrap_or_else(|_| Err(Refusal::unfit("this run cannot be read")))?;
+    let Recording { source, locator, tracker, parameters, seeking, known } = recording;
+    let options = studio.options.clone();
+    let setup = Setup { locator, options, root, tracker, parameters, seeking, known: Some(known) };
+    let (number, trial) = studio.open(setup).await?;
+    let facts = trial.order(Order::Tell).await?;
+    Ok((StatusCode::CREATED, Json(json!({ "trial": number, "source": source, "facts": facts }))))
+}
+
+fn other_than_wanted() -> Refusal {
+    Refusal::unfit("the box is wanted for the input of the command line; no other can be opened now")
 }
 
 pub(crate) async fn list(State(studio): State<Arc<Studio>>) -> Json<Value> {
@@ -191,7 +220,8 @@ pub(crate) async fn detect(
     Path(trial): Path<u64>,
     Json(Detecting { detector, parameters }): Json<Detecting>,
 ) -> Answer {
-    let seeking = detector.map(|name| Seeking::new(&name, &parameters)).transpose()?;
+    let root = studio.root()?;
+    let seeking = detector.map(|name| Seeking::new(&name, &parameters, root)).transpose()?;
     obey(&studio, trial, Order::Detect(seeking)).await
 }
 

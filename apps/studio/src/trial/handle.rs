@@ -1,11 +1,12 @@
 use super::engine::Engine;
-use super::input::Input;
 use super::job::Job;
 use super::looks::Look;
 use super::proposer::Seeking;
 use super::row::Version;
 use super::screen::{Screen, Viewer, Wish};
 use crate::error::Refusal;
+use crate::recording::Known;
+use crate::root::Root;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::toml::Table;
 use pursuit::{BBox, Remote};
@@ -24,10 +25,14 @@ const OBEYING: Duration = Duration::from_secs(120);
 pub(crate) struct Setup {
     pub locator: Locator,
     pub options: OpenOptions,
+    /// Below which files lie that parameters name.
+    pub root: Root,
     pub tracker: String,
     pub parameters: Table,
     /// What finds the first target, where no box is to.
     pub seeking: Option<Seeking>,
+    /// What came of it already.
+    pub known: Option<Known>,
 }
 
 /// What a trial can be told.
@@ -120,9 +125,7 @@ impl Trial {
         let painted = screen.clone();
         let run = move || {
             let screen = Closing(painted);
-            let Setup { locator, options, tracker, parameters, seeking } = setup;
-            let input = Input::new(locator, options);
-            match Engine::open(input, (&tracker, &parameters), seeking, screen.0.clone()) {
+            match Engine::open(setup, screen.0.clone()) {
                 Ok(engine) => {
                     if opened.send(Ok(engine.remote())).is_ok() {
                         engine.run(&inbox);

@@ -142,6 +142,7 @@ impl Job {
             "proposals": [],
             "seeking": null,
             "backward": null,
+            "recorded": false,
             "version": 1,
             "versions": [],
             "step_ms": records.filter_map(|r| r.update_ms).sum::<f64>(),

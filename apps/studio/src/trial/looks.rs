@@ -1,6 +1,6 @@
 //! What the monitor shows of a frame: the picture, its depth, or what moves in it.
 
-use super::pictures::Pictures;
+use super::pictures::{Pictures, RunUp};
 use crate::error::Refusal;
 use pursuit::Frame;
 use pursuit::imaging::{Image, ImageView, Rgb8};
@@ -8,8 +8,6 @@ use pursuit::vision::background::{BACKGROUND, BackgroundModel, FOREGROUND, Learn
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Frames from which the background is learnt, before the one shown.
-const RUN_UP: u64 = 64;
 /// What is nearer or farther than these quantiles of the depths has the first or the last colour.
 const QUANTILES: (f64, f64) = (0.02, 0.98);
 /// A pixel without depth.
@@ -73,12 +71,11 @@ impl Looks {
 
     fn foreground(&mut self, frame: &Frame, pictures: &mut Pictures) -> Result<Image<Rgb8>, Refusal> {
         let at = frame.index();
-        let next = self.learnt.take().map(|learnt| learnt + 1);
-        let next = match next.filter(|next| (*next..=*next + RUN_UP).contains(&at)) {
-            Some(next) => next,
-            None => {
+        let next = match RunUp::to(at, self.learnt.take()) {
+            RunUp::GoOn(next) => next,
+            RunUp::Anew(first) => {
                 self.model = None;
-                at.saturating_sub(RUN_UP)
+                first
             }
         };
         for before in next..at {

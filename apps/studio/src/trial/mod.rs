@@ -21,6 +21,7 @@ pub(crate) use job::{Job, read_only};
 pub(crate) use looks::Look;
 pub(crate) use proposer::Seeking;
 pub(crate) use report::brief;
+pub(crate) use row::Row;
 pub(crate) use screen::{Packet, Wish};
 
 /// Targets that one trial follows at most.

@@ -1,13 +1,12 @@
 //! What a detector sees in the frame that is shown: boxes to begin from.
 
-use super::pictures::Pictures;
+use super::pictures::{Pictures, RunUp};
+use crate::error::Refusal;
+use crate::root::Root;
 use pursuit::toml::Table;
 use pursuit::tracking::parameters::nested;
 use pursuit::tracking::{Detection, Detector, DetectorEntry, Followed};
 use pursuit::{BBox, Frame, RunError};
-
-/// Frames that a detector which models the scene is shown before the one that is asked about.
-const RUN_UP: u64 = 64;
 
 /// A detector of the registry with its parameters.
 #[derive(Debug, Clone)]
@@ -19,10 +18,14 @@ pub(crate) struct Seeking {
 
 impl Seeking {
     /// # Errors
-    /// A name that there is not, parameters that do not fit.
-    pub fn new(name: &str, parameters: &Table) -> Result<Self, RunError> {
-        let seeking = Self { entry: pursuit::trackers::registry::detector(name)?, parameters: nested(parameters) };
-        seeking.detector().map(|_| seeking)
+    /// A name that there is not, parameters that do not fit or name files outside the root.
+    pub fn new(name: &str, parameters: &Table, root: &Root) -> Result<Self, Refusal> {
+        let entry = pursuit::trackers::registry::detector(name).map_err(RunError::from)?;
+        let mut parameters = nested(parameters);
+        root.hold(&entry.schema(), &mut parameters)?;
+        let seeking = Self { entry, parameters };
+        seeking.detector()?;
+        Ok(seeking)
     }
 
     pub fn detector(&self) -> Result<Box<dyn Detector>, RunError> {
@@ -69,12 +72,11 @@ impl Proposer {
             return Ok(());
         }
         if self.detector.watches() {
-            let next = self.seen.take().map(|seen| seen + 1);
-            let next = match next.filter(|next| (*next..=*next + RUN_UP).contains(&at)) {
-                Some(next) => next,
-                None => {
+            let next = match RunUp::to(at, self.seen.take()) {
+                RunUp::GoOn(next) => next,
+                RunUp::Anew(first) => {
                     self.detector = self.seeking.detector()?;
-                    at.saturating_sub(RUN_UP)
+                    first
                 }
             };
             for before in next..at {

@@ -14,7 +14,7 @@ def _keyword(name):
 
 def _type(parameter):
     kind = parameter["type"]
-    return {"number": "float", "integer": "int", "flag": "bool", "text": "str"}.get(kind, "str")
+    return {"number": "float", "integer": "int", "flag": "bool", "text": "str", "file": "str"}.get(kind, "str")
 
 
 def _range(parameter):

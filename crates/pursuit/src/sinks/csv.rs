@@ -2,6 +2,7 @@ use super::{LineFile, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_tracking::{Estimate, TargetId, TrackState};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -87,6 +88,39 @@ pub fn trajectory_csv<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<
     push_row(&mut text, &TRAJECTORY_COLUMNS);
     records.into_iter().for_each(|record| push_row(&mut text, &cells(record)));
     text
+}
+
+/// What a `trajectory.csv` holds, up to the first line that is torn: to three decimals, and without what it does not write.
+///
+/// # Errors
+/// A file that cannot be read or has other columns, in words.
+pub fn read_trajectory(path: &Path) -> Result<impl Iterator<Item = Record>, String> {
+    let mut reader = csv::Reader::from_path(path).map_err(|e| e.to_string())?;
+    let columns = reader.headers().map_err(|e| e.to_string())?;
+    if !columns.iter().eq(TRAJECTORY_COLUMNS) {
+        return Err("it has other columns than a trajectory".to_owned());
+    }
+    Ok(reader.into_records().map_while(|row| record(&row.ok()?)))
+}
+
+fn record(row: &csv::StringRecord) -> Option<Record> {
+    let number = |column: usize| row.get(column)?.parse::<f64>().ok().filter(|v| v.is_finite());
+    let bbox = |at: usize| Some(BBox::from_ltwh(number(at)?, number(at + 1)?, number(at + 2)?, number(at + 3)?));
+    let time_s = number(1)?;
+    let state = match row.get(3)? {
+        "tracking" => TrackState::Tracking,
+        "occluded" => TrackState::Occluded,
+        "lost" => TrackState::Lost,
+        _ => return None,
+    };
+    let estimate = bbox(4).map(|own| Estimate {
+        state,
+        prediction: bbox(9),
+        measurement: bbox(13),
+        ..Estimate::started(time_s, own, number(8).unwrap_or_default())
+    });
+    let (frame, target) = (row.get(0)?.parse().ok()?, TargetId(row.get(2)?.parse().ok()?));
+    Some(Record { frame, time_s, target, estimate, update_ms: number(17) })
 }
 
 fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {

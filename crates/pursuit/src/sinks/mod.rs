@@ -14,7 +14,7 @@ mod overlay;
 mod parquet;
 mod predictions;
 
-pub use csv::{CsvSink, TRAJECTORY_COLUMNS, trajectory_csv};
+pub use csv::{CsvSink, TRAJECTORY_COLUMNS, read_trajectory, trajectory_csv};
 pub use format::Format;
 pub use jsonl::JsonlSink;
 #[cfg(all(test, feature = "publish"))]

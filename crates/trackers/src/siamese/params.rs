@@ -2,8 +2,8 @@ use crate::correlation::probability;
 use crate::runtime::{RuntimeParams, unusable};
 use pursuit_inference::onnx::OnnxSiamese;
 use pursuit_inference::siamese::{SiameseConfig, SiameseDescription};
+use pursuit_tracking::parameters::FileName;
 use pursuit_tracking::{Result, TrackingError};
-use std::path::Path;
 
 pursuit_tracking::choices! {
     /// What the network is.
@@ -23,7 +23,7 @@ pursuit_tracking::parameters! {
     /// Parameters of a Siamese tracker whose network comes as files.
     pub struct SiameseParams {
         /// The network: the TOML file that describes it, or, of a known layout, the folder with its files.
-        pub model: String = String::new();
+        pub model: FileName = FileName::default();
         /// What the network is.
         pub layout: Layout = Layout::Described;
         /// Score: constant of the logistic regression.
@@ -38,15 +38,14 @@ pursuit_tracking::parameters! {
 impl SiameseParams {
     /// What is known of the network.
     fn description(&self, owner: &str) -> Result<SiameseDescription> {
-        let model = Path::new(&self.model);
-        if self.model.is_empty() {
+        let Some(model) = self.model.path() else {
             let example = match self.layout {
                 Layout::Described => "the TOML file that describes one, for example `--set model=mine.toml`",
                 _ => "the folder with its ONNX files, for example `--set model=networks/fear_xs`",
             };
             let problem = format!("names no network; give {example}");
             return Err(TrackingError::Parameter { owner: owner.to_owned(), name: "model".to_owned(), problem });
-        }
+        };
         let in_folder = |template: &str, search: &str, head: Option<&str>, config: SiameseConfig| SiameseDescription {
             template: Some(model.join(template)),
             search: model.join(search),

@@ -8,7 +8,9 @@ mod declare;
 mod schema;
 mod tables;
 
-pub use schema::{Bounds, Declared, Field, Kind, Parameter, above, check_ranges, choice, schema_of, set_field};
+pub use schema::{
+    Bounds, Declared, Field, FileName, Kind, Parameter, above, check_ranges, choice, schema_of, set_field,
+};
 pub use tables::{describe, merge, nested, template, template_at};
 pub use toml::Value;
 

@@ -1,8 +1,9 @@
 //! What a parameter is, as a value: read by the command line, configuration files, documentation and user interfaces.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::{RangeFrom, RangeInclusive};
+use std::path::Path;
 
 /// One parameter: name, type, range, unit, source, meaning and default.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,6 +43,8 @@ pub enum Kind {
     },
     /// Any text.
     Text,
+    /// The name of a file or folder of the machine that follows; empty for none.
+    File,
     /// A group with parameters of its own: a table in TOML.
     Group {
         /// They.
@@ -305,6 +308,36 @@ impl Field for bool {
     fn set(&mut self, _: &str, value: &toml::Value) -> Result<(), String> {
         *self = value.as_bool().ok_or_else(|| wrong_type(value, "true or false"))?;
         Ok(())
+    }
+}
+
+/// The name of a file or folder. What is reached from elsewhere, such as a page, may hold it to a folder.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct FileName(pub String);
+
+impl FileName {
+    /// The path; none where nothing is named.
+    pub fn path(&self) -> Option<&Path> {
+        (!self.0.is_empty()).then(|| Path::new(&self.0))
+    }
+}
+
+impl Field for FileName {
+    fn kind(&self, _: Bounds) -> Kind {
+        Kind::File
+    }
+
+    fn value(&self) -> Option<toml::Value> {
+        self.0.value()
+    }
+
+    fn check(&self, bounds: &Bounds) -> Result<(), (String, String)> {
+        self.0.check(bounds)
+    }
+
+    fn set(&mut self, path: &str, value: &toml::Value) -> Result<(), String> {
+        self.0.set(path, value)
     }
 }
 

@@ -39,8 +39,9 @@ impl Engine {
         if self.follower.edits().len() >= MOST_EDITS {
             return Err(Refusal::too_many("this trial has been edited too often; open its source again"));
         }
+        self.may_follow()?;
         let at = self.shown.index();
-        if self.at_head() && self.phase != Phase::Failed {
+        if self.at_head() && self.phase != Phase::Failed && self.recorded.is_none() {
             let mut row = self.trajectory.last().map_or_else(|| Row::new(&self.shown, Vec::new()), |r| (**r).clone());
             let backward = matches!(kind, Kind::Correct { backward: true, .. });
             self.follower.edit(kind, &mut row)?;
@@ -58,15 +59,16 @@ impl Engine {
         self.trajectory.branch(at, why, self.tracker.name);
         self.trajectory.push(row);
         self.pictures.keep(&frame);
-        (self.shown, self.phase, self.message) = (frame, Phase::Paused, None);
+        (self.shown, self.phase, self.message, self.recorded) = (frame, Phase::Paused, None, None);
         Ok(())
     }
 
     /// Changes parameters: at once where that can be done while running, else by following anew from the first frame.
     pub(super) fn change(&mut self, changes: &Table) -> Result<(), Refusal> {
-        let changes = nested(changes);
-        let groups_alone = changes.keys().all(|key| WHILE_RUNNING.contains(&key.as_str()));
-        if groups_alone && self.trajectory.len() > 1 && !self.follower.targets().is_empty() {
+        let mut changes = nested(changes);
+        self.root.hold(&self.follower.recipe().schema(), &mut changes)?;
+        let at_once = self.recorded.is_none() && changes.keys().all(|key| WHILE_RUNNING.contains(&key.as_str()));
+        if at_once && self.trajectory.len() > 1 && !self.follower.targets().is_empty() {
             let mut row = self.trajectory.last().map_or_else(|| Row::new(&self.shown, Vec::new()), |r| (**r).clone());
             self.follower.edit(Kind::Change { parameters: changes }, &mut row)?;
             self.trajectory.replace_last(row);
@@ -89,6 +91,7 @@ impl Engine {
                 "a live source cannot be followed again with another method; open it once more",
             ));
         }
+        self.may_follow()?;
         let recipe = tracker.recipe(&parameters).map_err(RunError::from)?;
         if self.follower.edits().is_empty() && self.follower.seeking().is_none() {
             self.follower.take_method(recipe);
@@ -100,6 +103,7 @@ impl Engine {
         let edits = self.follower.edits().iter().filter(kept).cloned().collect();
         let old = self.tracker.name;
         let (base, before) = (self.follower.base().boxed_clone(), self.follower.edits().to_vec());
+        self.recorded = None;
         let first = self.follower.restart(recipe, edits).and_then(|()| self.follower.step());
         let (frame, row) = match first {
             Ok(Some(first)) => first,

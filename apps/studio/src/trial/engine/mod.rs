@@ -1,24 +1,27 @@
 //! The thread of a trial: obeys orders, follows, shows.
 
 mod editing;
+mod recorded;
 mod returning;
 mod seeking;
 mod telling;
 
 use super::edit::{Kind, Phase};
 use super::follower::Follower;
-use super::handle::{Answer, Message, Order};
+use super::handle::{Answer, Message, Order, Setup};
 use super::input::Input;
 use super::looks::Looks;
 use super::pictures::Pictures;
-use super::proposer::{Proposer, Seeking};
+use super::proposer::Proposer;
 use super::screen::{PICTURE_EVERY, Screen};
 use super::trajectory::Trajectory;
 use crate::error::Refusal;
-use pursuit::toml::Table;
+use crate::root::Root;
 use pursuit::trackers::registry;
 use pursuit::tracking::TrackerEntry;
+use pursuit::tracking::parameters::nested;
 use pursuit::{Frame, Remote, RunError};
+use recorded::Recorded;
 use returning::Return;
 use serde_json::Value;
 use std::sync::Arc;
@@ -27,6 +30,8 @@ use std::time::{Duration, Instant};
 
 pub(super) struct Engine {
     tracker: &'static TrackerEntry,
+    /// Below which files lie that parameters name.
+    root: Root,
     follower: Follower,
     pictures: Pictures,
     trajectory: Trajectory,
@@ -51,17 +56,18 @@ pub(super) struct Engine {
     proposer: Option<Proposer>,
     /// How frames are looked at.
     looks: Looks,
+    /// Of a trajectory that is known and was not followed here.
+    recorded: Option<Recorded>,
 }
 
 impl Engine {
-    pub fn open(
-        input: Input,
-        (tracker, parameters): (&str, &Table),
-        seeking: Option<Seeking>,
-        screen: Arc<Screen>,
-    ) -> Result<Self, Refusal> {
-        let tracker = registry::tracker(tracker).map_err(RunError::from)?;
-        let recipe = tracker.recipe(parameters).map_err(RunError::from)?;
+    pub fn open(setup: Setup, screen: Arc<Screen>) -> Result<Self, Refusal> {
+        let Setup { locator, options, root, tracker, parameters, seeking, known } = setup;
+        let input = Input::new(locator, options);
+        let tracker = registry::tracker(&tracker).map_err(RunError::from)?;
+        let mut parameters = nested(&parameters);
+        root.hold(&tracker.default_recipe().schema(), &mut parameters)?;
+        let recipe = tracker.recipe(&parameters).map_err(RunError::from)?;
         let mut follower = Follower::new(input.clone(), recipe, seeking.clone(), Vec::new())?;
         let mut pictures = Pictures::new(input, follower.info.live);
         let mut trajectory = Trajectory::default();
@@ -71,6 +77,7 @@ impl Engine {
         let speed = if follower.info.live { None } else { Some(1.0) };
         let mut engine = Self {
             tracker,
+            root,
             follower,
             pictures,
             trajectory,
@@ -88,7 +95,11 @@ impl Engine {
             returned: None,
             proposer: seeking.map(Proposer::new).transpose()?,
             looks: Looks::default(),
+            recorded: None,
         };
+        if let Some(known) = known {
+            engine.take_over(known)?;
+        }
         engine.show();
         Ok(engine)
     }
@@ -136,9 +147,12 @@ impl Engine {
             }
         }
         let beyond = match order {
-            Order::Seek(frame) => self.is_beyond(frame).then_some(frame),
+            Order::Seek(frame) => Some(frame),
+            // What was recorded is followed first.
+            Order::Step if self.recorded.is_some() && self.at_head() => Some(self.shown.index() + 1),
             _ => None,
         };
+        let beyond = beyond.filter(|frame| self.is_beyond(*frame));
         let outcome = self.obey(order);
         self.show();
         match (outcome, beyond) {
@@ -201,6 +215,8 @@ impl Engine {
             Order::Change(parameters) => self.change(&parameters)?,
             Order::Tracker(name, parameters) => {
                 let tracker = registry::tracker(&name).map_err(RunError::from)?;
+                let mut parameters = nested(&parameters);
+                self.root.hold(&tracker.default_recipe().schema(), &mut parameters)?;
                 self.follow_anew(tracker, parameters, "another tracker")?;
             }
             Order::Detect(seeking) => self.proposer = seeking.map(Proposer::new).transpose()?,
@@ -221,13 +237,17 @@ impl Engine {
             return Ok(());
         }
         // As the command line: without a box, the truth's where there is one.
-        let idle = self.follower.edits().is_empty() && self.follower.seeking().is_none();
+        let is_idle = |engine: &Self| {
+            let follower = &engine.follower;
+            engine.recorded.is_none() && follower.edits().is_empty() && follower.seeking().is_none()
+        };
+        let idle = is_idle(self);
         if idle && let Some(proposer) = &self.proposer {
             self.seek_target(proposer.seeking.clone())?;
         } else if idle && let Some(bbox) = self.follower.info.truth_at(self.shown.index()).bbox() {
             self.add(bbox)?;
         }
-        if self.follower.edits().is_empty() && self.follower.seeking().is_none() {
+        if is_idle(self) {
             return Err(Refusal::conflict(
                 "nothing to follow yet; drag a box around the target in the picture, or choose a detector",
             ));
@@ -283,9 +303,17 @@ impl Engine {
         if matches!(self.phase, Phase::Ended | Phase::Failed) {
             return Ok(());
         }
+        if self.is_recorded_whole()? {
+            self.phase = Phase::Ended;
+            return Ok(());
+        }
         let began = Instant::now();
         match self.follower.step()? {
+            // What was recorded of this frame stands.
+            Some((_, row))
+                if self.recorded.is_some() && self.trajectory.last().is_some_and(|r| r.frame >= row.frame) => {}
             Some((frame, row)) => {
+                self.recorded = None;
                 self.step_ms = 1e3 * began.elapsed().as_secs_f64();
                 self.pictures.keep(&frame);
                 self.trajectory.push(row);

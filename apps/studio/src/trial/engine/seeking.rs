@@ -22,7 +22,9 @@ impl Engine {
                 "a live source is searched from its first frame on; open it once more, with the detector chosen before",
             ));
         }
+        self.may_follow()?;
         self.follower.seek(seeking)?;
+        self.recorded = None;
         let first = self.follower.step()?;
         let (frame, row) = first.ok_or_else(|| Refusal::unfit("this source has no frames any more"))?;
         self.trajectory.branch(0, "found by a detector", self.tracker.name);

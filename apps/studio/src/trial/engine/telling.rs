@@ -63,6 +63,7 @@ impl Engine {
             "proposals": proposals,
             "seeking": self.follower.seeking().map(|s| json!({ "name": s.entry.name, "parameters": s.values() })),
             "backward": self.way_back(),
+            "recorded": self.recorded.is_some(),
             "version": self.trajectory.number(),
             "versions": versions.collect::<Vec<_>>(),
             "step_ms": self.step_ms,

@@ -3,7 +3,6 @@ use crate::runtime::unusable;
 use pursuit_imaging::Frame;
 use pursuit_inference::detection::{Limits, ObjectDetector};
 use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
-use std::path::Path;
 
 /// The name in the registry.
 const NAME: &str = "objects";
@@ -15,11 +14,11 @@ impl DetectorRecipe for ObjectsParams {
             name: name.to_owned(),
             problem,
         };
-        if self.model.is_empty() {
+        let Some(model) = self.model.path() else {
             let problem = "names no network; give the ONNX file of one, for example `--set model=yolox_nano.onnx`";
             return Err(wrong("model", problem.to_owned()));
-        }
-        let opened = ObjectDetector::open(Path::new(&self.model), &self.runtime.options());
+        };
+        let opened = ObjectDetector::open(model, &self.runtime.options());
         let mut network = opened.map_err(unusable(NAME, "model"))?;
         if let Err(name) = network.look_for(&self.classes.0) {
             let known = network.config().classes.join(", ");

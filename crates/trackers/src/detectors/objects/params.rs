@@ -1,5 +1,5 @@
 use crate::runtime::RuntimeParams;
-use pursuit_tracking::parameters::{Bounds, Field, Kind, Value};
+use pursuit_tracking::parameters::{Bounds, Field, FileName, Kind, Value};
 use serde::{Deserialize, Serialize};
 
 /// Names of classes: a list, or a text in which commas part them.
@@ -43,7 +43,7 @@ pursuit_tracking::parameters! {
     /// Parameters of the detector of objects.
     pub struct ObjectsParams {
         /// The network: an ONNX file. It is YOLOX trained on COCO, or described in a TOML file of its name beside it.
-        pub model: String = String::new();
+        pub model: FileName = FileName::default();
         /// Classes to find, parted by commas; empty: all that the network knows.
         pub classes: ClassNames = ClassNames::default(), source "of YOLOX: the 80 names of COCO, person, bicycle, car …";
         /// Boxes with a lower score are passed over.
