@@ -1,4 +1,4 @@
-//! `pursuit studio`, `pursuit track --pick` and `pursuit track --watch`, as far as they go without a browser.
+//! `pursuit studio`, `pursuit track --pick`, and `--watch` of runs and of heads, as far as they go without a browser.
 #![cfg(feature = "studio")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -123,4 +123,31 @@ fn a_run_that_is_watched_is_shown_and_not_changed() {
     assert!(child.0.wait().unwrap().success());
     assert!(TcpStream::connect(&address).is_err(), "the page ends with the run");
     assert_eq!(rows(&folder.join("trajectory.csv")).len(), 6000);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_head_that_is_watched_says_where_it_looks() {
+    let out = tempfile::tempdir().unwrap();
+    let scene = "scene:drift?seed=7&duration=200";
+    let mut child =
+        command(&["ptz", "follow", scene, "--tracker", "mosse", "--watch", "--head", "hook:cat > /dev/null", "--out"]);
+    let mut child = Killed(
+        child
+            .env("PATH", "/usr/bin:/bin")
+            .arg(out.path().join("run"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    );
+    let line = first_line(child.0.stderr.take().unwrap());
+    assert!(line.starts_with(&format!("watch {scene} at ")), "{line}");
+    let address = address(&line);
+    let info = ask(&address, "GET", "/api/info", "");
+    let number: String = info.split("\"trials\":[").nth(1).unwrap().chars().take_while(char::is_ascii_digit).collect();
+    let facts = || ask(&address, "GET", &format!("/api/trials/{number}"), "");
+    let said = (0..500).map(|_| facts()).find(|facts| facts.contains("\"remark\":\"head follows: pan "));
+    assert!(said.is_some(), "{}", facts());
+    assert!(child.0.wait().unwrap().success());
 }

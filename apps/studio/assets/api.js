@@ -12,7 +12,7 @@
  *   edits: { frame: number, what: string, target: number|null }[],
  *   speed: number|null, look: string, looks: string[], detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],
  *   seeking: { name: string, parameters: Record<string, any> }|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
- *   step_ms: number, viewers: number, read_only?: boolean, recorded: boolean,
+ *   step_ms: number, viewers: number, read_only?: boolean, recorded: boolean, remark?: string|null,
  *   picture: { kind: "jpeg"|"h264"|"none", frame: number, time_s: number, key?: boolean, codec?: string,
  *     width?: number, height?: number } }} Facts
  */

@@ -142,7 +142,7 @@ function show(facts, picture) {
   const { input, now } = facts;
   const frames = input.frame_count ? ` of ${input.frame_count}` : "";
   say(`${state.source || input.name} · ${input.width} × ${input.height} · frame ${now?.frame ?? "–"}${frames} · ${(now?.time_s ?? 0).toFixed(2)} s · ${
-    PHASES[/** @type {"ready"} */ (facts.phase)]} · ${facts.step_ms.toFixed(1)} ms a step`);
+    PHASES[/** @type {"ready"} */ (facts.phase)]} · ${facts.step_ms.toFixed(1)} ms a step${facts.remark ? ` · ${facts.remark}` : ""}`);
   if (facts.message && facts.message !== before?.message) fail(new Error(facts.message));
   if (now && document.activeElement !== $("seek")) $("seek").value = now.frame;
   hint();

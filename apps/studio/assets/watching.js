@@ -16,7 +16,7 @@ export function freeze($, areas) {
   for (const area of areas) area.frozen = true;
   const words = document.createElement("p");
   words.id = "read-only";
-  words.textContent = "Read-only: this page shows a run of “pursuit track --watch”. It is stopped in its terminal (Ctrl-C). To pick, step and correct, open the clip with “pursuit studio”.";
+  words.textContent = "Read-only: this page shows a run of “pursuit track” or “ptz follow” with “--watch”. It is stopped in its terminal (Ctrl-C). To pick, step and correct, open the clip with “pursuit studio”.";
   $("open-form").before(words);
   for (const id of ["source", "open", "browse", "upload", "speed", "keys", "runs"]) $(id).hidden = true;
   for (const id of ["source", "speed"]) document.querySelector(`label[for=${id}]`)?.setAttribute("hidden", "");

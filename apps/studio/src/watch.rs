@@ -50,6 +50,12 @@ impl Watch {
         Box::new(Shown(self.job.clone()))
     }
 
+    /// Says something that is shown with the newest frame from now on, such as what a pan-tilt head does.
+    pub fn remarks(&self) -> impl Fn(String) + Send + 'static {
+        let job = self.job.clone();
+        move |remark| job.remark(remark)
+    }
+
     /// The run is over, with what went wrong; whoever watches is told.
     pub fn end(self, message: Option<String>) {
         self.job.end(message);

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
+#[path = "common/publishers.rs"]
+mod publishers;
 
-use common::publishers::{self, options, publisher};
 use common::{Gate, Mosquitto, wait_until};
+use publishers::{options, publisher};
 use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
 use std::collections::BTreeSet;
 

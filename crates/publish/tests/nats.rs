@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
+#[path = "common/publishers.rs"]
+mod publishers;
 
 use common::nats::NatsServer;
-use common::publishers::{self, login, options, publisher};
 use common::{Gate, wait_until};
+use publishers::{login, options, publisher};
 use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
 use std::collections::BTreeSet;
 use std::time::Duration;

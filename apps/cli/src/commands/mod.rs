@@ -22,6 +22,9 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
+/// Takes what is said of a run besides, for those who watch it.
+pub type Remarks = Box<dyn Fn(String) + Send>;
+
 /// `pursuit completions SHELL`.
 pub fn completions(shell: Shell) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();

@@ -1,3 +1,4 @@
+use super::Remarks;
 use crate::args::Studio;
 use crate::console;
 use pursuit::media::{Locator, OpenOptions};
@@ -57,14 +58,15 @@ pub fn pick(config: RunConfig, open: &OpenOptions) -> anyhow::Result<Option<RunC
     }))
 }
 
-/// `pursuit track … --watch`: has the run carried out while whoever opens the address printed can look at it.
-pub fn watched(run: Run, carry_out: impl FnOnce(Run) -> anyhow::Result<ExitCode>) -> anyhow::Result<ExitCode> {
+/// `--watch`: has the run carried out while whoever opens the address printed can look at it. `carry_out` is also given what
+/// takes remarks to be shown.
+pub fn watched(run: Run, carry_out: impl FnOnce(Run, Remarks) -> anyhow::Result<ExitCode>) -> anyhow::Result<ExitCode> {
     let recipe = run.recipe();
     let watch = Watch::open(run.input().clone(), &recipe.tracker, recipe.parameters.clone())?;
     // Results on standard output, everything else here.
     anstream::eprintln!("watch {} at {}", console::printable(&run.input().name), watch.url());
     let sink = watch.sink();
-    let outcome = carry_out(run.with_sink(sink));
+    let outcome = carry_out(run.with_sink(sink), Box::new(watch.remarks()));
     watch.end(outcome.as_ref().err().map(ToString::to_string));
     outcome
 }

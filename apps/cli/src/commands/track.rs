@@ -31,14 +31,7 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
 }
 
 fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
-    #[cfg(feature = "studio")]
-    let config = match args.pick {
-        true => match super::studio::pick(config, &open_options(args))? {
-            Some(config) => config,
-            None => return Ok(ExitCode::SUCCESS),
-        },
-        false => config,
-    };
+    let Some(config) = with_box(config, args)? else { return Ok(ExitCode::SUCCESS) };
     let run = Run::prepare(config, &open_options(args))?;
     memory::check(run.input().size.area())?;
     let video = !(args.no_video || args.overlay == Some(Overlay::None));
@@ -50,9 +43,19 @@ fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<E
     };
     #[cfg(feature = "studio")]
     if args.watch {
-        return super::studio::watched(run, |run| carry_out(run, global, say));
+        return super::studio::watched(run, |run, _| carry_out(run, global, say));
     }
     carry_out(run, global, say)
+}
+
+/// The configuration with the box that the user draws, where one is to be drawn; none when the user gave up.
+pub fn with_box(config: RunConfig, args: &Track) -> anyhow::Result<Option<RunConfig>> {
+    #[cfg(feature = "studio")]
+    if args.pick {
+        return super::studio::pick(config, &open_options(args));
+    }
+    let _ = args;
+    Ok(Some(config))
 }
 
 /// Runs to the end, with a bar and an ear for Ctrl-C, prints what `say` makes of it, and fails as the run did.

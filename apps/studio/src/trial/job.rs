@@ -30,6 +30,8 @@ pub(crate) struct Job {
 struct State {
     trajectory: Trajectory,
     newest: Option<Arc<Frame>>,
+    /// What the job says besides.
+    remark: Option<String>,
     /// `ready` before the first frame, `running`, then `ended` or `failed`.
     phase: &'static str,
     message: Option<String>,
@@ -40,7 +42,7 @@ impl Job {
     /// When the system gives no thread.
     pub fn new(info: SourceInfo, tracker: String, parameters: Table) -> std::io::Result<Arc<Self>> {
         let trajectory = Trajectory::holding(MOST_RECORDS);
-        let state = Mutex::new(State { trajectory, newest: None, phase: "ready", message: None });
+        let state = Mutex::new(State { trajectory, newest: None, remark: None, phase: "ready", message: None });
         Ok(Arc::new(Self { info, tracker, parameters, screen: Screen::open()?, state }))
     }
 
@@ -59,6 +61,11 @@ impl Job {
         (state.newest, state.phase) = (Some(frame.clone()), "running");
         drop(state);
         self.show(frame.clone(), true);
+    }
+
+    /// Something to be shown with the newest frame.
+    pub fn remark(&self, remark: String) {
+        self.state().remark = Some(remark);
     }
 
     /// The job is over, with what went wrong; said once, it stays so.
@@ -119,7 +126,7 @@ impl Job {
         let (all, head) = (&state.trajectory, state.trajectory.last().map(|row| row.frame));
         let last = frame.map_or_else(|| all.last(), |frame| all.at(frame)).cloned();
         let first = state.trajectory.first().map(|r| r.frame);
-        let (phase, message) = (state.phase, state.message.clone());
+        let (phase, message, remark) = (state.phase, state.message.clone(), state.remark.clone());
         drop(state);
         let records = last.iter().flat_map(|row| &row.records);
         let targets: Vec<u64> = records.clone().map(|r| r.target.0).collect();
@@ -127,6 +134,7 @@ impl Job {
             "read_only": true,
             "phase": phase,
             "message": message,
+            "remark": remark,
             "input": report::input(&self.info),
             "tracker": self.tracker,
             "parameters": self.parameters,
@@ -158,7 +166,6 @@ impl Job {
 
 /// Why nothing can be changed.
 pub(crate) fn read_only() -> Refusal {
-    let message =
-        "this page shows a run of `pursuit track --watch`, which can only be watched; `pursuit studio` can do more";
+    let message = "this page shows a run with `--watch`, which can only be watched; `pursuit studio` can do more";
     Refusal::new(StatusCode::FORBIDDEN, message)
 }

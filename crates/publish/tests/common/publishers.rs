@@ -1,6 +1,6 @@
 //! What every kind of broker must do.
 
-use super::{free_port, server, wait_until};
+use crate::common::{free_port, server, wait_until};
 use pursuit_publish::{Broker, Counts, Login, Message, Options, PublishError, Publisher, Qos};
 use std::time::Duration;
 

@@ -1,11 +1,11 @@
 use crate::args::{Global, PtzFollow};
-use crate::commands::track;
+use crate::commands::{Remarks, track};
 use pursuit::sinks::Sink;
 use pursuit::{Frame, Record, Run, RunError};
-use pursuit_ptz::control::{Follower, FollowerParams};
+use pursuit_ptz::control::{Diagnosis, Follower, FollowerParams, Mode};
 use pursuit_ptz::drivers::Pilot;
 use pursuit_ptz::geometry::FieldsOfView;
-use pursuit_ptz::{Aim, PtzError, Still};
+use pursuit_ptz::{Aim, Position, PtzError, Still};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -28,19 +28,22 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     }
     // A picture of everything that was seen is made when asked for.
     config.video = config.video.or(Some(false));
+    let Some(config) = track::with_box(config, &args.track)? else { return Ok(ExitCode::SUCCESS) };
     let run = Run::prepare(config, &track::open_options(&args.track))?;
     let (size, live) = (run.input().size, run.input().live);
     let follower = Follower::new(params, views, size, 0.0)?;
     let head = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;
-    let run =
-        run.with_sink(Box::new(HeadSink { pilot: Pilot::new(follower, head), live, clock: None, complaint: None }));
-    track::carry_out(
-        run,
-        global,
-        |finished| {
-            if args.track.json { track::json(finished) } else { track::summary(finished, false) }
-        },
-    )
+    let carry_out = |run: Run, remarks: Remarks| {
+        let pilot = Pilot::new(follower, head);
+        let run = run.with_sink(Box::new(HeadSink { pilot, live, clock: None, complaint: None, remarks }));
+        let say = |finished: &_| if args.track.json { track::json(finished) } else { track::summary(finished, false) };
+        track::carry_out(run, global, say)
+    };
+    #[cfg(feature = "studio")]
+    if args.track.watch {
+        return crate::commands::studio::watched(run, carry_out);
+    }
+    carry_out(run, Box::new(|_| {}))
 }
 
 /// Where the results of a run become commands to a head.
@@ -52,6 +55,8 @@ struct HeadSink {
     clock: Option<(Instant, f64)>,
     /// What the head complained of last: said once.
     complaint: Option<String>,
+    /// Where it is said what the head does.
+    remarks: Remarks,
 }
 
 impl HeadSink {
@@ -74,6 +79,19 @@ impl HeadSink {
     }
 }
 
+/// What the head is believed to do.
+fn outlook(diagnosis: &Diagnosis) -> String {
+    let mode = match diagnosis.mode {
+        Mode::Waiting => "waits for a target",
+        Mode::Following => "follows",
+        Mode::Coasting => "follows the prediction",
+        Mode::Lost => "has lost the target",
+        Mode::Manual => "is driven by hand",
+    };
+    let Position { direction, zoom } = diagnosis.head;
+    format!("head {mode}: pan {:.1}°, tilt {:.1}°, zoom {zoom:.2}", direction.pan_deg, direction.tilt_deg)
+}
+
 fn failed(error: PtzError) -> RunError {
     RunError::output("the head")(std::io::Error::other(error))
 }
@@ -84,6 +102,7 @@ impl Sink for HeadSink {
         let estimate = records.first().and_then(|r| r.estimate.as_ref());
         let aim = estimate.map(|e| Aim { bbox: e.bbox, covariance: e.covariance, state: e.state });
         self.pilot.see(now_s, stamp_s, &Still(aim)).map_err(failed)?;
+        (self.remarks)(outlook(&self.pilot.diagnosis(now_s)));
         self.listen();
         Ok(())
     }
