@@ -5,7 +5,6 @@ use super::super::row::Row;
 use super::Engine;
 use crate::error::Refusal;
 use crate::recording::Known;
-use pursuit::RunError;
 
 /// What is to be known of it while the follower has not caught up.
 pub(super) struct Recorded {
@@ -33,7 +32,7 @@ impl Engine {
         self.recorded = Some(Recorded { is_whole, fixed });
         self.phase = Phase::Paused;
         let first = self.trajectory.first().map_or(first, |row| row.frame);
-        let shown = self.pictures.get(first).map_err(RunError::from)?;
+        let shown = self.pictures.get(first)?;
         self.shown = shown.ok_or_else(|| Refusal::unfit("its input has fewer frames than this run"))?;
         Ok(())
     }
