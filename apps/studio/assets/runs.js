@@ -2,7 +2,7 @@
 
 import { call } from "./api.js";
 
-/** @typedef {{ frame: number, overlap: number, box: number[]|null, truth: number[] }} Judged */
+/** @typedef {{ pass: string|null, frame: number, overlap: number, box: number[]|null, truth: number[] }} Judged */
 
 export class Runs {
   /**
@@ -78,11 +78,12 @@ export class Runs {
     const { source, first, frames } = await call("GET", `/api/runs/worst?${query}`);
     if (source === null) { cell.replaceChildren("its footage is not below the root"); return; }
     cell.replaceChildren(...frames.map((judged) => {
-      const there = button(`${judged.frame}: ${judged.overlap.toFixed(2)}`, () => {
+      const pass = judged.pass ? ` of pass ${judged.pass}` : "";
+      const there = button(`${judged.frame}${pass}: ${judged.overlap.toFixed(2)}`, () => {
         this.parts.dialog.close();
         this.look(tracker, source, first + judged.frame, { ...judged, frame: first + judged.frame });
       });
-      there.setAttribute("aria-label", `Frame ${judged.frame}, overlap ${judged.overlap.toFixed(2)}`);
+      there.setAttribute("aria-label", `Frame ${judged.frame}${pass}, overlap ${judged.overlap.toFixed(2)}`);
       return there;
     }));
   }

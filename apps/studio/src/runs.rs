@@ -23,6 +23,8 @@ const MOST_FOLDERS: usize = 5_000;
 const MOST_RUNS: usize = 200;
 /// The worst frames of a sequence that are shown, well apart.
 const MOST_WORST: usize = 6;
+/// Passes of one sequence that are looked through.
+const MOST_PASSES: usize = 100;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -43,6 +45,8 @@ pub(crate) struct Run {
 /// A frame in which a tracker's box was far from the truth.
 #[derive(Debug, Serialize)]
 struct Worst {
+    /// Of which pass, where a sequence is run through several times.
+    pass: Option<String>,
     frame: usize,
     overlap: f64,
     #[serde(rename = "box")]
@@ -158,10 +162,10 @@ pub(crate) fn worst(
     let missing = || Refusal::missing("this evaluation has no such tracker or sequence");
     results["trackers"].get(tracker).and_then(|own| own["sequences"].get(sequence)).ok_or_else(missing)?;
     let boxes: PathBuf = [folder.as_path(), "boxes".as_ref(), tracker.as_ref(), sequence.as_ref()].iter().collect();
-    let boxes = PathBuf::from(format!("{}.csv", boxes.display()));
-    let gone = || Refusal::missing("the boxes of this sequence are not there: a pass with a label, or another folder");
-    let trajectory = Trajectory::read(&root.file(&boxes).map_err(|_| gone())?);
-    let trajectory = trajectory.map_err(|e| Refusal::unfit(e.to_string()))?;
+    let passes = passes(root, &boxes)?;
+    if passes.is_empty() {
+        return Err(Refusal::missing("the boxes of this sequence are not in this folder"));
+    }
     let Some(found) = root.footage(sequence) else {
         return Ok(json!({ "source": null, "first": 0, "frames": [] }));
     };
@@ -171,21 +175,47 @@ pub(crate) fn worst(
         return Ok(json!({ "source": null, "first": 0, "frames": [] }));
     };
     let source = root.shown(footage)?;
-    let frames = worst_of(one.truth(), &trajectory);
+    let frames = worst_of(one.truth(), &passes);
     Ok(json!({ "source": source, "first": first, "frames": frames }))
 }
 
-fn worst_of(truth: &[Truth], trajectory: &Trajectory) -> Vec<Worst> {
+/// What was said in every pass over a sequence: `NAME.csv`, or `NAME@PASS.csv` of each.
+fn passes(root: &Root, boxes: &Path) -> Result<Vec<(Option<String>, Trajectory)>, Refusal> {
+    let (Some(folder), Some(name)) = (boxes.parent(), boxes.file_name().and_then(|name| name.to_str())) else {
+        return Ok(Vec::new());
+    };
+    let pass_of = |file: &str| -> Option<Option<String>> {
+        let rest = file.strip_suffix(".csv")?.strip_prefix(name)?;
+        if rest.is_empty() { Some(None) } else { rest.strip_prefix('@').map(|pass| Some(pass.to_owned())) }
+    };
+    let shown = root.shown(folder).and_then(|folder| root.folder(&folder));
+    let Ok(folder) = shown else { return Ok(Vec::new()) };
+    let files = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+    let files = files.filter_map(|entry| Some((pass_of(entry.file_name().to_str()?)?, entry.path())));
+    let mut files: Vec<(Option<String>, PathBuf)> = files.collect();
+    files.sort();
+    let read = |(pass, path): (Option<String>, PathBuf)| {
+        let trajectory = Trajectory::read(&root.file(&path)?).map_err(|e| Refusal::unfit(e.to_string()))?;
+        Ok((pass, trajectory))
+    };
+    files.into_iter().take(MOST_PASSES).map(read).collect()
+}
+
+fn worst_of(truth: &[Truth], passes: &[(Option<String>, Trajectory)]) -> Vec<Worst> {
     let ltwh = |b: pursuit::BBox| [b.left(), b.top(), b.width(), b.height()];
-    let mut all: Vec<Worst> = (0..truth.len().min(trajectory.end()))
-        .filter_map(|frame| {
-            let there = truth[frame].bbox()?;
-            let bbox = believed(trajectory.get(frame));
+    let judge = |(pass, trajectory): &(Option<String>, Trajectory)| {
+        let frames = 0..truth.len().min(trajectory.end());
+        // Before its start, and after a failure that it is begun again from, a pass says nothing and is not judged.
+        let said = frames.filter_map(|frame| Some((frame, trajectory.get(frame)?, truth[frame].bbox()?)));
+        let judged = said.map(|(frame, output, there)| {
+            let bbox = believed(Some(output));
             let overlap = bbox.map_or(0.0, |b| b.iou(&there));
-            Some(Worst { frame, overlap, bbox: bbox.map(ltwh), truth: ltwh(there) })
-        })
-        .collect();
-    all.sort_by(|a, b| a.overlap.total_cmp(&b.overlap).then(a.frame.cmp(&b.frame)));
+            Worst { pass: pass.clone(), frame, overlap, bbox: bbox.map(ltwh), truth: ltwh(there) }
+        });
+        judged.collect::<Vec<_>>()
+    };
+    let mut all: Vec<Worst> = passes.iter().flat_map(judge).collect();
+    all.sort_by(|a, b| a.overlap.total_cmp(&b.overlap).then(a.frame.cmp(&b.frame)).then_with(|| a.pass.cmp(&b.pass)));
     let apart = (truth.len() / 10).max(3);
     let mut chosen: Vec<Worst> = Vec::new();
     for one in all {

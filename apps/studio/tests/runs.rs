@@ -4,7 +4,8 @@
 mod common;
 
 use common::{studio, without_times};
-use pursuit::evaluation::{EvalOptions, evaluate};
+use pursuit::BBox;
+use pursuit::evaluation::{EvalOptions, Protocol, evaluate, spatial_variants};
 use pursuit::media::OpenOptions;
 use pursuit::{Run, RunConfig};
 use serde_json::json;
@@ -170,6 +171,23 @@ fn a_run_that_the_studio_cannot_repeat_is_looked_at_alone() {
         let damaged = studio.send("POST", "/api/trials", &json!({ "run": "out/run" }));
         assert_eq!(damaged.status, 422, "{file}: {}", damaged.text());
     }
+}
+
+#[test]
+fn of_several_passes_the_worst_frames_say_which() {
+    let (studio, root) = studio();
+    let (data, out) = (root.path().join("data"), root.path().join("out/sre"));
+    clip(&data, "mover");
+    let recipe = pursuit::recipe("mosse").unwrap();
+    let mut options = EvalOptions::new(vec![data], vec![recipe.into()], out);
+    (options.report, options.protocol) = (false, Protocol::Sre);
+    evaluate(&options, &|_| {}, &AtomicBool::new(false)).unwrap();
+    let worst = studio.get("/api/runs/worst?folder=out/sre&tracker=mosse&sequence=mover").json();
+    let frames = worst["frames"].as_array().unwrap();
+    assert!(frames.len() > 2, "{worst}");
+    let known: Vec<&str> =
+        spatial_variants(BBox::from_ltwh(0.0, 0.0, 9.0, 9.0)).iter().map(|(label, _)| *label).collect();
+    assert!(frames.iter().all(|f| f["pass"].as_str().is_some_and(|pass| known.contains(&pass))), "{worst}");
 }
 
 #[test]
