@@ -22,7 +22,7 @@ impl Engine {
         let numbered = (1..).zip(boxes);
         let edits = numbered.map(|(target, bbox)| Edit { frame: first, kind: Kind::Add { target, bbox } }).collect();
         let recipe = self.follower.base().boxed_clone();
-        // A run that a part of is looked at follows nothing that boxes in other pixels begin.
+        // What cannot be followed again is not begun: its boxes may be in other pixels.
         self.follower.restart(recipe, if fixed.is_some() { Vec::new() } else { edits })?;
         while self.follower.step()?.is_some_and(|(_, row)| row.frame < first) {}
         let targets = |row: &Row| row.records.iter().map(|r| r.target.0).max().unwrap_or(0);
