@@ -127,3 +127,29 @@ fn a_saved_tracker_goes_on_alike_and_settings_out_of_range_are_refused() {
     let error = registry::tracker("pursuit").unwrap().recipe(&bad).err().unwrap().to_string();
     assert!(error.contains("agree_from"), "{error}");
 }
+
+#[test]
+fn a_network_that_is_asked_rarely_says_the_same_until_there_is_a_doubt() {
+    let set = [("fusion.ask_every", toml::Value::from(6)), ("fusion.sure_from", toml::Value::from(0.6))];
+    let table = set.map(|(k, v)| (k.to_owned(), v)).into_iter().collect();
+    let recipe = registry::tracker("pursuit").unwrap().recipe(&table).unwrap();
+    let mut tracker = recipe.init(&frame(0, Some(place(0))), place(0)).unwrap();
+    let mut scores = Vec::new();
+    for k in 1..37 {
+        let estimate = tracker.update(&frame(k, Some(place(k)))).unwrap();
+        assert!(
+            estimate.state == TrackState::Tracking && estimate.bbox.iou(&place(k)) > 0.7,
+            "frame {k}: {estimate:?}"
+        );
+        scores.push(estimate.diagnostics.get("network_score").unwrap());
+        if k == 20 {
+            // Between two questions too.
+            tracker = recipe.restore(&tracker.save().unwrap()).unwrap();
+        }
+    }
+    let asked = 1 + scores.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert!((6..=12).contains(&asked), "asked in {asked} of 36 frames: {scores:?}");
+    let gone: Vec<Estimate> = (37..90).map(|k| tracker.update(&frame(k, None)).unwrap()).collect();
+    let claims = gone.iter().filter(|e| e.state == TrackState::Tracking).count();
+    assert!(claims <= 1 && gone.last().unwrap().state == TrackState::Lost, "tracked nothing in {claims} frames");
+}

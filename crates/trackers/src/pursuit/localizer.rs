@@ -6,6 +6,7 @@ use super::convention::BoxConvention;
 use super::fusion::{Candidate, Fusion};
 use super::judge::JointEvidence;
 use super::offset::SearchOffset;
+use super::rest::Rest;
 use crate::correlation::{CorrelationLocalizer, Evidence, Sighting, probability};
 use crate::nanotrack::NanoTrackLocalizer;
 use pursuit_geometry::BBox;
@@ -14,6 +15,7 @@ use pursuit_inference::siamese::Location;
 use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::{Doubt, Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize};
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -28,6 +30,7 @@ pub struct WitnessLocalizer {
     /// As large as the target was when it was believed last: a sweep looks for that.
     believed: SearchOffset,
     arbitration: Arbitration,
+    rest: Rest,
     #[serde(skip)]
     fusions: Fusions,
 }
@@ -41,6 +44,8 @@ struct Fusions {
     swept: Option<Fusion>,
     /// What the loop decided on.
     decided: Option<Fusion>,
+    /// How long the network took near the expected place, where it was asked there, milliseconds.
+    asked_ms: Option<f64>,
 }
 
 /// What is stored, before it is checked.
@@ -54,18 +59,31 @@ struct Raw {
     network_offset: SearchOffset,
     believed: SearchOffset,
     arbitration: Arbitration,
+    rest: Rest,
 }
 
 impl TryFrom<Raw> for WitnessLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration } = raw;
+        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, rest } =
+            raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
         let fusions = Fusions::default();
-        Ok(Self { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, fusions })
+        Ok(Self {
+            params,
+            filter,
+            network,
+            convention,
+            filter_offset,
+            network_offset,
+            believed,
+            arbitration,
+            rest,
+            fusions,
+        })
     }
 }
 
@@ -99,6 +117,7 @@ impl WitnessLocalizer {
             network_offset: SearchOffset::new(&bbox),
             believed: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
+            rest: Rest::default(),
             fusions: Fusions::default(),
         })
     }
@@ -121,8 +140,24 @@ impl WitnessLocalizer {
     fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
         let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
         let sighting = self.filter.sight(frame, &by_filter);
+        if let Some(fused) = self.rested(sighting.as_ref(), expected) {
+            return Ok(Some(fused));
+        }
+        let began = Instant::now();
         let location = self.network.look(frame, &by_network)?;
-        self.fuse(frame, expected, sighting, location, &by_network)
+        let fused = self.fuse(frame, expected, sighting, location, &by_network);
+        self.fusions.asked_ms = Some(1e3 * began.elapsed().as_secs_f64());
+        fused
+    }
+
+    /// What both say if the network need not be asked again.
+    fn rested(&self, sighting: Option<&Sighting>, expected: &BBox) -> Option<Fusion> {
+        let remembered = self.rest.remembered(&self.params.fusion)?;
+        let seen = sighting?;
+        let bbox = self.filter.window().bbox(seen.center, seen.scale);
+        let (network, overlap) = remembered.evidence();
+        let filter = self.candidate((bbox, bbox), seen.evidence, probability(network), overlap, expected);
+        remembered.agree(&self.params.fusion, filter, (seen.center, seen.scale))
     }
 
     /// Asks the network at a place of a sweep, and the filter where the network saw the target.
@@ -247,7 +282,8 @@ impl Localizer for WitnessLocalizer {
         let fused = match search.look {
             Look::Near => {
                 // What was decided of another frame, or in passing, is nothing to go by.
-                self.fusions = Fusions { near: self.near(frame, expected)?, ..Fusions::default() };
+                self.fusions = Fusions::default();
+                self.fusions.near = self.near(frame, expected)?;
                 self.fusions.near
             }
             Look::Sweep => {
@@ -297,6 +333,9 @@ impl Localizer for WitnessLocalizer {
     }
 
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+        let concluded =
+            self.fusions.decided.filter(|_| outcome.state == TrackState::Tracking && outcome.found.is_some());
+        self.rest.note(&self.params.fusion, concluded.as_ref(), self.fusions.asked_ms);
         self.place_searches(outcome.found, outcome.state);
         Ok(())
     }

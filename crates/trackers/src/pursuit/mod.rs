@@ -9,6 +9,7 @@ mod light;
 mod localizer;
 mod offset;
 mod params;
+mod rest;
 
 pub use judge::JointEvidence;
 pub use light::light;

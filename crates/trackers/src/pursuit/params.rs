@@ -71,6 +71,14 @@ pursuit_tracking::parameters! {
         /// From this on the network sees something like the target: what is not believed there has `changed`, or is one of several
         /// (`confused`); below, it is `covered`. Only the word in the files goes by it.
         pub seen_from: f64 = 4.0, in -20.0..=20.0, unit "log odds", source "ours";
+        /// While both agree beyond doubt, the network is asked in every so many frames; in between its last answer stands
+        /// beside what the filter says. 1: in every frame.
+        pub ask_every: usize = 1, in 1..=1000, source "ours";
+        /// While both agree beyond doubt, the network may take so long a frame on average; 0: as long as it takes. Boxes then
+        /// depend on how fast the machine is.
+        pub budget_ms: f64 = 0.0, in 0.0..=10_000.0, unit "ms", source "ours";
+        /// From this probability on, what both agree on is beyond doubt.
+        pub sure_from: f64 = 0.85, in 0.5..=0.999, source "ours";
     }
     ordered { agree_from <= same_from }
 }

@@ -1,0 +1,179 @@
+//! When the network is not asked, and what stands for its answer then.
+
+use super::FusionParams;
+use super::fusion::{Candidate, Fusion};
+use pursuit_geometry::{BBox, Point};
+use serde::{Deserialize, Serialize};
+
+/// Frames whose share of the budget can be saved up.
+const SAVED_FRAMES: f64 = 25.0;
+
+/// How long the network has not been asked, and what it said when both witnesses agreed.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Rest {
+    /// Frames since it was asked.
+    frames: usize,
+    /// Of the budget, milliseconds that may be spent; below 0 where more was.
+    balance_ms: f64,
+    /// `None` where the last frame left a doubt.
+    remembered: Option<Agreement>,
+}
+
+/// The network's box beside the filter's, on which both agreed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Agreement {
+    /// Log odds of its score.
+    network: f64,
+    overlap: f64,
+    /// From the middle of the filter's box to that of the network's, in sizes of the former.
+    offset: (f64, f64),
+    /// Sides of the network's box in those of the filter's: as reported, and in its own terms.
+    sides: (f64, f64),
+    own_sides: (f64, f64),
+}
+
+impl Rest {
+    /// What the network said in an earlier frame, where that is enough in this one.
+    pub fn remembered(&self, params: &FusionParams) -> Option<Remembered> {
+        let waits = self.frames + 1 < params.ask_every;
+        let spent = params.budget_ms > 0.0 && self.balance_ms < 0.0;
+        self.remembered.filter(|_| waits || spent).map(Remembered)
+    }
+
+    /// A frame is over: what was concluded in it, and how long the network took where it was asked.
+    pub fn note(&mut self, params: &FusionParams, concluded: Option<&Fusion>, asked_ms: Option<f64>) {
+        self.frames = if asked_ms.is_some() { 0 } else { self.frames + 1 };
+        if params.budget_ms > 0.0 {
+            let saved = self.balance_ms + params.budget_ms - asked_ms.unwrap_or(0.0);
+            self.balance_ms = saved.min(SAVED_FRAMES * params.budget_ms);
+        }
+        let agreed = concluded.filter(|fused| fused.agreed).and_then(|fused| fused.filter.zip(fused.network));
+        self.remembered = match agreed {
+            Some((filter, network)) if is_sure(params, &filter) => Some(Agreement::of(&filter, &network)),
+            _ => None,
+        };
+    }
+}
+
+/// Whether what is believed is beyond doubt.
+fn is_sure(params: &FusionParams, candidate: &Candidate) -> bool {
+    candidate.log_odds >= (params.sure_from / (1.0 - params.sure_from)).ln()
+}
+
+impl Agreement {
+    fn of(filter: &Candidate, network: &Candidate) -> Self {
+        let (seen, by_network) = (filter.bbox.center(), network.bbox.center());
+        let (width, height) = (filter.bbox.width(), filter.bbox.height());
+        let sides = |b: &BBox| (b.width() / width, b.height() / height);
+        Self {
+            network: filter.evidence.network,
+            overlap: filter.evidence.overlap,
+            offset: ((by_network.x - seen.x) / width, (by_network.y - seen.y) / height),
+            sides: sides(&network.bbox),
+            own_sides: sides(&network.own),
+        }
+    }
+}
+
+/// An answer of an earlier frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Remembered(Agreement);
+
+impl Remembered {
+    /// Log odds of the score that the network gave, and the overlap of both boxes.
+    pub const fn evidence(&self) -> (f64, f64) {
+        (self.0.network, self.0.overlap)
+    }
+
+    /// Both, as if the network had said again what it said beside a filter that now says this; `None` where that leaves a doubt.
+    pub fn agree(&self, params: &FusionParams, filter: Candidate, place: (Point, f64)) -> Option<Fusion> {
+        if !is_sure(params, &filter) {
+            return None;
+        }
+        let Agreement { offset, sides, own_sides, .. } = self.0;
+        let (seen, width, height) = (filter.bbox.center(), filter.bbox.width(), filter.bbox.height());
+        let center = Point::new(seen.x + offset.0 * width, seen.y + offset.1 * height);
+        let beside = |sides: (f64, f64)| BBox::from_center_size(center, sides.0 * width, sides.1 * height);
+        let network = Candidate { bbox: beside(sides), own: beside(own_sides), ..filter };
+        let (filter, network) = (Some(filter), Some(network));
+        Some(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place: Some(place) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::judge::JointEvidence;
+    use super::*;
+    use crate::correlation::Evidence;
+
+    fn candidate(left: f64, log_odds: f64) -> Candidate {
+        let filter = Evidence { peak: 0.3, psr: 5.0, peak_ratio: 1.0, likeness: 0.5, color: 0.5 };
+        let bbox = BBox::from_ltwh(left, 20.0, 30.0, 40.0);
+        Candidate {
+            bbox,
+            own: bbox,
+            evidence: JointEvidence { filter, network: 5.0, overlap: 0.8, moved: 0.0 },
+            log_odds,
+        }
+    }
+
+    fn agreed(log_odds: f64) -> Fusion {
+        let network = Candidate { bbox: BBox::from_ltwh(13.0, 20.0, 24.0, 40.0), ..candidate(10.0, log_odds) };
+        let (filter, network) = (Some(candidate(10.0, log_odds)), Some(network));
+        Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place: None }
+    }
+
+    #[test]
+    fn every_so_many_frames_it_is_asked_and_in_between_it_says_the_same_beside_the_filter() {
+        let params = FusionParams { ask_every: 3, ..FusionParams::default() };
+        let mut rest = Rest::default();
+        assert!(rest.remembered(&params).is_none(), "nothing was ever said");
+        let mut asked = Vec::new();
+        for frame in 0..7 {
+            let remembered = rest.remembered(&params);
+            if remembered.is_none() {
+                asked.push(frame);
+            }
+            rest.note(&params, Some(&agreed(4.0)), remembered.is_none().then_some(2.0));
+        }
+        assert_eq!(asked, [0, 3, 6]);
+        let again = rest.remembered(&params).unwrap();
+        let fused = again.agree(&params, candidate(40.0, 4.0), (Point::new(55.0, 40.0), 1.0)).unwrap();
+        assert_eq!(
+            fused.network.unwrap().bbox,
+            BBox::from_ltwh(43.0, 20.0, 24.0, 40.0),
+            "as far from the filter's as before"
+        );
+        assert!(fused.agreed && again.evidence() == (5.0, 0.8));
+        assert!(again.agree(&params, candidate(40.0, 1.0), (Point::new(55.0, 40.0), 1.0)).is_none(), "a doubt");
+    }
+
+    #[test]
+    fn a_doubt_has_it_asked_at_once() {
+        let params = FusionParams { ask_every: 100, ..FusionParams::default() };
+        let doubtful = Fusion { agreed: false, ..agreed(4.0) };
+        for concluded in [None, Some(doubtful), Some(agreed(1.0))] {
+            let mut rest = Rest::default();
+            rest.note(&params, concluded.as_ref(), Some(2.0));
+            assert!(rest.remembered(&params).is_none(), "{concluded:?}");
+        }
+    }
+
+    #[test]
+    fn a_budget_is_kept_on_average_and_not_saved_up_for_ever() {
+        let params = FusionParams { budget_ms: 1.0, ..FusionParams::default() };
+        let (mut rest, mut asked) = (Rest::default(), 0);
+        for _ in 0..400 {
+            let remembered = rest.remembered(&params);
+            asked += u32::from(remembered.is_none());
+            rest.note(&params, Some(&agreed(4.0)), remembered.is_none().then_some(4.0));
+        }
+        assert!((99..=103).contains(&asked), "{asked} of 400 frames, 4 ms each");
+        for _ in 0..1000 {
+            rest.note(&params, Some(&agreed(4.0)), None);
+        }
+        assert_eq!(rest.balance_ms, 25.0);
+        let unlimited = FusionParams::default();
+        assert!(rest.remembered(&unlimited).is_none(), "without a budget it is asked in every frame");
+    }
+}
