@@ -78,13 +78,19 @@ impl Recording {
         if rows.is_empty() {
             return Err(Refusal::unfit("this run has followed nothing"));
         }
+        let is_strided = rows.len() > 1 && rows.windows(2).all(|pair| pair[1].frame > pair[0].frame + 1);
         Ok(Self {
             source,
             locator,
             tracker: recipe["tracker"].as_str().ok_or_else(damaged)?.to_owned(),
             parameters: table(&recipe["parameters"])?,
             seeking,
-            known: Known { rows, boxes: boxes.collect(), is_whole: facts["status"] == "done", fixed: fixed(&facts) },
+            known: Known {
+                rows,
+                boxes: boxes.collect(),
+                is_whole: facts["status"] == "done",
+                fixed: fixed(&facts, is_strided),
+            },
         })
     }
 }
@@ -95,7 +101,8 @@ fn locate(root: &Root, name: &str) -> Result<(String, Locator), Refusal> {
         return Err(Refusal::unfit("its input was live and does not come again"));
     }
     if let Ok(locator) = root.resolve(name) {
-        return Ok((name.to_owned(), locator));
+        let shown = root.shown(Path::new(name));
+        return Ok((shown.unwrap_or_else(|_| name.to_owned()), locator));
     }
     let stem = Path::new(name).with_extension("");
     let found = stem.file_name().and_then(|stem| root.footage(stem.to_str()?));
@@ -106,11 +113,12 @@ fn locate(root: &Root, name: &str) -> Result<(String, Locator), Refusal> {
 }
 
 /// Why a trial would not do as the run did, if so.
-fn fixed(facts: &Value) -> Option<String> {
+fn fixed(facts: &Value, is_strided: bool) -> Option<String> {
     let (input, recipe) = (&facts["input"], &facts["recipe"]);
     let acquire = AcquisitionParams::default().to_table("acquire").ok().map(|table| json!(table));
     let reasons = [
         (!recipe["many"].is_null(), "it followed everything that was detected (`--many`)"),
+        (is_strided, "it did not look at every frame"),
         (!input["view"].is_null(), "it looked at a part of the picture, or at a smaller one"),
         (!input["depth"].is_null(), "how its depth is read was said on the command line"),
         (!recipe["acquire"].is_null() && acquire.as_ref() != Some(&recipe["acquire"]), "`acquire` was set"),

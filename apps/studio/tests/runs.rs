@@ -100,7 +100,9 @@ fn a_run_of_a_tracker_is_opened_with_what_it_said_and_followed_again_from_a_corr
     assert_eq!(studio.get("/api/runs").json(), json!([{ "path": "out/run", "kind": "tracking" }]));
     let run = studio.get("/api/runs/results?folder=out/run").json();
     assert_eq!((&run["kind"], &run["run"]["recipe"]["tracker"]), (&json!("tracking"), &json!("kcf")));
-    let trial = studio.trial(&json!({ "run": "out/run" }));
+    let opened = studio.ok("POST", "/api/trials", &json!({ "run": "out/run" }));
+    assert_eq!(opened["source"], "data/mover.y4m", "as a source names it");
+    let trial = format!("/api/trials/{}", opened["trial"]);
     let facts = studio.get(&trial).json();
     assert_eq!(
         (&facts["phase"], &facts["recorded"], &facts["tracker"]),
@@ -158,6 +160,10 @@ fn a_run_that_the_studio_cannot_repeat_is_looked_at_alone() {
     let bad = studio.send("POST", &format!("{trial}/targets"), &json!({ "box": [8, 10, 16, 16] }));
     assert!(bad.status == 409 && bad.text().contains("a part of the picture"), "{}", bad.text());
     assert_eq!(studio.send("POST", &format!("{trial}/orders"), &json!({ "order": "start" })).status, 409);
+    tracked(root.path(), |config| config.stride = std::num::NonZeroU64::new(3));
+    let strided = studio.trial(&json!({ "run": "out/run" }));
+    assert_eq!(studio.get(&strided).json()["recorded"], true);
+    assert_eq!(studio.send("PUT", &format!("{strided}/parameters"), &json!({ "learning_rate": 0.05 })).status, 409);
     // What it names must be there, and below the root.
     std::fs::rename(root.path().join("data/mover.y4m"), root.path().join("data/other.y4m")).unwrap();
     let gone = studio.send("POST", "/api/trials", &json!({ "run": "out/run" }));
