@@ -318,11 +318,14 @@ function wire() {
   $("dismiss").addEventListener("click", () => { $("notice").hidden = true; });
   $("open-form").addEventListener("submit", (/** @type {Event} */ event) => { event.preventDefault(); then(() => openNamed(performance.now() - opened > AGAIN_AFTER)); });
   $("source").addEventListener("change", () => then(() => openNamed(false)));
-  $("tracker").addEventListener("change", () => then(async () => {
-    describe($("tracker").value);
-    if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/method`, { tracker: $("tracker").value }));
-  }));
-  $("motion").addEventListener("change", () => then(() => change({ "motion.model": $("motion").value })));
+  // What is wished for is what stands there now: until its turn comes, what is shown may say otherwise.
+  /** @param {string} id @param {(value: string) => Promise<any>} act */
+  const changed = (id, act) => $(id).addEventListener("change", () => { const { value } = $(id); then(() => act(value)); });
+  changed("tracker", async (tracker) => {
+    describe(tracker);
+    if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/method`, { tracker }));
+  });
+  changed("motion", (model) => change({ "motion.model": model }));
   $("speed").addEventListener("change", () => then(setSpeed));
   for (const name of ["start", "pause", "step", "back", "stop"]) {
     // A run that goes on to a frame far ahead is not waited for.
@@ -334,11 +337,11 @@ function wire() {
       await order(name);
     }));
   }
-  $("seek").addEventListener("change", () => then(() => order("seek", { frame: Math.max(0, Math.round(Number($("seek").value) || 0)) })));
+  changed("seek", (frame) => order("seek", { frame: Math.max(0, Math.round(Number(frame) || 0)) }));
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
-  $("rival").addEventListener("change", () => then(() => setRival($("rival").value).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; })));
+  changed("rival", (rival) => setRival(rival).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; }));
   $("version").addEventListener("change", links);
-  $("look").addEventListener("change", () => then(() => order("look", { at: $("look").value })));
+  changed("look", (at) => order("look", { at }));
   $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
   for (const layer of LAYERS.filter((l) => l.label)) {
     const label = document.createElement("label");
