@@ -5,6 +5,7 @@ use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_scenes::Scene;
 use pursuit_trackers::registry;
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, MultiTracker};
 use pursuit_tracking::{Detection, Detector, Estimate, Recipe, TrackState, Tracker};
 
 fn set(key: &str, value: &str) -> toml::Table {
@@ -105,6 +106,33 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
             if name != "white" {
                 assert!(detector("auto").detect(&picture, &[]).unwrap()[0].bbox.iou(&truth) > 0.7, "{name} by auto");
             }
+        }
+    }
+}
+
+#[test]
+fn of_several_balls_the_one_that_moves_is_followed() {
+    const GREEN: Rgb8 = [60, 170, 60];
+    let (orange, radius) = ([230, 120, 30], 14.0);
+    for (asked, still, moving) in [("auto", orange, GREEN), ("auto", GREEN, orange), ("yellow", YELLOW, YELLOW)] {
+        let (detector, recipe) = (detector(asked), recipe("auto"));
+        let mut target = Acquiring::new(detector, recipe, AcquisitionParams::default()).unwrap();
+        let mut tracks = Vec::new();
+        for k in 0..30 {
+            let (rest, at) = (Point::new(60.0, 60.0), Point::new(40.0 + 6.0 * k as f64, 170.0));
+            let picture = frame(k, |x, y| {
+                let here = Point::new(x as f64 + 0.5, y as f64 + 0.5);
+                match (here.distance(rest) < radius, here.distance(at) < radius) {
+                    (true, _) => still,
+                    (_, true) => moving,
+                    _ => ground(x, y),
+                }
+            });
+            target.step(&picture, &mut tracks).unwrap();
+            let found = tracks.iter().find_map(|t| t.estimate.as_ref()).unwrap();
+            let truth = BBox::from_center_size(at, 2.0 * radius, 2.0 * radius);
+            // Five frames until it has left its place, and some that say so.
+            assert!(k < 12 || found.bbox.iou(&truth) > 0.6, "{asked}, frame {k}: {found:?}");
         }
     }
 }

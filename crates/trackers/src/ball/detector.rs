@@ -41,10 +41,9 @@ impl Detector for BallDetector {
         self.blobs.look(frame, PixelWindow::full(frame.size()), self.step(frame.size()))?;
         let colors: &[BallColor] = if self.params.color == BallColor::Auto { &SATURATED } else { &[self.params.color] };
         let mut found: Vec<Detection> = Vec::new();
+        // Each colour to its end: what convinces in one may stand still while the ball moves in another.
         for color in colors {
-            if self.search(frame, *color, &mut found)? {
-                break;
-            }
+            self.search(frame, *color, &mut found)?;
         }
         found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         let mut believed: Vec<Detection> = Vec::new();
@@ -67,8 +66,8 @@ impl BallDetector {
         ((smallest / self.params.pixels_across) as usize).clamp(1, MOST_STEP)
     }
 
-    /// Adds what looks at least half like a ball of that colour; true when one convinces.
-    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<bool> {
+    /// Adds what looks at least half like a ball of that colour, up to the first strictness and opening at which one convinces.
+    fn search(&mut self, frame: &Frame, color: BallColor, found: &mut Vec<Detection>) -> Result<()> {
         let pixels = frame.size().area() as f64;
         let side = frame.size().width.min(frame.size().height) as f64;
         for range in color.ladder() {
@@ -100,10 +99,11 @@ impl BallDetector {
                 if self.blobs.count_of_at_least(0.0) == 0 {
                     // Stricter ranges and wider openings leave less still.
                     if step == 0 {
-                        return Ok(false);
+                        return Ok(());
                     }
                     break;
                 }
+                let mut convinced = false;
                 for candidate in self.blobs.candidates().iter().filter(|c| c.area >= least_area) {
                     let inside = candidate.bbox.expanded(1.0).fraction_inside(&frame.size().bounds()) == 1.0;
                     let likeness = ball_likeness(&self.blobs, candidate)
@@ -112,13 +112,14 @@ impl BallDetector {
                     if likeness >= self.params.min_likeness_again.min(self.params.min_likeness) {
                         found.push(Detection { bbox: candidate.bbox, confidence: likeness });
                     }
-                    if likeness >= self.params.convincing {
-                        return Ok(true);
-                    }
+                    convinced |= likeness >= self.params.convincing;
+                }
+                if convinced {
+                    return Ok(());
                 }
             }
         }
-        Ok(false)
+        Ok(())
     }
 }
 
