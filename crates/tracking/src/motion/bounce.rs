@@ -249,3 +249,123 @@ impl MotionFilter for ManoeuvringBox {
         Some(Velocity { x: belief.mean()[2], y: belief.mean()[3] })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: ManoeuvreNoise = ManoeuvreNoise {
+        steady_acceleration: 3.0,
+        flight_jerk: 7.0,
+        flight_acceleration: 5.0,
+        jump_speed: 4.0,
+        jump_of_speed: 1.3,
+        between_jumps_s: 0.9,
+        sojourn_s: 0.6,
+        flight_after_jump: 0.7,
+        at_start: (0.2, 0.1),
+        size_change: 0.3,
+        start_speed: 1.7,
+        measurement: MeasurementNoise { position: 0.07, size: 0.13, floor_px: 0.6 },
+    };
+    /// Side of the square of the same area.
+    const EXTENT: f64 = 30.0;
+
+    fn filter() -> ManoeuvringBox {
+        ManoeuvringBox::new(NOISE, BBox::from_ltwh(10.0, 20.0, 20.0, 45.0)).unwrap()
+    }
+
+    /// The mean of `f` over `[0, 1]`.
+    fn mean(f: impl Fn(f64) -> Matrix3<f64>) -> Matrix3<f64> {
+        const STEPS: usize = 20_000;
+        (0..STEPS).map(|k| f((k as f64 + 0.5) / STEPS as f64)).sum::<Matrix3<f64>>() / STEPS as f64
+    }
+
+    /// Position, velocity and acceleration after `s` seconds of flight.
+    fn flown(s: f64) -> Matrix3<f64> {
+        Matrix3::new(1.0, s, s * s / 2.0, 0.0, 1.0, s, 0.0, 0.0, 1.0)
+    }
+
+    #[test]
+    fn noise_is_what_white_noise_and_jumps_add_up_to() {
+        let dt = 0.3;
+        // Moved once, so that jumps know a speed.
+        let mut moving = filter();
+        moving.predict(dt).unwrap();
+        moving.correct(&Sight::of(BBox::from_ltwh(34.0, 11.0, 20.0, 45.0), None)).unwrap();
+        let extent = extent_px(&moving.bbox());
+        let speed = moving.velocity().unwrap();
+        let speed = speed.x.hypot(speed.y);
+        assert!(speed > 30.0, "{speed}");
+        let of_axis = |whole: &SMatrix<f64, STATES, STATES>, axis: usize| {
+            Matrix3::from_fn(|i, j| whole[(2 * i + axis, 2 * j + axis)])
+        };
+        // Noise that enters as `enters` at any instant is carried along to the end of the step.
+        let carried = |density: f64, row: usize| {
+            mean(|t| {
+                let g = flown(t * dt).column(row).into_owned();
+                g * g.transpose()
+            }) * density
+                * extent.powi(2)
+                * dt
+        };
+        let mut steady = carried(NOISE.steady_acceleration, 1);
+        steady[(2, 2)] = (NOISE.flight_acceleration * extent).powi(2);
+        let flight = carried(NOISE.flight_jerk, 2);
+        let jump_speed = NOISE.jump_speed * extent + NOISE.jump_of_speed * speed;
+        let jump = flight
+            + mean(|t| {
+                let g = flown(t * dt).column(1) * jump_speed;
+                g * g.transpose()
+            });
+        let mut at_rest = flown(dt);
+        (at_rest[(0, 2)], at_rest[(1, 2)], at_rest[(2, 2)]) = (0.0, 0.0, 0.0);
+        let transitions = moving.transitions(dt).unwrap();
+        for (k, (f, q)) in [(at_rest, steady), (flown(dt), flight), (flown(dt), jump)].iter().enumerate() {
+            for axis in 0..2 {
+                assert!((of_axis(transitions[k].matrix(), axis) - f).amax() < 1e-12, "{k}");
+                let noise = of_axis(transitions[k].noise(), axis);
+                assert!(
+                    (noise - q).iter().zip(q).all(|(off, q)| off.abs() < 1e-6 * q.abs().max(1e-9)),
+                    "{k}: {noise} {q}"
+                );
+                let side = transitions[k].noise()[(SIZE + axis, SIZE + axis)];
+                assert!((side - (NOISE.size_change * extent).powi(2) * dt).abs() < 1e-9, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn modes_change_as_waiting_times_say() {
+        let dt = 0.25;
+        let switching = filter().switching(dt).unwrap();
+        let jump = 1.0 - (-dt / 0.9_f64).exp();
+        // Where half of all changes lead to the other mode, they are as many as end in a sojourn without a jump.
+        let change = (1.0 - jump) * (1.0 - (-dt / 0.6_f64).exp()) / 2.0;
+        let rest = 1.0 - jump;
+        let want = Matrix3::new(rest - change, change, jump, change, rest - change, jump, rest * 0.3, rest * 0.7, jump);
+        assert!((switching.matrix() - want).amax() < 1e-12, "{} {want}", switching.matrix());
+        assert_eq!(filter().mode_probabilities(), [1.0 - 0.2 - 0.1, 0.2, 0.1]);
+    }
+
+    #[test]
+    fn it_starts_and_starts_again_at_rest_as_uncertain_as_it_is_told() {
+        let mut filter = filter();
+        let position = (0.07 * EXTENT).powi(2) + 0.36;
+        let size = (0.13 * EXTENT).powi(2) + 0.36;
+        let (speed, acceleration) = ((1.7 * EXTENT).powi(2), (5.0 * EXTENT).powi(2));
+        let want = [position, position, speed, speed, acceleration, acceleration, size, size];
+        let fresh = filter.clone();
+        for (k, want) in want.into_iter().enumerate() {
+            assert!((filter.belief().covariance()[(k, k)] - want).abs() < 1e-9 * want, "{k}");
+        }
+        filter.predict(0.1).unwrap();
+        filter.correct(&Sight::of(BBox::from_ltwh(60.0, 20.0, 20.0, 45.0), None)).unwrap();
+        filter.predict(0.1).unwrap();
+        let gone = filter.clone();
+        filter.restart(BBox::from_ltwh(f64::NAN, 0.0, 1.0, 1.0));
+        assert_eq!(filter, gone);
+        filter.restart(BBox::from_ltwh(10.0, 20.0, 20.0, 45.0));
+        assert_eq!(filter, fresh);
+    }
+}

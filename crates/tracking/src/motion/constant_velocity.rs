@@ -192,6 +192,97 @@ impl MotionFilter for BoxFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
+
+    /// The filter as textbooks have it, with the inverse written out.
+    struct Textbook {
+        noise: RelativeNoise,
+        mean: Vector6<f64>,
+        covariance: Matrix6<f64>,
+    }
+
+    impl Textbook {
+        fn extent(&self) -> f64 {
+            (self.mean[4] * self.mean[5]).sqrt()
+        }
+
+        /// Standard deviations of a measurement's centre and size.
+        fn sensor(&self, extent: f64, sigma_px: Option<f64>) -> Matrix4<f64> {
+            let noise = self.noise.measurement;
+            let position = sigma_px.unwrap_or(extent * noise.position).hypot(noise.floor_px).powi(2);
+            let size = (extent * noise.size).hypot(noise.floor_px).powi(2);
+            Matrix4::from_diagonal(&Vector4::new(position, position, size, size))
+        }
+
+        fn start(noise: RelativeNoise, [x, y, w, h]: [f64; 4]) -> Self {
+            let mut filter = Self { noise, mean: Vector6::new(x, y, 0.0, 0.0, w, h), covariance: Matrix6::zeros() };
+            let (r, speed) = (filter.sensor(filter.extent(), None), (noise.start_speed * filter.extent()).powi(2));
+            filter.covariance =
+                Matrix6::from_diagonal(&Vector6::new(r[(0, 0)], r[(0, 0)], speed, speed, r[(2, 2)], r[(2, 2)]));
+            filter
+        }
+
+        fn predict(&mut self, dt: f64) {
+            let extent = self.extent();
+            let (mut f, mut q) = (Matrix6::identity(), Matrix6::zeros());
+            let density = self.noise.acceleration * extent.powi(2);
+            for axis in 0..2 {
+                let (at, speed, side) = (axis, 2 + axis, 4 + axis);
+                f[(at, speed)] = dt;
+                q[(at, at)] = density * dt.powi(3) / 3.0;
+                q[(at, speed)] = density * dt.powi(2) / 2.0;
+                q[(speed, at)] = q[(at, speed)];
+                q[(speed, speed)] = density * dt;
+                q[(side, side)] = (self.noise.size_change * extent).powi(2) * dt;
+            }
+            self.mean = f * self.mean;
+            self.covariance = f * self.covariance * f.transpose() + q;
+        }
+
+        fn correct(&mut self, z: [f64; 4], sigma_px: Option<f64>) {
+            let mut h = SMatrix::<f64, 4, 6>::zeros();
+            [(0, 0), (1, 1), (2, 4), (3, 5)].into_iter().for_each(|at| h[at] = 1.0);
+            let s = h * self.covariance * h.transpose() + self.sensor(self.extent(), sigma_px);
+            let gain = self.covariance * h.transpose() * s.try_inverse().unwrap();
+            self.mean += gain * (Vector4::from(z) - h * self.mean);
+            self.covariance = (Matrix6::identity() - gain * h) * self.covariance;
+        }
+    }
+
+    #[test]
+    fn with_noise_relative_to_the_box_it_is_the_filter_of_textbooks() {
+        let noise = RelativeNoise {
+            acceleration: 3.0,
+            size_change: 0.3,
+            start_speed: 1.7,
+            measurement: MeasurementNoise { position: 0.07, size: 0.13, floor_px: 0.6 },
+        };
+        let boxed = |[x, y, w, h]: [f64; 4]| BBox::from_ltwh(x - w / 2.0, y - h / 2.0, w, h);
+        let first = [80.0, 50.0, 24.0, 41.0];
+        let (mut twin, mut filter) =
+            (Textbook::start(noise, first), BoxFilter::new(BoxNoise::Relative(noise), boxed(first)).unwrap());
+        for (k, dt_s) in [0.04, 0.15, 0.04, 0.7].into_iter().enumerate() {
+            twin.predict(dt_s);
+            let prior = filter.predict(dt_s).unwrap();
+            let innovation = box_covariance(&twin.covariance, SIZE) + twin.sensor(twin.extent(), None);
+            assert!((prior.innovation_covariance.unwrap() - innovation).amax() < 1e-9 * innovation.amax(), "{k}");
+            let step = k as f64;
+            let seen = [83.0 + 5.0 * step, 49.0 - 2.0 * step, 25.0 + 2.0 * step, 40.0 + step];
+            // The localizer says its own error every other time.
+            let sigma_px = (k % 2 == 1).then_some(2.5);
+            twin.correct(seen, sigma_px);
+            filter.correct(&Sight::of(boxed(seen), sigma_px)).unwrap();
+            let belief = filter.belief();
+            assert!((belief.mean() - twin.mean).amax() < 1e-9 * twin.mean.amax(), "{k}");
+            assert!((belief.covariance() - twin.covariance).amax() < 1e-9 * twin.covariance.amax(), "{k}");
+        }
+        // An error that is no number is as good as none.
+        let mut other = filter.clone();
+        let seen = boxed([90.0, 44.0, 30.0, 42.0]);
+        other.correct(&Sight::of(seen, Some(f64::NAN))).unwrap();
+        filter.correct(&Sight::of(seen, None)).unwrap();
+        assert_eq!(filter, other);
+    }
 
     #[test]
     fn the_velocity_takes_its_share_of_a_correction_and_the_place_all() {

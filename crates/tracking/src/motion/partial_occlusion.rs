@@ -141,6 +141,27 @@ mod tests {
     use pursuit_geometry::Point;
 
     #[test]
+    fn what_is_believed_of_the_whole_is_what_the_filter_inside_believes() {
+        use crate::motion::{ManoeuvreNoise, ManoeuvringBox};
+        let inner = ManoeuvringBox::new(ManoeuvreNoise::ball(), BBox::from_ltwh(100.0, 50.0, 40.0, 40.0)).unwrap();
+        let mut outer = PartialOcclusion::new(inner, Completion::default());
+        outer.predict(0.1).unwrap();
+        outer.correct(&Sight::of(BBox::from_ltwh(108.0, 50.0, 40.0, 40.0), None)).unwrap();
+        assert_eq!((outer.covariance(), outer.velocity()), (outer.inner().covariance(), outer.inner().velocity()));
+        assert!(outer.covariance().is_some() && outer.velocity().is_some_and(|v| v.x > 10.0));
+        // Said is what is seen of it, believed the whole.
+        outer.predict(0.1).unwrap();
+        let (cut, whole) = (BBox::from_ltrb(140.0, 50.0, 156.0, 90.0), outer.bbox());
+        outer.correct(&Sight::of(cut, None)).unwrap();
+        assert_eq!((outer.bbox().left(), outer.bbox().right()), (cut.left(), cut.right()));
+        assert!((outer.inner().bbox().width() - whole.width()).abs() < 1.0);
+        // Seen whole again it is said whole.
+        outer.predict(0.1).unwrap();
+        outer.correct(&Sight::of(outer.inner().bbox(), None)).unwrap();
+        assert_eq!(outer.bbox(), outer.inner().bbox());
+    }
+
+    #[test]
     fn the_edge_in_step_with_the_prediction_is_the_targets_own() {
         let expected = BBox::from_ltwh(100.0, 50.0, 40.0, 40.0);
         // Sliding left behind something at x = 110: the right edge is the target's own.

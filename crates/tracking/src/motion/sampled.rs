@@ -232,6 +232,38 @@ mod tests {
         filter.correct(&Sight::of(at(x, y), None)).unwrap();
     }
 
+    /// Between samples the box goes on from where it was measured last: by the velocity there and, for one sample, by the acceleration.
+    #[test]
+    fn between_samples_it_goes_on_from_the_last_measurement() {
+        let mut filter = SampledBox::new(SamplingParams::default(), false, at(10.0, 80.0)).unwrap();
+        let unit = filter.unit_s;
+        assert_eq!(unit, 0.2);
+        for k in 1..8 {
+            let t = f64::from(k);
+            go(&mut filter, unit, 10.0 + 6.0 * t + 2.0 * t * t, 80.0 - 4.0 * t);
+        }
+        let m = *filter.belief.mean();
+        assert!(m[2] > 10.0 && m[4] > 1.0, "{m}");
+        // Measured 0.4 samples later, and no sample then.
+        go(&mut filter, 0.4 * unit, 200.0, 40.0);
+        assert_eq!(*filter.belief.mean(), m);
+        let speed = [m[2] + 0.4 * m[4], m[3] + 0.4 * m[5]];
+        let velocity = filter.velocity().unwrap();
+        assert!((velocity.x - speed[0] / unit).abs() < 1e-9 && (velocity.y - speed[1] / unit).abs() < 1e-9);
+        // Half a sample on it is bent as t²/2, two samples and a half on only by what the first of them bends.
+        for (ahead, bent) in [(0.5, 0.5 * 0.5 * 0.5), (2.5, 0.5 + 1.5)] {
+            let mut later = filter.clone();
+            let center = later.predict(ahead * unit).unwrap().bbox.center();
+            let want = Point::new(200.0 + speed[0] * ahead + m[4] * bent, 40.0 + speed[1] * ahead + m[5] * bent);
+            assert!(center.distance(want) < 1e-9, "{ahead}: {center:?} {want:?}");
+            let velocity = later.velocity().unwrap();
+            assert!((velocity.x - speed[0] / unit).abs() < 1e-9, "the velocity is that of the last measurement");
+            let size = later.covariance().unwrap()[(2, 2)];
+            let measured = later.params.measurement_variance_px2;
+            assert!((size - measured * (1.0 + ahead)).abs() < 1e-9, "unseen for a sample, as uncertain again: {size}");
+        }
+    }
+
     /// Table 1 of the paper: what it prints as predicted, for the positions that can be recovered.
     #[test]
     fn the_simplified_mode_gives_the_papers_table() {

@@ -79,6 +79,71 @@ fn no_model_of_motion_expects_the_box_where_it_was() {
     assert_eq!(still.bbox(), at(1.0, 2.0));
 }
 
+/// Noise is relative to the box: a scene three times as large is followed by boxes three times as large.
+#[test]
+fn the_scale_of_a_scene_changes_nothing() {
+    // The patent's least change of velocity is in pixels.
+    for model in SMOOTH.into_iter().filter(|m| *m != MotionModel::Zhu2014) {
+        let beliefs = [1.0, 3.0].map(|scale| {
+            let params = params(model);
+            let params = MotionParams { noise_floor_px: scale * params.noise_floor_px, ..params };
+            let at = |k: f64| {
+                let center = Point::new(scale * (100.0 + 9.0 * k + k * k), scale * (80.0 - 7.0 * k));
+                BBox::from_center_size(center, scale * 20.0, scale * (30.0 + k))
+            };
+            let mut motion = Motion::new(params, at(0.0)).unwrap();
+            for k in 1..9 {
+                motion.predict(0.1).unwrap();
+                let sigma_px = (k % 3 == 0).then_some(scale * 4.0);
+                motion.correct(&Sight::of(at(f64::from(k)), sigma_px)).unwrap();
+            }
+            let prior = motion.predict(0.1).unwrap();
+            let covariances = [prior.innovation_covariance.unwrap(), motion.covariance().unwrap()];
+            let speed = motion.velocity().unwrap();
+            let lengths =
+                [prior.bbox.left(), prior.bbox.top(), prior.bbox.width(), prior.bbox.height(), speed.x, speed.y];
+            (lengths.map(|v| v / scale), covariances.map(|c| c / (scale * scale)))
+        });
+        let [(small, of_small), (large, of_large)] = &beliefs;
+        let near = small.iter().zip(large).all(|(a, b)| (a - b).abs() < 1e-6 * a.abs().max(1.0));
+        assert!(near, "{model:?}: {small:?} {large:?}");
+        for (a, b) in of_small.iter().zip(of_large) {
+            assert!((a - b).amax() < 1e-6 * a.amax(), "{model:?}: {a} {b}");
+        }
+    }
+}
+
+/// How much more uncertain sides are `dt_s` later: a random walk's variance.
+#[test]
+fn sizes_walk_at_random() {
+    for model in SMOOTH {
+        let mut motion = motion(model, at(50.0, 50.0));
+        motion.predict(0.1).unwrap();
+        let before = motion.covariance().unwrap();
+        motion.predict(0.3).unwrap();
+        let after = motion.covariance().unwrap();
+        let growth = (motion.params().size_change * 600.0_f64.sqrt()).powi(2) * 0.3;
+        for side in [2, 3] {
+            let grown = after[(side, side)] - before[(side, side)];
+            assert!((grown - growth).abs() < 1e-9 * growth, "{model:?}: {grown} {growth}");
+        }
+    }
+}
+
+#[test]
+fn the_next_sample_is_said_where_the_camera_has_moved_the_picture_to() {
+    let mut motion = motion(MotionModel::Qu2010, at(50.0, 70.0));
+    for k in 1..6 {
+        motion.predict(0.2).unwrap();
+        motion.correct(&sight(at(50.0 + 3.0 * f64::from(k), 70.0))).unwrap();
+    }
+    let center = |motion: &Motion| motion.next_sample().unwrap().center.unwrap();
+    let before = center(&motion);
+    assert!((before.x - 68.0).abs() < 2.0 && (before.y - 70.0).abs() < 1.0, "{before:?}");
+    motion.carry((7.0, -5.0));
+    assert_eq!(center(&motion), Point::new(before.x + 7.0, before.y - 5.0));
+}
+
 #[test]
 fn forecasts_change_nothing_and_agree_with_predictions() {
     for model in MotionModel::ALL {
