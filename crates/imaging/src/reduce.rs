@@ -65,14 +65,14 @@ fn reduce_color(image: ImageView<'_, Rgb8>, (x, y): (usize, usize), step: usize,
 /// Means of the planes, and the colour of those.
 fn reduce_planes(image: &Yuv420, (x, y): (usize, usize), step: usize, out: &mut Image<Rgb8>) {
     let (luma, (u, v)) = (image.luma(), image.chroma());
-    let mut planes = [[0_u8; RUN]; 3];
+    let (mut planes, mut columns) = ([[0_u8; RUN]; 3], [0_u16; RUN * MOST_STEP]);
     for row in 0..out.height() {
         let top = y + row * step;
         for (run, out) in out.row_mut(row).chunks_mut(RUN).enumerate() {
             let left = x + run * RUN * step;
-            means(luma, (left, top), step, &mut planes[0][..out.len()]);
+            means(luma, (left, top), step, &mut columns, &mut planes[0][..out.len()]);
             for (plane, means) in [u, v].into_iter().zip(&mut planes[1..]) {
-                chroma_means(plane, (left, top), step, &mut means[..out.len()]);
+                chroma_means(plane, (left, top), step, &mut columns, &mut means[..out.len()]);
             }
             let [luma, u, v] = &planes;
             image.convert(luma, u, v, out);
@@ -80,15 +80,17 @@ fn reduce_planes(image: &Yuv420, (x, y): (usize, usize), step: usize, out: &mut 
     }
 }
 
-/// Means of blocks of one plane, from the pixel `(left, top)` on.
-fn means(plane: ImageView<'_, u8>, (left, top): (usize, usize), step: usize, out: &mut [u8]) {
-    let mut columns = [0_u16; RUN * MOST_STEP];
+/// Means of blocks of one plane, from the pixel `(left, top)` on; `columns` is scratch.
+fn means(plane: ImageView<'_, u8>, (left, top): (usize, usize), step: usize, columns: &mut [u16], out: &mut [u8]) {
+    if step == 1 {
+        out.copy_from_slice(&plane.row(top)[left..left + out.len()]);
+        return;
+    }
     let columns = &mut columns[..out.len() * step];
     for line in 0..step {
         add_row(&plane.row(top + line)[left..left + columns.len()], columns, line == 0);
     }
     match step {
-        1 => out.iter_mut().zip(&*columns).for_each(|(out, &sum)| *out = sum as u8),
         2 => sum_blocks::<2>(columns, out),
         3 => sum_blocks::<3>(columns, out),
         4 => sum_blocks::<4>(columns, out),
@@ -119,17 +121,32 @@ fn sum_blocks<const STEP: usize>(columns: &[u16], out: &mut [u8]) {
 }
 
 /// Means of the samples of a halved plane that belong to each block of the picture.
-fn chroma_means(plane: ImageView<'_, u8>, (left, top): (usize, usize), step: usize, out: &mut [u8]) {
+fn chroma_means(
+    plane: ImageView<'_, u8>,
+    (left, top): (usize, usize),
+    step: usize,
+    columns: &mut [u16],
+    out: &mut [u8],
+) {
     if step.is_multiple_of(2) && left.is_multiple_of(2) && top.is_multiple_of(2) {
-        return means(plane, (left / 2, top / 2), step / 2, out);
+        return means(plane, (left / 2, top / 2), step / 2, columns, out);
     }
+    if step == 1 {
+        let row = &plane.row(top / 2)[left / 2..];
+        out.iter_mut().enumerate().for_each(|(i, out)| *out = row[(left % 2 + i) / 2]);
+        return;
+    }
+    // A block takes every sample that it touches, also those that it shares with the next.
     let (first, last) = (top / 2, (top + step - 1) / 2);
+    let (from, to) = (left / 2, (left + out.len() * step - 1) / 2);
+    let columns = &mut columns[..=to - from];
+    for row in first..=last {
+        add_row(&plane.row(row)[from..=to], columns, row == first);
+    }
     for (i, out) in out.iter_mut().enumerate() {
-        let from = left + i * step;
-        let (first_column, last_column) = (from / 2, (from + step - 1) / 2);
-        let samples = (first..=last).map(|row| &plane.row(row)[first_column..=last_column]);
-        let sum: u32 = samples.flatten().map(|&s| u32::from(s)).sum();
-        *out = mean(sum, (last + 1 - first) * (last_column + 1 - first_column));
+        let from_pixel = left + i * step;
+        let block = &columns[from_pixel / 2 - from..=(from_pixel + step - 1) / 2 - from];
+        *out = mean(block.iter().map(|&s| u32::from(s)).sum(), (last + 1 - first) * block.len());
     }
 }
 

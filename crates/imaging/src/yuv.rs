@@ -191,10 +191,22 @@ fn row_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) 
 fn samples_to_rgb(y: &[u8], u: &[u8], v: &[u8], c: &Coefficients, out: &mut [Rgb8]) {
     let half = 1 << (FRACTION_BITS - 1);
     let clamp = |value: i32| (value >> FRACTION_BITS).clamp(0, 255) as u8;
-    for (((out, &y), &u), &v) in out.iter_mut().zip(y).zip(u).zip(v) {
-        let luma = (i32::from(y) - c.luma_offset) * c.luma_gain + half;
-        let (u, v) = (i32::from(u) - 128, i32::from(v) - 128);
-        *out = [clamp(luma + c.red_v * v), clamp(luma - c.green_u * u - c.green_v * v), clamp(luma + c.blue_u * u)];
+    let (mut samples, mut channels) = ([[0_u8; RUN]; 3], [[0_u8; RUN]; 3]);
+    let runs = out.chunks_mut(RUN).zip(y.chunks(RUN)).zip(u.chunks(RUN).zip(v.chunks(RUN)));
+    for ((out, y), (u, v)) in runs {
+        // Loops of known length run on vectors; the last run converts what was there before once more.
+        samples.iter_mut().zip([y, u, v]).for_each(|(run, plane)| run[..plane.len()].copy_from_slice(plane));
+        let ([y, u, v], [red, green, blue]) = (&samples, &mut channels);
+        for i in 0..RUN {
+            let luma = (i32::from(y[i]) - c.luma_offset) * c.luma_gain + half;
+            let (u, v) = (i32::from(u[i]) - 128, i32::from(v[i]) - 128);
+            red[i] = clamp(luma + c.red_v * v);
+            green[i] = clamp(luma - c.green_u * u - c.green_v * v);
+            blue[i] = clamp(luma + c.blue_u * u);
+        }
+        for (pixel, ((&r, &g), &b)) in out.iter_mut().zip(red.iter().zip(&*green).zip(&*blue)) {
+            *pixel = [r, g, b];
+        }
     }
 }
 

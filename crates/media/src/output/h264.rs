@@ -35,7 +35,8 @@ impl H264Encoder {
             // where a rate of 1 Mbit/s buys 39.1 dB.
             .rate_control_mode(RateControlMode::Off)
             .skip_frames(false)
-            .complexity(Complexity::Medium)
+            // On three clips .07 dB and 3 % of the bytes from Medium at the same quantiser, for 6 % less of a 4K run.
+            .complexity(Complexity::Low)
             .vui(VuiConfig::bt709())
             // More threads would cut the picture into as many slices: other bytes on other machines.
             .num_threads(1);

@@ -82,7 +82,12 @@ impl Default for ColorBlobFinder {
 impl ColorBlobFinder {
     /// Smooths the part `window` of the frame, every `step` × `step` pixels taken for one.
     pub fn look(&mut self, frame: &Frame, window: PixelWindow, step: usize) -> Result<()> {
-        let window = window.intersection(&PixelWindow::full(frame.size())).unwrap_or(window);
+        let mut window = window.intersection(&PixelWindow::full(frame.size())).unwrap_or(window);
+        if step > 1 {
+            // From where a sample of chroma begins, or blocks would share samples.
+            (window.width, window.height) = (window.width + window.x % 2, window.height + window.y % 2);
+            (window.x, window.y) = (window.x - window.x % 2, window.y - window.y % 2);
+        }
         (self.window, self.step) = (window, step.max(1));
         // Of large video that is looked at in part, the rest need not be converted to colour.
         let part = matches!(frame.pixels(), Pixels::Yuv420(_)) && 4 * window.size().area() < frame.size().area();

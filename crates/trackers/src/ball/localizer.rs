@@ -116,7 +116,8 @@ impl BallLocalizer {
     fn step(&self, ball: &BBox, part: PixelWindow) -> usize {
         let s = &self.params.sight;
         let (side, area) = (ball.width().min(ball.height()), part.size().area() as f64);
-        ((side / s.pixels_across).min((area / s.whole_below).sqrt()) as usize).clamp(1, super::detector::MOST_STEP)
+        ((side / s.pixels_across).min((area / s.whole_below).sqrt().ceil()) as usize)
+            .clamp(1, super::detector::MOST_STEP)
     }
 
     fn opening(&self, bbox: &BBox) -> usize {
