@@ -131,6 +131,53 @@ fn sizes_walk_at_random() {
 }
 
 #[test]
+fn every_model_predicts_in_its_own_way() {
+    let place = |model: MotionModel| {
+        let mut motion = motion(model, at(100.0, 100.0));
+        for k in 1..10 {
+            let t = 0.1 * f64::from(k);
+            motion.predict(0.1).unwrap();
+            // It speeds up and, half way, turns at once: some models wait for that.
+            let turned = 900.0 * (t - 0.5).max(0.0);
+            motion.correct(&sight(at(100.0 + 80.0 * t + 150.0 * t * t - turned, 100.0 - turned))).unwrap();
+        }
+        motion.predict(0.3).unwrap().bbox.center()
+    };
+    let places = SMOOTH.map(place);
+    for (a, b) in (0..SMOOTH.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+        assert!(places[a].distance(places[b]) > 1e-3, "{:?} and {:?}: {:?}", SMOOTH[a], SMOOTH[b], places[a]);
+    }
+}
+
+#[test]
+fn what_is_measured_is_as_uncertain_as_the_place_and_the_measurement_together() {
+    // Of jumps the gate lets pass more than is believed.
+    for model in SMOOTH.into_iter().filter(|m| *m != MotionModel::Bounce) {
+        let mut motion = motion(model, at(50.0, 50.0));
+        let prior = motion.predict(0.1).unwrap();
+        let p = motion.params();
+        let variance = |share: f64| (share * 600.0_f64.sqrt()).powi(2) + p.noise_floor_px.powi(2);
+        let (place, size) = (variance(p.position_noise), variance(p.size_noise));
+        let want = BoxCovariance::from_diagonal(&[place, place, size, size].into());
+        let added = prior.innovation_covariance.unwrap() - motion.covariance().unwrap();
+        assert!((added - want).amax() < 1e-9 * want.amax(), "{model:?}: {added} {want}");
+    }
+}
+
+#[test]
+fn started_again_nothing_is_left_of_what_was() {
+    for model in MotionModel::ALL {
+        let mut motion = motion(*model, at(50.0, 50.0));
+        for k in 1..6 {
+            motion.predict(0.2).unwrap();
+            motion.correct(&sight(at(50.0 + f64::from(k * k), 50.0))).unwrap();
+        }
+        motion.restart(at(20.0, 90.0));
+        assert_eq!(motion, self::motion(*model, at(20.0, 90.0)), "{model:?}");
+    }
+}
+
+#[test]
 fn the_next_sample_is_said_where_the_camera_has_moved_the_picture_to() {
     let mut motion = motion(MotionModel::Qu2010, at(50.0, 70.0));
     for k in 1..6 {
