@@ -10,6 +10,7 @@ use common::nats::NatsServer;
 use common::{Gate, wait_until};
 use publishers::{login, options, publisher};
 use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
+use rustix::process::Signal;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -102,14 +103,14 @@ fn a_server_that_stands_still_is_noticed_and_memory_stays_bounded() {
     let mut publisher = publisher(broker(nats.port), Options { capacity: 100, ..options() }, Qos::AtLeastOnce);
     publisher.extend(0..10);
     listener.wait_for("t.n", "9");
-    nats.signal("STOP");
+    nats.signal(Signal::STOP);
     for n in 10..5000 {
         publisher.extend([n]);
     }
     wait_until("an attempt that fails", || publisher.counts().failed_attempts > 0);
     let counts = publisher.counts();
     assert_eq!((counts.messages, counts.dropped), (5000, 4890), "all but what can wait and what was confirmed");
-    nats.signal("CONT");
+    nats.signal(Signal::CONT);
     let counts = publisher.finish();
     listener.wait_for("t.status", "offline");
     assert_eq!((counts.dropped, counts.connections), (4890, 2));

@@ -1,6 +1,7 @@
 //! A real NATS server, and an independent listener: the few words of its protocol, written and read here.
 
 use super::{Heard, Listener, free_port, made_quietly, program, wait_until};
+use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::path::Path;
@@ -51,9 +52,8 @@ impl NatsServer {
     }
 
     /// Lets it stand still (`STOP`) or go on (`CONT`).
-    pub fn signal(&self, name: &str) {
-        let id = self.child.as_ref().unwrap().id().to_string();
-        assert!(Command::new("kill").args([&format!("-{name}"), &id]).status().unwrap().success());
+    pub fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(self.child.as_ref().unwrap()), signal).unwrap();
     }
 
     /// A listener to every subject but those of inboxes. It listens when this returns, until the server goes.
