@@ -128,9 +128,14 @@ impl Log {
 impl Said {
     fn hear(&mut self, line: &str) {
         self.announcement.hear(line);
-        if line.contains("Parsed_showinfo") {
+        let by_filter = line.contains("Parsed_showinfo");
+        if by_filter || is_of_frame(line) {
             self.hear_frame(line);
-        } else if let Some(text) = ["[error] ", "[fatal] ", "[panic] "].iter().find_map(|tag| after(line, tag)) {
+        }
+        if by_filter {
+            return;
+        }
+        if let Some(text) = ["[error] ", "[fatal] ", "[panic] "].iter().find_map(|tag| after(line, tag)) {
             self.hear_error(text);
         } else if let Some(text) = after(line, "[warning] ").filter(|text| text.contains("corrupt")) {
             self.hear_error(text);
@@ -181,6 +186,16 @@ impl Said {
     }
 }
 
+/// Whether it says `n: 3 pts: 90 pts_time:0.09 …`, with or without the filter's name before it: ffmpeg's threads write
+/// their lines in pieces, so one can stand within another's.
+fn is_of_frame(line: &str) -> bool {
+    line.split_once(" pts_time:").and_then(|(before, _)| before.rsplit_once("n:")).is_some_and(|(_, text)| {
+        let mut words = text.split_ascii_whitespace();
+        let number = words.next().is_some_and(|word| word.parse::<u64>().is_ok());
+        number && words.next().is_some_and(|word| word.starts_with("pts:"))
+    })
+}
+
 fn after<'a>(line: &'a str, tag: &str) -> Option<&'a str> {
     line.split_once(tag).map(|(_, rest)| rest)
 }
@@ -219,6 +234,21 @@ mod tests {
         assert_eq!(said.format.as_deref(), Some("matroska,webm"));
         let color = ColorInfo { matrix: Some(ColorMatrix::Bt709), range: Some(ColorRange::Full) };
         assert_eq!(said.color, color);
+    }
+
+    #[test]
+    fn a_frame_is_heard_within_the_line_of_another_thread() {
+        let text = "[vost#0:0 @ 0x5] [warning] Non-monotonic DTS; previous: 1, current: 1; \
+            n:   3 pts:     90 pts_time:0.09    duration:     30 duration_time:0.03    fmt:yuvj420p type:P \
+            changing to 2. This may result in incorrect timestamps in the output file.\n\
+            [Parsed_showinfo_1 @ 0x1] [info] n:   4 pts:    160 pts_time:0.16    duration:     90 duration_time:0.09\n\
+            [h264 @ 0x2] [error] cannot decode n:   5 pts:    250 pts_time:0.25    duration:     90 a block\n\
+            [info]     title           : pts_time:7 n: x pts: pts_time:8\n";
+        let log = Log::follow(text.as_bytes(), None).unwrap();
+        assert!(log.errors().unwrap().starts_with("cannot decode"));
+        let times = std::array::from_fn(|_| log.next_time_s());
+        assert_eq!(times, [Some(0.09), Some(0.16), Some(0.25), None]);
+        assert_eq!(log.said().color.range, Some(ColorRange::Full));
     }
 
     #[test]
