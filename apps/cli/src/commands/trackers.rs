@@ -19,14 +19,17 @@ pub fn run(args: &Trackers) -> anyhow::Result<ExitCode> {
 }
 
 fn list() -> anyhow::Result<String> {
+    let width =
+        registry::trackers().iter().map(|e| e.name.len()).chain(registry::detectors().iter().map(|e| e.name.len()));
+    let width = width.max().unwrap_or(0);
     let mut text = String::from("Trackers (--tracker NAME):\n");
     for entry in registry::trackers() {
         let default = if entry.name == registry::DEFAULT_TRACKER { " (default)" } else { "" };
-        writeln!(text, "  {:<12} {}{default}", entry.name, entry.summary)?;
+        writeln!(text, "  {:<width$}  {}{default}", entry.name, entry.summary)?;
     }
     text += "\nDetectors (--detect NAME):\n";
     for entry in registry::detectors() {
-        writeln!(text, "  {:<12} {}", entry.name, entry.summary)?;
+        writeln!(text, "  {:<width$}  {}", entry.name, entry.summary)?;
     }
     text += "\n`pursuit trackers NAME` prints the parameters as a configuration file for `pursuit track --config`.\n";
     Ok(text)
