@@ -68,7 +68,7 @@ impl Depthwise {
     }
 }
 
-#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn rows(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
     if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         rows_of::<true>(d, input, out, sums);
@@ -80,34 +80,27 @@ fn rows(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
 #[inline(always)]
 fn rows_of<const FUSED: bool>(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
     match d.shape {
-        DepthwiseShape::Two => by_one::<2, 4, 17, 3, FUSED>(d, input, out, sums),
-        DepthwiseShape::Three => by_one::<3, 9, 18, 4, FUSED>(d, input, out, sums),
-        DepthwiseShape::Four => by_one::<4, 16, 19, 5, FUSED>(d, input, out, sums),
-        DepthwiseShape::Five => by_one::<5, 25, 20, 6, FUSED>(d, input, out, sums),
+        DepthwiseShape::Two => by_one::<2, 4, 17, FUSED>(d, input, out, sums),
+        DepthwiseShape::Three => by_one::<3, 9, 18, FUSED>(d, input, out, sums),
+        DepthwiseShape::Four => by_one::<4, 16, 19, FUSED>(d, input, out, sums),
+        DepthwiseShape::Five => by_one::<5, 25, 20, FUSED>(d, input, out, sums),
         DepthwiseShape::ThreeByTwo => by_two::<3, 9, 17, FUSED>(d, input, out, sums),
         DepthwiseShape::FiveByTwo => by_two::<5, 25, 18, FUSED>(d, input, out, sums),
     }
 }
 
-/// The taps of two rows; those of one kernel row written out, so that the sums stay in registers.
+/// The taps of a kernel row written out, so that the sum stays in a register.
 macro_rules! taps {
-    ($fused:ident, $side:ident, $w:ident, $windows:ident, $results:ident, $($kx:literal)*) => {{
-        let [mut upper, mut lower] = $results;
-        for ky in 0..$side {
-            let w = &$w[ky * $side..(ky + 1) * $side];
-            let (at, below) = ($windows[ky], $windows[ky + 1]);
-            $(
-                add_product::<$fused>(&mut upper, w[$kx], lanes_at(at, $kx));
-                add_product::<$fused>(&mut lower, w[$kx], lanes_at(below, $kx));
-            )*
+    ($fused:ident, $side:ident, $w:ident, $windows:ident, $sum:ident, $($kx:literal)*) => {
+        for (w, window) in $w.chunks_exact($side).zip($windows) {
+            $(add_product::<$fused>(&mut $sum, w[$kx], lanes_at(window, $kx));)*
         }
-        $results = [upper, lower];
-    }};
+    };
 }
 
-/// Stride 1, two rows at a time: a kernel of side `K` with `KK` taps reads windows of `L` columns in `R` = K + 1 rows.
+/// Stride 1: a kernel of side `K` with `KK` taps reads windows of `L` columns in `K` rows.
 #[inline(always)]
-fn by_one<const K: usize, const KK: usize, const L: usize, const R: usize, const FUSED: bool>(
+fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
     d: &Depthwise,
     input: &Map,
     out: &mut Map,
@@ -116,30 +109,25 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const R: usize, const
     let taps = d.weights.as_chunks::<KK>().0;
     let segments = out.segments();
     let (stride, pitch) = (input.row_len(), out.pitch);
-    for y in (0..out.height).step_by(2) {
-        // An odd last row is computed together with the one before it, whose sums have been counted already.
-        let top = y.min(out.height - 2);
-        let source = input.padded_rows_from(top);
-        let (upper, lower) = two_rows(out, top);
+    for y in 0..out.height {
+        let source = input.padded_rows_from(y);
+        let target = out.row_mut(y);
         for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
             for s in 0..segments {
                 let at = c * input.pitch + s * LANES;
-                let windows: [&[f32; L]; R] = std::array::from_fn(|r| window_at(source, r * stride + at));
-                let mut results = [[bias; LANES]; 2];
+                let windows: [&[f32; L]; K] = std::array::from_fn(|r| window_at(source, r * stride + at));
+                let mut result = [bias; LANES];
                 match K {
-                    2 => taps!(FUSED, K, w, windows, results, 0 1),
-                    3 => taps!(FUSED, K, w, windows, results, 0 1 2),
-                    4 => taps!(FUSED, K, w, windows, results, 0 1 2 3),
-                    _ => taps!(FUSED, K, w, windows, results, 0 1 2 3 4),
+                    2 => taps!(FUSED, K, w, windows, result, 0 1),
+                    3 => taps!(FUSED, K, w, windows, result, 0 1 2),
+                    4 => taps!(FUSED, K, w, windows, result, 0 1 2 3),
+                    _ => taps!(FUSED, K, w, windows, result, 0 1 2 3 4),
                 }
+                d.activation.of_lanes(&mut result);
                 let at = c * pitch + s * LANES;
-                d.activation.of_lanes(&mut results[0]);
-                d.activation.of_lanes(&mut results[1]);
-                upper[at..at + LANES].copy_from_slice(&results[0]);
-                lower[at..at + LANES].copy_from_slice(&results[1]);
+                target[at..at + LANES].copy_from_slice(&result);
                 if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-                    let first = if top == y { 1.0 } else { 0.0 };
-                    (0..LANES).for_each(|j| sum[j] += results[0][j] * first + results[1][j]);
+                    (0..LANES).for_each(|j| sum[j] += result[j]);
                 }
             }
         }
@@ -185,11 +173,4 @@ fn by_two<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
             }
         }
     }
-}
-
-/// Rows `y` and `y + 1`.
-#[inline(always)]
-fn two_rows(map: &mut Map, y: usize) -> (&mut [f32], &mut [f32]) {
-    let len = map.row_len();
-    map.rows_mut(y, 2).split_at_mut(len)
 }

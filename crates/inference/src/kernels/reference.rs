@@ -175,6 +175,41 @@ fn pointwise_gates_concatenates_and_adds() {
     assert_close(&contents(&out), &want, "gated, concatenated and added");
 }
 
+/// Each instruction set has its own number of sums at a time; a sum is the same in all.
+#[test]
+fn what_is_summed_together_changes_nothing() {
+    type Rows = fn(&Pointwise, &mut PointwiseInput<'_>, usize, &mut Map);
+    let ways: [Rows; 3] =
+        [pointwise::rows_with::<1, 4, true>, pointwise::rows_with::<1, 8, true>, pointwise::rows_with::<2, 8, true>];
+    for (inputs, outputs, height, width) in [(5, 12, 3, 48), (9, 7, 5, 16), (3, 16, 2, 33), (4, 8, 1, 5)] {
+        let input = Planes::new(inputs, height, width, 41);
+        let layer = Pointwise::new(&numbers(inputs * outputs, 42), &numbers(outputs, 43), Activation::Relu6);
+        let results = ways.map(|rows| {
+            let mut map = input.in_map(Map::dense(inputs, height, width));
+            let mut out = Map::split(outputs, height, width, 1, 3);
+            (0..height).step_by(2).for_each(|y| rows(&layer, &mut PointwiseInput::plain(&mut map), y, &mut out));
+            contents(&out)
+        });
+        let want = convolution(&input, &numbers(inputs * outputs, 42), &numbers(outputs, 43), (1, 1, 0), false);
+        let want: Vec<f32> = want.data.iter().map(|&v| Activation::Relu6.of(v)).collect();
+        assert_close(&results[0], &want, "four at a time");
+        assert!(results.iter().all(|r| *r == results[0]), "{inputs} to {outputs}, {height} x {width}");
+    }
+
+    type Row = fn(&Stem, &Map, usize, &mut Map);
+    let ways: [Row; 3] = [stem::row_with::<1, 4, true>, stem::row_with::<1, 8, true>, stem::row_with::<2, 8, true>];
+    for width in [31, 95] {
+        let map = Planes::new(3, 31, width, 44).in_map(Map::split(3, 31, width, 1, 3));
+        let stem = Stem::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);
+        let results = ways.map(|row| {
+            let mut out = Map::split(11, 16, width.div_ceil(2), 1, 3);
+            (0..16).for_each(|y| row(&stem, &map, y, &mut out));
+            contents(&out)
+        });
+        assert!(results.iter().all(|r| *r == results[0]), "{width} wide");
+    }
+}
+
 #[test]
 fn depthwise_agrees_with_the_definition() {
     use DepthwiseShape::*;

@@ -49,27 +49,56 @@ impl Stem {
     }
 }
 
-#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
-    if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        row_with::<4, true>(stem, input, y, out);
+    if target_cfg_f!(target_feature = "avx512f") {
+        row_with::<2, 8, true>(stem, input, y, out);
+    } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
+        row_with::<1, 4, true>(stem, input, y, out);
     } else {
-        row_with::<4, false>(stem, input, y, out);
+        row_with::<1, 4, false>(stem, input, y, out);
+    }
+}
+
+/// `M` outputs of `P` segments at a time.
+#[inline(always)]
+pub(super) fn row_with<const P: usize, const M: usize, const FUSED: bool>(
+    stem: &Stem,
+    input: &Map,
+    y: usize,
+    out: &mut Map,
+) {
+    let whole = out.segments() / P * P;
+    for s in (0..whole).step_by(P) {
+        segments::<P, M, FUSED>(stem, input, y, s, out);
+    }
+    for s in whole..out.segments() {
+        segments::<1, M, FUSED>(stem, input, y, s, out);
     }
 }
 
 #[inline(always)]
-fn row_with<const M: usize, const FUSED: bool>(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
+fn segments<const P: usize, const M: usize, const FUSED: bool>(
+    stem: &Stem,
+    input: &Map,
+    y: usize,
+    s: usize,
+    out: &mut Map,
+) {
     let source = input.padded_rows_from(2 * y);
-    for s in 0..out.segments() {
-        for (n, (bias, panel)) in stem.bias.iter().zip(stem.panels.chunks_exact(stem.taps.len())).enumerate() {
-            for m in (0..PANEL).step_by(M) {
-                let mut sums: [[f32; LANES]; M] = std::array::from_fn(|i| [bias[m + i]; LANES]);
-                let columns = stem.taps.iter().map(|tap| lanes_at(source, tap + s * LANES));
-                accumulate::<M, FUSED>(panel, m, columns, &mut sums);
-                for i in 0..M.min(stem.outputs.saturating_sub(n * PANEL + m)) {
-                    stem.activation.of_lanes(&mut sums[i]);
-                    store(out, y, n * PANEL + m + i, s, &sums[i]);
+    for (n, (bias, panel)) in stem.bias.iter().zip(stem.panels.chunks_exact(stem.taps.len())).enumerate() {
+        for m in (0..PANEL).step_by(M) {
+            let bias = std::array::from_fn(|i| [bias[m + i]; LANES]);
+            let mut sums: [[[f32; LANES]; M]; P] = [bias; P];
+            let at = |tap: usize, p: usize| lanes_at(source, tap + (s + p) * LANES);
+            let columns = stem.taps.iter().map(|&tap| std::array::from_fn(|p| at(tap, p)));
+            accumulate::<P, M, FUSED>(panel, m, columns, &mut sums);
+            for (s, sums) in (s..).zip(&mut sums) {
+                for i in 0..M {
+                    if n * PANEL + m + i < stem.outputs {
+                        stem.activation.of_lanes(&mut sums[i]);
+                        store(out, y, n * PANEL + m + i, s, &sums[i]);
+                    }
                 }
             }
         }
