@@ -68,7 +68,8 @@ impl Depthwise {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
+// Not for AVX-512: windows that begin at any column cross cache lines, whole registers of sixteen always.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn rows(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
     if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
         rows_of::<true>(d, input, out, sums);
