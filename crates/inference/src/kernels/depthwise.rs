@@ -110,9 +110,12 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
     let taps = d.weights.as_chunks::<KK>().0;
     let segments = out.segments();
     let (stride, pitch) = (input.row_len(), out.pitch);
-    for y in 0..out.height {
+    let height = out.height;
+    for y in 0..height {
         let source = input.padded_rows_from(y);
-        let target = out.row_mut(y);
+        // Rows are summed in pairs, so that fewer small numbers are added to a large one.
+        let is_second = y % 2 == 1;
+        let (above, target) = row_and_above(out, y);
         for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
             for s in 0..segments {
                 let at = c * input.pitch + s * LANES;
@@ -128,7 +131,12 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
                 let at = c * pitch + s * LANES;
                 target[at..at + LANES].copy_from_slice(&result);
                 if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-                    (0..LANES).for_each(|j| sum[j] += result[j]);
+                    if is_second {
+                        let above = lanes_at(above, at);
+                        (0..LANES).for_each(|j| sum[j] += above[j] + result[j]);
+                    } else if y + 1 == height {
+                        (0..LANES).for_each(|j| sum[j] += result[j]);
+                    }
                 }
             }
         }
@@ -172,6 +180,19 @@ fn by_two<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
                     (0..LANES).for_each(|j| sum[j] += result[j]);
                 }
             }
+        }
+    }
+}
+
+/// Row `y`, to be written, and the one above it, or none above the first.
+#[inline(always)]
+fn row_and_above(map: &mut Map, y: usize) -> (&[f32], &mut [f32]) {
+    let len = map.row_len();
+    match y {
+        0 => (&[], map.row_mut(0)),
+        _ => {
+            let (above, row) = map.rows_mut(y - 1, 2).split_at_mut(len);
+            (above, row)
         }
     }
 }
