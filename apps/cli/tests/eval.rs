@@ -86,6 +86,30 @@ fn what_another_build_left_is_run_again() {
 }
 
 #[test]
+fn what_went_wrong_is_said_and_run_again() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
+    sequence(&data.join("mover"), 6);
+    // A tracker that never ran has no figures: that is no success, even where warnings are not wanted.
+    let lost = root.path().join("no-such-network");
+    let setting = format!("siamese.model={}", lost.display());
+    let args = ["-q", "eval", data.to_str().unwrap(), "--out", out.to_str().unwrap(), "--trackers", "siamese,mosse"];
+    let output = pursuit(&[&args[..], &["--set", &setting, "--no-report"]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("siamese stopped on every sequence") && stderr(&output).contains("no-such-network")
+    );
+    assert!(stdout(&output).contains("mosse"));
+
+    let path = out.join("boxes/mosse/mover.json");
+    let mut kept = record(&out, "mosse/mover.json");
+    kept["error"] = "frame 0: a library was missing".into();
+    std::fs::write(&path, kept.to_string()).unwrap();
+    let results = evaluate(&data, &out, &["--trackers", "mosse", "--no-report"]);
+    assert!(results["trackers"]["mosse"]["sequences"]["mover"]["error"].is_null());
+}
+
+#[test]
 fn what_cannot_be_evaluated_is_named() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("out");

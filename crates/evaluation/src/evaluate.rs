@@ -189,6 +189,8 @@ impl Evaluation<'_> {
                     record.parameters == parameters
                         && record.build == self.options.build
                         && record.protocol.runs_like(self.options.protocol)
+                        // What went wrong may have been mended since: a file or a library that was missing.
+                        && record.error.is_none()
                 });
                 let run = match kept {
                     Some(run) => run,

@@ -3,7 +3,7 @@ use crate::args::{Eval, Global};
 use crate::{console, networks};
 use pursuit::RunError;
 use pursuit::config::recipes;
-use pursuit::evaluation::{Entry, EvalOptions, Progress, evaluate, text_table};
+use pursuit::evaluation::{Entry, EvalOptions, Progress, Results, evaluate, text_table};
 use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
@@ -29,7 +29,21 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
         true => serde_json::to_string_pretty(&results)? + "\n",
         false => format!("{}\nresults in {}\n", text_table(&results), args.out.display()),
     };
-    print(text.as_bytes())
+    let status = print(text.as_bytes())?;
+    Ok(if said_of_what_never_ran(&results) { ExitCode::FAILURE } else { status })
+}
+
+/// Names trackers that went wrong on every sequence, whose figures are no figures; whether there is one.
+fn said_of_what_never_ran(results: &Results) -> bool {
+    let mut found = false;
+    for (name, tracker) in &results.trackers {
+        let errors: Option<Vec<_>> = tracker.sequences.values().map(|score| score.error.as_ref()).collect();
+        if let Some(first) = errors.as_ref().and_then(|errors| errors.first()) {
+            tracing::error!("{name} stopped on every sequence: {first}");
+            found = true;
+        }
+    }
+    found
 }
 
 /// The version and a digest of this very program: what another build left, even one of the same version, is run again.
