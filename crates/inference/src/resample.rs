@@ -1,5 +1,6 @@
 //! Bilinear resampling in whole grey levels, as networks were trained on: the arithmetic of OpenCV's `resize`, to the last digit.
 
+use multiversion::multiversion;
 use pursuit_imaging::{ImageView, Rgb8};
 
 /// Bits of the fraction in which a pixel's weight is kept.
@@ -81,12 +82,7 @@ impl Resampler {
         for y in 0..rows {
             let tap = Tap::down(y, rows, window.height);
             self.make_row(image, window.top, tap.first, tap.second, fill);
-            let (upper, lower) = (&self.rows[0].1, &self.rows[1].1);
-            for ((pixel, upper), lower) in self.pixels.iter_mut().zip(upper).zip(lower) {
-                for c in 0..3 {
-                    pixel[c] = between(upper[c], lower[c], tap.weight) as f32;
-                }
-            }
+            blend(&self.rows[0].1, &self.rows[1].1, tap.weight, &mut self.pixels);
             row(y, &mut self.pixels);
         }
     }
@@ -115,6 +111,15 @@ fn resample(source: &[Rgb8], taps: &[Tap], fill: Rgb8, out: &mut [[i32; 3]]) {
         for c in 0..3 {
             out[c] = i32::from(a[c]) * (ONE - tap.weight) + i32::from(b[c]) * tap.weight;
         }
+    }
+}
+
+/// The row between two that are resampled horizontally.
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
+fn blend(upper: &[[i32; 3]], lower: &[[i32; 3]], weight: i32, out: &mut [[f32; 3]]) {
+    let sums = upper.as_flattened().iter().zip(lower.as_flattened());
+    for (out, (&upper, &lower)) in out.as_flattened_mut().iter_mut().zip(sums) {
+        *out = between(upper, lower, weight) as f32;
     }
 }
 
