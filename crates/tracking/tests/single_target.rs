@@ -351,7 +351,7 @@ fn a_camera_that_moves_takes_the_expectation_with_it() {
 fn the_localizer_chooses_between_the_measured_and_the_filtered_box() {
     // A filter that hardly believes what is measured.
     let coarse = "motion.noise_floor_px = 20.0\nmotion.start_speed = 0.1\nmotion.acceleration = 1.0";
-    let (far, seen) = (at(112.0, 100.0), Some((at(112.0, 100.0), 0.9)));
+    let (far, seen) = (at(112.0, 106.0), Some((at(112.0, 106.0), 0.9)));
     let update = |weighed| {
         let mut tracker = start(coarse);
         prefer(weighed);
@@ -369,8 +369,10 @@ fn the_localizer_chooses_between_the_measured_and_the_filtered_box() {
     assert_eq!(told, Some((far, far)));
     let (now, ahead) = (tracker.forecast(0.0).unwrap(), tracker.forecast(0.2).unwrap());
     assert_eq!(now.bbox, far);
-    let own = filter.forecast(0.2).unwrap().bbox.center().x - estimate.bbox.center().x;
-    assert!((ahead.bbox.center().x - far.center().x - own).abs() < 1e-9 && own > 0.0, "{}", ahead.bbox);
+    let (own, from) = (filter.forecast(0.2).unwrap().bbox.center(), estimate.bbox.center());
+    let (dx, dy) = (own.x - from.x, own.y - from.y);
+    assert!((ahead.bbox.center().x - far.center().x - dx).abs() < 1e-9 && dx > 0.0, "{}", ahead.bbox);
+    assert!((ahead.bbox.center().y - far.center().y - dy).abs() < 1e-9 && dy > 0.0, "{}", ahead.bbox);
     assert!((ahead.bbox.width() - 20.0).abs() < 0.5);
     let prediction = |tracker: &mut dyn Tracker| tracker.update(&frame(2)).unwrap().prediction.unwrap();
     assert!(prediction(&mut *tracker).center().x < far.center().x - 3.0);
