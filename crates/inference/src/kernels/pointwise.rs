@@ -87,12 +87,12 @@ impl Pointwise {
 /// Row `y` and, where there is one, the next.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn rows(p: &Pointwise, input: &mut PointwiseInput<'_>, y: usize, out: &mut Map) {
-    if target_cfg_f!(target_feature = "avx512f") {
-        rows_with::<2, 8, true>(p, input, y, out);
-    } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        rows_with::<1, 4, true>(p, input, y, out);
-    } else {
-        rows_with::<1, 4, false>(p, input, y, out);
+    let is_wide = target_cfg_f!(target_feature = "avx512f");
+    let is_fused = target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
+    match (is_wide, is_fused) {
+        (true, _) => rows_with::<2, 8, true>(p, input, y, out),
+        (false, true) => rows_with::<1, 4, true>(p, input, y, out),
+        (false, false) => rows_with::<1, 4, false>(p, input, y, out),
     }
 }
 

@@ -51,12 +51,12 @@ impl Stem {
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
 fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
-    if target_cfg_f!(target_feature = "avx512f") {
-        row_with::<2, 8, true>(stem, input, y, out);
-    } else if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        row_with::<1, 4, true>(stem, input, y, out);
-    } else {
-        row_with::<1, 4, false>(stem, input, y, out);
+    let is_wide = target_cfg_f!(target_feature = "avx512f");
+    let is_fused = target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
+    match (is_wide, is_fused) {
+        (true, _) => row_with::<2, 8, true>(stem, input, y, out),
+        (false, true) => row_with::<1, 4, true>(stem, input, y, out),
+        (false, false) => row_with::<1, 4, false>(stem, input, y, out),
     }
 }
 
