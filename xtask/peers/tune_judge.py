@@ -25,8 +25,7 @@ FEATURES = {
     'likeness': lambda v: v,
     'color': lambda v: np.log(max(v, 1e-3)),
     'psr': lambda v: np.log(max(v, 1e-3)),
-    'score': lambda v: v,
-    'moved': np.log1p,
+    'mean_score': lambda v: v,
 }
 
 
@@ -141,7 +140,7 @@ def main():
     order = [f for f in features if f != 'overlap'] + ['overlap'] * ('overlap' in features)
     print(f'{len(y)} boxes of {len(found)} sequences from {", ".join(sorted(set(sources)))}; {y.mean():.3f} right')
     for name, w, low, high in zip([*order, 'bias'], fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
-        print(f'  judge.{"network" if name == "score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')
+        print(f'  judge.{"network" if name == "mean_score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')
     report(left_out, y, absent, weight)
 
 

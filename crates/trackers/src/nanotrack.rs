@@ -89,6 +89,19 @@ impl NanoTrackLocalizer {
         self.tracker.locate(frame, about.center(), (about.width(), about.height())).map_err(failed(frame))
     }
 
+    /// What was found about `about`, its size as if as many more `frames` in which the network was not asked had shown the same.
+    pub(crate) fn caught_up(&self, found: Location, about: &BBox, frames: usize) -> Location {
+        let share = found.penalty * found.score * self.params.size_rate;
+        if frames == 0 || share <= 0.0 {
+            return found;
+        }
+        // Of what is still missing each frame makes up the same share.
+        let more = (1.0 - (1.0 - share).powf(frames as f64 + 1.0)) / share;
+        let side = |old: f64, new: f64| (old + more * (new - old)).max(self.params.min_side_px);
+        let (width, height) = (side(about.width(), found.bbox.width()), side(about.height(), found.bbox.height()));
+        Location { bbox: BBox::from_center_size(found.bbox.center(), width, height), ..found }
+    }
+
     /// The best score of the last look, which was about `about`, of the points next to `place`; `None` where it saw nothing
     /// of that.
     pub(crate) fn score_at(&self, about: &BBox, place: Point) -> Option<f64> {
@@ -168,4 +181,33 @@ pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
         search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
     };
     TrackerRecipe { name, localizer: NanoTrackParams::default(), groups }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_imaging::Image;
+
+    #[test]
+    fn a_size_catches_up_with_the_frames_in_which_nobody_asked() {
+        let picture = Image::from_fn(96, 64, |x, y| ((x * 7) ^ (y * 5)) as u8).unwrap();
+        let frame = Frame::new(0, 0.0, picture);
+        let about = BBox::from_ltwh(20.0, 10.0, 24.0, 30.0);
+        let localizer = NanoTrackParams::default().localizer(&frame, about).unwrap();
+        let raw = BBox::from_ltwh(22.0, 13.0, 36.0, 20.0);
+        let share = 0.9 * 0.8 * localizer.params.size_rate;
+        let smoothed = |b: &BBox| {
+            let side = |old: f64, new: f64| old + share * (new - old);
+            BBox::from_center_size(raw.center(), side(b.width(), raw.width()), side(b.height(), raw.height()))
+        };
+        let once = smoothed(&about);
+        let found = Location { bbox: once, raw, score: 0.9, penalty: 0.8, point: (7, 7) };
+        assert_eq!(localizer.caught_up(found, &about, 0), found);
+        let twice = localizer.caught_up(found, &about, 1).bbox;
+        assert!(twice.iou(&smoothed(&once)) > 1.0 - 1e-9, "{twice}");
+        let thrice = localizer.caught_up(found, &about, 2).bbox;
+        assert!(thrice.iou(&smoothed(&smoothed(&once))) > 1.0 - 1e-9, "{thrice}");
+        let silent = Location { score: 0.0, ..found };
+        assert_eq!(localizer.caught_up(silent, &about, 5), silent);
+    }
 }

@@ -39,11 +39,11 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
     let groups = GroupParams {
         motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
         policy: PolicyParams {
-            occluded_below: 0.64,
-            seen_from: 0.8,
-            found_from: 0.85,
-            learn_from: 0.8,
-            lost_below: 0.2,
+            occluded_below: 0.6,
+            seen_from: 0.77,
+            found_from: 0.83,
+            learn_from: 0.77,
+            lost_below: 0.25,
             occluded_score: 1.0,
             ..PolicyParams::default()
         },

@@ -67,7 +67,7 @@ pursuit_tracking::parameters! {
         /// A difference of the place, in sizes, or of the logarithm of a side beyond this is a mistake of the network, and no convention.
         pub convention_limit: f64 = 0.5, in 0.0..=2.0, source "ours";
         /// Where only the network is believed, the filter learns from this probability.
-        pub teach_from: f64 = 0.9, in 0.0..=1.0, source "ours";
+        pub teach_from: f64 = 0.88, in 0.0..=1.0, source "ours";
         /// From this on the network sees something like the target: what is not believed there has `changed`, or is one of several
         /// (`confused`); below, it is `covered`. Only the word in the files goes by it.
         pub seen_from: f64 = 4.0, in -20.0..=20.0, unit "log odds", source "ours";
@@ -110,21 +110,21 @@ pursuit_tracking::parameters! {
     /// The judge: a logistic regression of what both witnesses say of a box, fitted as `docs/papers/pursuit.md` says.
     pub struct JudgeParams {
         /// Constant.
-        pub bias: f64 = -6.2, in Bounds::default(), source "ours, fitted";
+        pub bias: f64 = -5.3, in Bounds::default(), source "ours, fitted";
         /// Weight of ln of the filter's peak.
         pub peak: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of the likeness to the initial template.
-        pub likeness: f64 = 5.7, in Bounds::default(), source "ours, fitted";
+        pub likeness: f64 = 4.0, in Bounds::default(), source "ours, fitted";
         /// Weight of ln of the mean likelihood of the colours in the box.
         pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the log odds of the network's score.
-        pub network: f64 = 0.265, in Bounds::default(), source "ours, fitted";
+        /// Weight of the log odds of the network's score, averaged over the frames in which the target was followed.
+        pub network: f64 = 0.4, in Bounds::default(), source "ours, fitted";
+        /// Share of a frame in that average; 1: this frame alone.
+        pub network_rate: f64 = 0.25, in above(0.0).at_most(1.0), source "ours";
         /// Weight of ln of the response's peak-to-sidelobe ratio.
         pub psr: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of the overlap of the two witnesses' boxes.
-        pub overlap: f64 = 3.45, in Bounds::default(), source "ours, fitted";
-        /// Weight of ln of 1 and the distance from where the target was expected.
-        pub moved: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        pub overlap: f64 = 1.8, in Bounds::default(), source "ours, fitted";
     }
 }
 

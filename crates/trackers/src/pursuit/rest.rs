@@ -11,7 +11,7 @@ const SAVED_FRAMES: f64 = 25.0;
 /// How long the network has not been asked, and what it said when both witnesses agreed.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Rest {
-    /// Frames since it was asked.
+    /// For how many frames its last answer has stood.
     frames: usize,
     /// Of the budget, milliseconds that may be spent; below 0 where more was.
     balance_ms: f64,
@@ -33,6 +33,11 @@ struct Agreement {
 }
 
 impl Rest {
+    /// For how many frames its last answer has stood.
+    pub const fn frames(&self) -> usize {
+        self.frames
+    }
+
     /// What the network said in an earlier frame, where that is enough in this one.
     pub fn remembered(&self, params: &FusionParams) -> Option<Remembered> {
         let waits = self.frames + 1 < params.ask_every;
@@ -42,7 +47,8 @@ impl Rest {
 
     /// A frame is over: what was concluded in it, and how long the network took where it was asked.
     pub fn note(&mut self, params: &FusionParams, concluded: Option<&Fusion>, asked_ms: Option<f64>) {
-        self.frames = if asked_ms.is_some() { 0 } else { self.frames + 1 };
+        // A frame in which nothing was looked for is none that its answer stood for.
+        self.frames = if asked_ms.is_some() || concluded.is_none() { 0 } else { self.frames + 1 };
         if params.budget_ms > 0.0 {
             let saved = self.balance_ms + params.budget_ms - asked_ms.unwrap_or(0.0);
             self.balance_ms = saved.min(SAVED_FRAMES * params.budget_ms);
@@ -112,7 +118,7 @@ mod tests {
         Candidate {
             bbox,
             own: bbox,
-            evidence: JointEvidence { filter, network: 5.0, overlap: 0.8, moved: 0.0 },
+            evidence: JointEvidence { filter, network: 5.0, network_mean: 5.0, overlap: 0.8 },
             log_odds,
         }
     }
