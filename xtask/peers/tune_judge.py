@@ -25,7 +25,8 @@ FEATURES = {
     'likeness': lambda v: v,
     'color': lambda v: np.log(max(v, 1e-3)),
     'psr': lambda v: np.log(max(v, 1e-3)),
-    'mean_score': lambda v: v,
+    'score': lambda v: v,
+    'moved': np.log1p,
 }
 
 
@@ -67,20 +68,19 @@ def track(options, sequence):
 
 
 def samples(name, truth, rows, features):
-    """Features, whether right, whether absent, of every box that a witness named; of one thing once, as it was reported."""
+    """Features, whether right, whether absent, of every box that was followed."""
     for row in rows:
         said, true = row['diagnostics'], truth[row['frame']]
-        agreed = said.get('agreed') == 1
-        for witness in ['filter'] if agreed else ['filter', 'network']:
-            if f'{witness}_x' not in said:
-                continue
-            box = np.array(row['measurement'] if agreed else [said[f'{witness}_{k}'] for k in 'xywh'])
-            absent = bool(np.isnan(true[0]))
-            values = [FEATURES[f](said[f'{witness}_{f}']) for f in features if f != 'overlap']
-            if 'overlap' in features:
-                boxes = [np.array([said.get(f'{w}_{k}', np.nan) for k in 'xywh']) for w in ('filter', 'network')]
-                values.append(float(np.nan_to_num(overlap(*boxes))))
-            yield values, not absent and overlap(box, true) >= 0.5, absent
+        witness = 'filter' if said.get('filter_leads') == 1 else 'network'
+        if f'{witness}_x' not in said:
+            continue
+        box = np.array(row['measurement'] if said.get('agreed') == 1 else [said[f'{witness}_{k}'] for k in 'xywh'])
+        absent = bool(np.isnan(true[0]))
+        values = [FEATURES[f](said[f'{witness}_{f}']) for f in features if f != 'overlap']
+        if 'overlap' in features:
+            boxes = [np.array([said.get(f'{w}_{k}', np.nan) for k in 'xywh']) for w in ('filter', 'network')]
+            values.append(float(np.nan_to_num(overlap(*boxes))))
+        yield values, not absent and overlap(box, true) >= 0.5, absent
 
 
 def fit(x, y, weight):
@@ -140,7 +140,7 @@ def main():
     order = [f for f in features if f != 'overlap'] + ['overlap'] * ('overlap' in features)
     print(f'{len(y)} boxes of {len(found)} sequences from {", ".join(sorted(set(sources)))}; {y.mean():.3f} right')
     for name, w, low, high in zip([*order, 'bias'], fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
-        print(f'  judge.{"network" if name == "mean_score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')
+        print(f'  judge.{"network" if name == "score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')
     report(left_out, y, absent, weight)
 
 

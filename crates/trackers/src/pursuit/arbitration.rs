@@ -63,7 +63,7 @@ mod tests {
 
     fn evidence(peak: f64, color: f64, network: f64) -> JointEvidence {
         let filter = Evidence { peak, psr: 10.0, peak_ratio: 1.0, likeness: 0.7, color };
-        JointEvidence { filter, network, network_mean: network, overlap: 0.0 }
+        JointEvidence { filter, network, overlap: 0.0, moved: 0.0 }
     }
 
     #[test]

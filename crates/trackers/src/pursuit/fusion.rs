@@ -90,7 +90,7 @@ const FILTER: [&str; 10] = [
     "filter_color",
     "filter_psr",
     "filter_score",
-    "filter_mean_score",
+    "filter_moved",
 ];
 /// Names of what is known of the network's box.
 const NETWORK: [&str; 10] = [
@@ -103,15 +103,15 @@ const NETWORK: [&str; 10] = [
     "network_color",
     "network_psr",
     "network_score",
-    "network_mean_score",
+    "network_moved",
 ];
 
 impl Candidate {
     /// In the order of [`FILTER`].
     fn figures(&self) -> [f64; 10] {
         let (x, y, w, h) = self.bbox.ltwh();
-        let JointEvidence { filter, network, network_mean, .. } = &self.evidence;
-        [x, y, w, h, filter.peak, filter.likeness, filter.color, filter.psr, *network, *network_mean]
+        let JointEvidence { filter, network, moved, .. } = &self.evidence;
+        [x, y, w, h, filter.peak, filter.likeness, filter.color, filter.psr, *network, *moved]
     }
 }
 
@@ -141,7 +141,7 @@ mod tests {
         let candidate = |network: f64| {
             let filter = Evidence { peak: 0.3, psr: 5.0, peak_ratio: 1.0, likeness: 0.5, color: 0.5 };
             let bbox = BBox::from_ltwh(1.0, 2.0, 30.0, 40.0);
-            let evidence = JointEvidence { filter, network, network_mean: network, overlap: 0.0 };
+            let evidence = JointEvidence { filter, network, overlap: 0.0, moved: 0.0 };
             Candidate { bbox, own: bbox, evidence, log_odds: 0.0 }
         };
         let (faint, clear) = (params.seen_from - 0.1, params.seen_from);

@@ -4,7 +4,7 @@ use super::PursuitParams;
 use super::arbitration::Arbitration;
 use super::convention::BoxConvention;
 use super::fusion::{Candidate, Fusion};
-use super::judge::{JointEvidence, NetworkMemory};
+use super::judge::JointEvidence;
 use super::offset::SearchOffset;
 use super::rest::Rest;
 use crate::correlation::{CorrelationLocalizer, Evidence, Sighting, probability};
@@ -30,7 +30,6 @@ pub struct WitnessLocalizer {
     /// As large as the target was when it was believed last: a sweep looks for that.
     believed: SearchOffset,
     arbitration: Arbitration,
-    memory: NetworkMemory,
     rest: Rest,
     #[serde(skip)]
     fusions: Fusions,
@@ -60,7 +59,6 @@ struct Raw {
     network_offset: SearchOffset,
     believed: SearchOffset,
     arbitration: Arbitration,
-    memory: NetworkMemory,
     rest: Rest,
 }
 
@@ -68,18 +66,8 @@ impl TryFrom<Raw> for WitnessLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw {
-            params,
-            filter,
-            network,
-            convention,
-            filter_offset,
-            network_offset,
-            believed,
-            arbitration,
-            memory,
-            rest,
-        } = raw;
+        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, rest } =
+            raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
@@ -93,7 +81,6 @@ impl TryFrom<Raw> for WitnessLocalizer {
             network_offset,
             believed,
             arbitration,
-            memory,
             rest,
             fusions,
         })
@@ -130,23 +117,22 @@ impl WitnessLocalizer {
             network_offset: SearchOffset::new(&bbox),
             believed: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
-            memory: NetworkMemory::default(),
             rest: Rest::default(),
             fusions: Fusions::default(),
         })
     }
 
-    /// The candidate `bbox`, `own` in the witness's terms, of which the filter says `filter` and the network, in log odds, `network`.
+    /// The candidate `bbox`, `own` in the witness's terms, of which the filter says `filter` and the network `score`.
     fn candidate(
         &self,
         (bbox, own): (BBox, BBox),
         filter: Evidence,
-        network: f64,
+        score: f64,
         overlap: f64,
-        memory: NetworkMemory,
+        expected: &BBox,
     ) -> Candidate {
-        let network_mean = memory.mean_with(&self.params.judge, network);
-        let evidence = JointEvidence { filter, network, network_mean, overlap };
+        let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
+        let evidence = JointEvidence { filter, network: logit(score), overlap, moved };
         Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
 
@@ -154,24 +140,24 @@ impl WitnessLocalizer {
     fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
         let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
         let sighting = self.filter.sight(frame, &by_filter);
-        if let Some(fused) = self.rested(sighting.as_ref()) {
+        if let Some(fused) = self.rested(sighting.as_ref(), expected) {
             return Ok(Some(fused));
         }
         let began = Instant::now();
         let location = self.network.look(frame, &by_network)?;
         let location = location.map(|seen| self.network.caught_up(seen, &by_network, self.rest.frames()));
-        let fused = self.fuse(frame, sighting, location, &by_network, self.memory);
+        let fused = self.fuse(frame, expected, sighting, location, &by_network);
         self.fusions.asked_ms = Some(1e3 * began.elapsed().as_secs_f64());
         fused
     }
 
     /// What both say if the network need not be asked again.
-    fn rested(&self, sighting: Option<&Sighting>) -> Option<Fusion> {
+    fn rested(&self, sighting: Option<&Sighting>, expected: &BBox) -> Option<Fusion> {
         let remembered = self.rest.remembered(&self.params.fusion)?;
         let seen = sighting?;
         let bbox = self.filter.window().bbox(seen.center, seen.scale);
         let (network, overlap) = remembered.evidence();
-        let filter = self.candidate((bbox, bbox), seen.evidence, network, overlap, self.memory);
+        let filter = self.candidate((bbox, bbox), seen.evidence, probability(network), overlap, expected);
         remembered.agree(&self.params.fusion, filter, (seen.center, seen.scale))
     }
 
@@ -179,57 +165,55 @@ impl WitnessLocalizer {
     fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
         let Some(location) = self.network.look(frame, expected)? else { return Ok(None) };
         let sighting = self.filter.sight(frame, &self.convention.of(&location.bbox));
-        // What was seen elsewhere says nothing of this place.
-        self.fuse(frame, sighting, Some(location), expected, NetworkMemory::default())
+        self.fuse(frame, expected, sighting, Some(location), expected)
     }
 
     fn fuse(
         &mut self,
         frame: &Frame,
+        expected: &BBox,
         sighting: Option<Sighting>,
         location: Option<Location>,
         about: &BBox,
-        memory: NetworkMemory,
     ) -> Result<Option<Fusion>> {
         let alone = Fusion { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
         Ok(match (sighting, location) {
             (None, None) => None,
-            (Some(sighting), Some(location)) => Some(self.fuse_both(frame, &sighting, &location, about, memory)?),
+            (Some(sighting), Some(location)) => Some(self.fuse_both(frame, expected, &sighting, &location, about)?),
             (Some(seen), None) => {
                 let bbox = self.filter.window().bbox(seen.center, seen.scale);
-                let filter = Some(self.candidate((bbox, bbox), seen.evidence, logit(0.0), 0.0, memory));
+                let filter = Some(self.candidate((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
                 Some(Fusion { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..alone })
             }
             (None, Some(location)) => {
-                let network = Some(self.of_network(frame, &location, 0.0, memory));
+                let network = Some(self.of_network(frame, expected, &location, 0.0));
                 Some(Fusion { network, ..alone })
             }
         })
     }
 
     /// What the network found, examined by the filter.
-    fn of_network(&mut self, frame: &Frame, location: &Location, overlap: f64, memory: NetworkMemory) -> Candidate {
+    fn of_network(&mut self, frame: &Frame, expected: &BBox, location: &Location, overlap: f64) -> Candidate {
         let evidence = self.filter.evidence_at(frame, &location.bbox);
         let boxes = (self.convention.of(&location.bbox), location.bbox);
-        self.candidate(boxes, evidence, logit(location.score), overlap, memory)
+        self.candidate(boxes, evidence, location.score, overlap, expected)
     }
 
     /// Both found something: one thing, or two that each is asked about.
     fn fuse_both(
         &mut self,
         frame: &Frame,
+        expected: &BBox,
         sighting: &Sighting,
         location: &Location,
         about: &BBox,
-        memory: NetworkMemory,
     ) -> Result<Fusion> {
         let bbox = self.filter.window().bbox(sighting.center, sighting.scale);
         let converted = self.convention.of(&location.bbox);
         let overlap = bbox.iou(&converted);
         let place = Some((sighting.center, sighting.scale));
         if overlap >= self.params.fusion.agree_from {
-            let network = logit(location.score);
-            let filter = self.candidate((bbox, bbox), sighting.evidence, network, overlap, memory);
+            let filter = self.candidate((bbox, bbox), sighting.evidence, location.score, overlap, expected);
             let network = Some(Candidate { bbox: converted, own: location.bbox, ..filter });
             let filter = Some(filter);
             return Ok(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
@@ -238,8 +222,8 @@ impl WitnessLocalizer {
             Some(score) => score,
             None => self.network.look(frame, &bbox)?.map_or(0.0, |l| l.score),
         };
-        let filter = self.candidate((bbox, bbox), sighting.evidence, logit(there), overlap, memory);
-        let network = self.of_network(frame, location, overlap, memory);
+        let filter = self.candidate((bbox, bbox), sighting.evidence, there, overlap, expected);
+        let network = self.of_network(frame, expected, location, overlap);
         let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);
         let filter_leads = self.arbitration.filter_leads(&self.params.arbitration, odds);
         Ok(Fusion { filter: Some(filter), network: Some(network), agreed: false, filter_leads, odds, place })
@@ -256,18 +240,13 @@ impl WitnessLocalizer {
         })
     }
 
-    /// Remembers the frame, and says where each witness searches in the next.
+    /// Says where each witness searches in the next frame.
     fn place_searches(&mut self, found: Option<&Measurement>, state: TrackState) {
-        let decided = std::mem::take(&mut self.fusions).decided;
+        let (Some(fused), Some(found)) = (std::mem::take(&mut self.fusions).decided, found) else { return };
         if state == TrackState::Lost {
-            self.memory = NetworkMemory::default();
             return;
         }
-        let (Some(fused), Some(found)) = (decided, found) else { return };
-        let Self { params, filter_offset, network_offset, believed, arbitration, memory, .. } = self;
-        if let Some(leading) = fused.leading() {
-            *memory = NetworkMemory::of(leading.evidence.network_mean);
-        }
+        let Self { params, filter_offset, network_offset, believed, arbitration, .. } = self;
         let reported = &found.bbox;
         if state == TrackState::Tracking {
             believed.set(reported, reported);

@@ -117,14 +117,14 @@ pursuit_tracking::parameters! {
         pub likeness: f64 = 4.0, in Bounds::default(), source "ours, fitted";
         /// Weight of ln of the mean likelihood of the colours in the box.
         pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the log odds of the network's score, averaged over the frames in which the target was followed.
+        /// Weight of the log odds of the network's score.
         pub network: f64 = 0.4, in Bounds::default(), source "ours, fitted";
-        /// Share of a frame in that average; 1: this frame alone.
-        pub network_rate: f64 = 0.25, in above(0.0).at_most(1.0), source "ours";
         /// Weight of ln of the response's peak-to-sidelobe ratio.
         pub psr: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of the overlap of the two witnesses' boxes.
         pub overlap: f64 = 1.8, in Bounds::default(), source "ours, fitted";
+        /// Weight of ln of 1 and the distance from where the target was expected.
+        pub moved: f64 = 0.0, in Bounds::default(), source "ours, fitted";
     }
 }
 

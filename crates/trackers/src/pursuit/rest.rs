@@ -118,7 +118,7 @@ mod tests {
         Candidate {
             bbox,
             own: bbox,
-            evidence: JointEvidence { filter, network: 5.0, network_mean: 5.0, overlap: 0.8 },
+            evidence: JointEvidence { filter, network: 5.0, overlap: 0.8, moved: 0.0 },
             log_odds,
         }
     }
