@@ -53,16 +53,16 @@ def overlap(a, b):
     return both / (np.prod(a[2:]) + np.prod(b[2:]) - both)
 
 
-def track(options, sequence):
+def track(options, out, sequence):
     """What was said of a sequence, a line a frame."""
     name, footage, truth = sequence
     first = int(np.argmax(~np.isnan(truth[:, 0])))
-    out = options.out / name
+    out = out / name
     lines = out / 'trajectory.jsonl'
     if not lines.exists():
         command = [os.environ['PURSUIT'], 'track', footage, '--box', ','.join(map(str, truth[first])), '--from', str(first)]
         command += ['--tracker', 'pursuit', '--no-video', '--threads', '1', '--format', 'jsonl', '-q', '--out', str(out)]
-        subprocess.run(command + [a for s in options.set for a in ('--set', s)], check=True)
+        subprocess.run(command + [a for s in options.set for a in ('--set', s)], check=True, stdout=subprocess.DEVNULL)
     rows = [json.loads(line) for line in open(lines)]
     return [r for r in rows if first < r['frame'] < len(truth) and r['diagnostics']]
 
@@ -119,11 +119,12 @@ def main():
     parser.add_argument('--jobs', type=int, default=1)
     options = parser.parse_args()
     features = options.only.split(',')
-    found = [s for root in options.data for s in sequences(root)]
+    # Folders may hold sequences of the same names.
+    found = [(options.out / Path(root).resolve().name, s) for root in options.data for s in sequences(root)]
     with ThreadPoolExecutor(options.jobs) as pool:
-        rows = list(pool.map(lambda s: track(options, s), found))
+        rows = list(pool.map(lambda pair: track(options, *pair), found))
     x, y, absent, sources, weight = [], [], [], [], []
-    for (name, _, truth), said in zip(found, rows):
+    for (_, (name, _, truth)), said in zip(found, rows):
         taken = list(samples(name, truth, said, features))
         x += [v for v, _, _ in taken]
         y += [v for _, v, _ in taken]

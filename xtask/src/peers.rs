@@ -28,6 +28,12 @@ pub enum Comparison {
         #[arg(required = true)]
         arguments: Vec<OsString>,
     },
+    /// Make sequences run backward, from the middle on and from the middle back, for `pursuit eval` and `cargo xtask tune`
+    Turns {
+        /// Arguments of xtask/peers/turns.py: where to, and the folders of sequences
+        #[arg(required = true)]
+        arguments: Vec<OsString>,
+    },
     /// What a tracker says of its boxes, held against the truth: states, and words for why a target is not tracked
     Doubts {
         /// Arguments of xtask/peers/doubts.py, the folders of sequences first
@@ -61,6 +67,9 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
         }
         Some(Comparison::Cuts { arguments }) => {
             run::program(tools()?).arg(run::root().join("xtask/peers/cuts.py")).args(arguments).run()
+        }
+        Some(Comparison::Turns { arguments }) => {
+            run::program(tools()?).arg(run::root().join("xtask/peers/turns.py")).args(arguments).run()
         }
         Some(Comparison::Doubts { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
