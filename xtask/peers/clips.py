@@ -10,17 +10,19 @@ cv2.setNumThreads(1)
 def clips(folders):
     """The sequences in these folders."""
     found = (clip for folder in folders for clip in sorted(pathlib.Path(folder).iterdir()))
-    return [clip for clip in found if (clip / "frames.csv").exists() or clip.suffix == ".mp4"]
+    is_one = lambda clip: (clip / "frames.csv").exists() or clip.suffix == ".mp4" and clip.with_suffix(".csv").exists()
+    return [clip for clip in found if is_one(clip)]
 
 
 def truth(clip):
-    """The boxes of a sequence as they are written, `None` where the target is out of view, and the names of its images."""
+    """The boxes of a sequence as they are written (blank where nobody says), `None` where the target is out of view, and the names of its images."""
     rows = list(csv.DictReader(open(clip / "frames.csv" if clip.is_dir() else clip.with_suffix(".csv"))))
     written = [[row[key].strip() for key in "xywh"] for row in rows]
-    return [None if any(v in ("", "nan") for v in box) else box for box in written], [row.get("image") for row in rows]
+    return [None if "nan" in box else box for box in written], [row.get("image") for row in rows]
 
 
 def pictures(clip, names, count):
+    """The first `count` pictures of a sequence."""
     if clip.is_dir():
         return [cv2.imread(str(clip / name)) for name in names[:count]]
     film, frames = cv2.VideoCapture(str(clip)), []

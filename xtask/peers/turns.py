@@ -26,7 +26,7 @@ def main():
         shown = list(zip(pictures(clip, names, len(boxes)), boxes))
         half = len(shown) // 2
         for turn, part in [("backward", shown[::-1]), ("later", shown[half:]), ("earlier", shown[half::-1])]:
-            while part and part[0][1] is None:
+            while part and not all(part[0][1] or [""]):
                 part = part[1:]
             if len(part) >= LEAST:
                 write(out / turn / clip.stem, part)

@@ -19,7 +19,7 @@ pub fn run(seconds: u32, only: Option<&str>) -> Result<()> {
     let host = host()?;
     let target_dir = run::target_dir().join("fuzz");
     run::cargo("build")
-        .args(["--release", "--manifest-path", "fuzz/Cargo.toml", "--bins", "--target", &host])
+        .args(["--release", "--locked", "--manifest-path", "fuzz/Cargo.toml", "--bins", "--target", &host])
         .env("RUSTFLAGS", COVERAGE)
         .env("CARGO_TARGET_DIR", &target_dir)
         .run()?;
@@ -37,6 +37,14 @@ pub fn run(seconds: u32, only: Option<&str>) -> Result<()> {
             .run()?;
     }
     Ok(())
+}
+
+/// Whether the targets' lock file, which no build of the workspace looks at, names what they use.
+pub fn check_lock() -> Result<()> {
+    let arguments = ["--locked", "--format-version", "1", "--manifest-path", "fuzz/Cargo.toml"];
+    run::cargo("metadata").args(arguments).output().map(drop).context(
+        "fuzz/Cargo.lock is not up to date: `cargo metadata --format-version 1 --manifest-path fuzz/Cargo.toml` mends it",
+    )
 }
 
 /// The names of the targets: one file each under `fuzz/fuzz_targets`.

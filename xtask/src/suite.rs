@@ -12,6 +12,7 @@ pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
     let (mut skipped, mut clock) = (Vec::new(), Clock::default());
     clock.time("format", || format(&mut skipped))?;
     clock.time("floors", layers::check)?;
+    clock.time("lock files", fuzz::check_lock)?;
     clock.time("lints", || lints(&mut skipped))?;
     clock.time("licences", licences::check)?;
     clock.time("notices", notices::check)?;

@@ -2,7 +2,7 @@
 //! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
 
 use crate::correlation::probability;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::NanoTrackV3;
@@ -89,16 +89,19 @@ impl NanoTrackLocalizer {
         self.tracker.locate(frame, about.center(), (about.width(), about.height())).map_err(failed(frame))
     }
 
-    /// What was found about `about`, its size as if as many more `frames` in which the network was not asked had shown the same.
-    pub(crate) fn caught_up(&self, found: Location, about: &BBox, frames: usize) -> Location {
+    /// What was found about `about` in a picture of `size`, as large as if as many more `frames` in which the network was not
+    /// asked had shown the same.
+    pub(crate) fn caught_up(&self, found: Location, about: &BBox, frames: usize, size: Size) -> Location {
         let share = found.penalty * found.score * self.params.size_rate;
         if frames == 0 || share <= 0.0 {
             return found;
         }
         // Of what is still missing each frame makes up the same share.
         let more = (1.0 - (1.0 - share).powf(frames as f64 + 1.0)) / share;
-        let side = |old: f64, new: f64| (old + more * (new - old)).max(self.params.min_side_px);
-        let (width, height) = (side(about.width(), found.bbox.width()), side(about.height(), found.bbox.height()));
+        let side =
+            |old: f64, new: f64, most: usize| (old + more * (new - old)).min(most as f64).max(self.params.min_side_px);
+        let width = side(about.width(), found.bbox.width(), size.width);
+        let height = side(about.height(), found.bbox.height(), size.height);
         Location { bbox: BBox::from_center_size(found.bbox.center(), width, height), ..found }
     }
 
@@ -202,12 +205,18 @@ mod tests {
         };
         let once = smoothed(&about);
         let found = Location { bbox: once, raw, score: 0.9, penalty: 0.8, point: (7, 7) };
-        assert_eq!(localizer.caught_up(found, &about, 0), found);
-        let twice = localizer.caught_up(found, &about, 1).bbox;
-        assert!(twice.iou(&smoothed(&once)) > 1.0 - 1e-9, "{twice}");
-        let thrice = localizer.caught_up(found, &about, 2).bbox;
-        assert!(thrice.iou(&smoothed(&smoothed(&once))) > 1.0 - 1e-9, "{thrice}");
+        let after = |frames| localizer.caught_up(found, &about, frames, frame.size()).bbox;
+        assert_eq!(after(0), found.bbox);
+        assert!(after(1).iou(&smoothed(&once)) > 1.0 - 1e-9, "{}", after(1));
+        assert!(after(2).iou(&smoothed(&smoothed(&once))) > 1.0 - 1e-9, "{}", after(2));
+        // No larger than the picture, no smaller than a target may be.
+        let growing = Location { bbox: BBox::from_center_size(raw.center(), 90.0, 60.0), ..found };
+        let largest = localizer.caught_up(growing, &about, 50, frame.size()).bbox;
+        assert_eq!((largest.width(), largest.height()), (96.0, 64.0));
+        let shrinking = Location { bbox: BBox::from_center_size(raw.center(), 18.0, 23.0), ..found };
+        let least = localizer.caught_up(shrinking, &about, 50, frame.size()).bbox;
+        assert_eq!((least.width(), least.height()), (localizer.params.min_side_px, localizer.params.min_side_px));
         let silent = Location { score: 0.0, ..found };
-        assert_eq!(localizer.caught_up(silent, &about, 5), silent);
+        assert_eq!(localizer.caught_up(silent, &about, 5, frame.size()), silent);
     }
 }

@@ -144,8 +144,8 @@ impl WitnessLocalizer {
             return Ok(Some(fused));
         }
         let began = Instant::now();
-        let location = self.network.look(frame, &by_network)?;
-        let location = location.map(|seen| self.network.caught_up(seen, &by_network, self.rest.frames()));
+        let seen = self.network.look(frame, &by_network)?;
+        let location = seen.map(|seen| self.network.caught_up(seen, &by_network, self.rest.frames(), frame.size()));
         let fused = self.fuse(frame, expected, sighting, location, &by_network);
         self.fusions.asked_ms = Some(1e3 * began.elapsed().as_secs_f64());
         fused

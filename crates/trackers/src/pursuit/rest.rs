@@ -166,6 +166,19 @@ mod tests {
     }
 
     #[test]
+    fn frames_are_counted_in_which_the_answer_stood() {
+        let (params, mut rest) = (FusionParams { ask_every: 100, ..FusionParams::default() }, Rest::default());
+        let counted = [Some(2.0), None, None, Some(2.0), None].map(|asked_ms| {
+            rest.note(&params, Some(&agreed(4.0)), asked_ms);
+            rest.frames()
+        });
+        assert_eq!(counted, [0, 1, 2, 0, 1]);
+        // Out of the picture nothing is looked for, and nothing has grown on the way back.
+        rest.note(&params, None, None);
+        assert_eq!(rest.frames(), 0);
+    }
+
+    #[test]
     fn a_budget_is_kept_on_average_and_not_saved_up_for_ever() {
         let params = FusionParams { budget_ms: 1.0, ..FusionParams::default() };
         let (mut rest, mut asked) = (Rest::default(), 0);
