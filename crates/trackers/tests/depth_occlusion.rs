@@ -1,7 +1,8 @@
 //! The depth-aware tracker in worlds with depth: it says when it is hidden, is back at once, and does not mind the light.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
-use pursuit_imaging::Frame;
+use pursuit_geometry::{BBox, Point};
+use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_scenes::{Scene, TargetTruth};
 use pursuit_trackers::registry;
 use pursuit_tracking::{Doubt, Estimate, Recipe, TrackState, Tracker};
@@ -182,4 +183,46 @@ fn a_warm_tracker_allocates_nothing() {
         frames[20..].iter().for_each(|(f, _)| assert!(tracker.update(f).is_ok()));
     });
     assert!(used.count_total <= 8, "{used:?}");
+}
+
+/// A frame with a bumpy square of 40 px about `(x, 80)`, 1.5 m away before a wavy wall.
+fn jostled(k: u64, x: f64) -> (Frame, BBox) {
+    let bbox = BBox::from_center_size(Point::new(x, 80.0), 40.0, 40.0);
+    let depth = Image::from_fn(320, 160, |i, j| {
+        let (u, v) = (i as f64 + 0.5 - bbox.left(), j as f64 + 0.5 - bbox.top());
+        let mm = if (0.0..40.0).contains(&u) && (0.0..40.0).contains(&v) {
+            1500.0 + 25.0 * (u / 5.0).sin() * (v / 7.0).cos() + u + 0.5 * v
+        } else {
+            2500.0 + 40.0 * (i as f64 / 11.0).sin() + 30.0 * (j as f64 / 9.0).cos()
+        };
+        mm as u16
+    });
+    let grey = Image::filled(320, 160, 128_u8).unwrap();
+    let frame = Frame::new(k, k as f64 / 30.0, Pixels::Gray8(grey.into()));
+    (frame.with_depth(depth.unwrap()).unwrap(), bbox)
+}
+
+/// By how much the box overlaps a target that went to the right and leapt back by `leap` pixels, a frame after that.
+fn after_a_leap(settings: &str, leap: f64) -> f64 {
+    let mut x = 60.0;
+    let (first, bbox) = jostled(0, x);
+    let mut tracker = recipe("depth-occlusion", settings).init(&first, bbox).unwrap();
+    for k in 1..=12 {
+        x += 12.0;
+        assert!(tracker.update(&jostled(k, x).0).unwrap().bbox.iou(&jostled(k, x).1) > 0.7, "{k}");
+    }
+    x -= leap;
+    tracker.update(&jostled(13, x).0).unwrap();
+    let (frame, bbox) = jostled(14, x);
+    tracker.update(&frame).unwrap().bbox.iou(&bbox)
+}
+
+#[test]
+fn what_leaps_back_is_looked_for_where_it_was() {
+    for leap in [20.0, 35.0, 40.0] {
+        let overlap = after_a_leap("", leap);
+        assert!(overlap > 0.9, "{leap} px: {overlap}");
+    }
+    // Near the prediction alone it is out of sight.
+    assert_eq!(after_a_leap("look_back = false", 35.0), 0.0);
 }

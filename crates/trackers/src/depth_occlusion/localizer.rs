@@ -1,5 +1,5 @@
 use super::hypotheses::add_apart;
-use super::{DepthOcclusionParams, Hypotheses, Occluder, TargetDepth};
+use super::{DepthOcclusionParams, Hypotheses, Occluder, Sought, TargetDepth};
 use crate::correlation::CorrelationLocalizer;
 use crate::depth::samples;
 use pursuit_estimation::EstimationError;
@@ -118,8 +118,24 @@ impl DepthLocalizer {
         search
     }
 
-    /// The response of the filter on depth, held against the distances.
+    /// The better of two looks, near the prediction and, if it has hardly answered there, where it was last.
     fn locate_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        let found = self.look_in_depth(frame, search)?;
+        let dropped = |m: &Measurement| {
+            let part = self.depth.as_ref();
+            part.is_some_and(|part| part.target.has_dropped(&self.params, m.strength))
+        };
+        let near = search.look == Look::Near && !self.hidden;
+        if !(near && self.params.look_back && found.as_ref().is_some_and(dropped)) {
+            return Ok(found);
+        }
+        let expected = search.expected.centered_at(self.last.center());
+        let back = self.look_in_depth(frame, &Search { expected, ..search.clone() })?;
+        Ok(found.into_iter().chain(back).max_by(|a, b| a.strength.total_cmp(&b.strength)))
+    }
+
+    /// The response of the filter on depth, held against the distances.
+    fn look_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
         let (Some(mut part), Some(depth)) = (self.depth.take(), usable_depth(&self.params, frame)) else {
             return Ok(None);
         };
@@ -129,7 +145,12 @@ impl DepthLocalizer {
         self.depth = Some(part);
         let Some(found) = located? else { return Ok(None) };
         let raw = found.peak.unwrap_or(0.0);
-        let seen = target.judge(&self.params, depth, &found.bbox, raw, self.hidden);
+        let sought = match search.look {
+            _ if !self.hidden => Sought::InSight,
+            Look::Near => Sought::Hidden,
+            Look::Sweep | Look::Centred => Sought::Anywhere,
+        };
+        let seen = target.judge(&self.params, depth, &found.bbox, raw, sought);
         let confidence = seen.judged.probability(self.params.softness);
         Ok(Some(Measurement {
             confidence,
@@ -155,7 +176,7 @@ impl DepthLocalizer {
     /// How much of the target at `bbox` something nearer covers.
     fn covered(&self, frame: &Frame, bbox: &BBox) -> f64 {
         match (&self.depth, usable_depth(&self.params, frame)) {
-            (Some(part), Some(depth)) => part.target.judge(&self.params, depth, bbox, 0.0, false).covered,
+            (Some(part), Some(depth)) => part.target.judge(&self.params, depth, bbox, 0.0, Sought::InSight).covered,
             _ => 0.0,
         }
     }
@@ -183,7 +204,7 @@ impl DepthLocalizer {
     fn missed(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
         self.hidden = true;
         let (Some(part), Some(depth)) = (&self.depth, usable_depth(&self.params, frame)) else { return };
-        let seen = part.target.judge(&self.params, depth, &outcome.bbox, 0.0, true);
+        let seen = part.target.judge(&self.params, depth, &outcome.bbox, 0.0, Sought::Hidden);
         if outcome.state == TrackState::Lost {
             self.occluder = None;
         } else if let (Some(distance_m), true) = (seen.depth.nearer_m, seen.covered > self.params.learn_covered) {

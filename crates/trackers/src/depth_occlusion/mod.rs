@@ -19,7 +19,7 @@ pub use occluder::Occluder;
 pub use params::{DepthOcclusionParams, OccluderParams, SpaceParams};
 pub use path::{Pinhole, SpacePath};
 pub use response::{Judged, penalised};
-pub use target::{Candidate, TargetDepth};
+pub use target::{Candidate, Sought, TargetDepth};
 
 use crate::depth::by_own_rule;
 use crate::kcf::KcfFeatures;

@@ -15,9 +15,12 @@ pursuit_tracking::parameters! {
         pub min_clear: f64 = 0.1, in 0.0..=1.0, source "ours";
         /// Δf: a target out of sight is found where the response is less than this below the usual one.
         pub response_drop: f64 = 0.2, in 0.0..=1.0, source "zhai2024, eq. 30; section 3: 0.15 to 0.25";
-        /// The same where most of what is there is as far away as the target was: then it may look more different. Equal to
-        /// `response_drop`: the paper.
+        /// The same about where it is expected, where most of what is there is as far away as the target was: then it may look
+        /// more different. Equal to `response_drop`: the paper.
         pub drop_clear: f64 = 0.35, in 0.0..=1.0, source "ours";
+        /// Whether a target in sight whose response has dropped by Δf is looked for where it was last too: it may have turned back,
+        /// or stopped, against the prediction; false: the paper.
+        pub look_back: bool = true, source "ours";
         /// What being wholly covered by something nearer takes from the response; 0: the paper.
         pub cover_weight: f64 = 0.3, in 0.0..=10.0, source "ours";
         /// A distance elsewhere counts for at most this much: where the target was lost, camera and target may have moved.
@@ -86,6 +89,7 @@ impl DepthOcclusionParams {
             drop_clear: 0.2,
             cover_weight: 0.0,
             learn_covered: 1.0,
+            look_back: false,
             velocity_doubt: 0.0,
             occluder_edges: false,
             scale_from_depth: false,

@@ -44,6 +44,17 @@ impl TryFrom<Raw> for TargetDepth {
     }
 }
 
+/// How a target is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sought {
+    /// It was in sight in the frame before.
+    InSight,
+    /// It was not, and is expected about where it is looked for.
+    Hidden,
+    /// It may be anywhere.
+    Anywhere,
+}
+
 /// What depth says of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
@@ -84,8 +95,9 @@ impl TargetDepth {
         depth: ImageView<'_, u16>,
         bbox: &BBox,
         response: f64,
-        hidden: bool,
+        sought: Sought,
     ) -> Candidate {
+        let hidden = sought != Sought::InSight;
         let seen = BoxDepth::of(&params.region, depth, bbox, self.0.surface_m - params.nearer_by);
         let covered = (seen.nearer - self.0.own_nearer).max(0.0);
         let epsilon = if hidden { params.epsilon_again } else { params.epsilon };
@@ -94,12 +106,17 @@ impl TargetDepth {
         let response = penalised(response, epsilon, self.0.mean_m, here) - params.cover_weight * covered;
         let here = self.is_here(params, depth, bbox);
         let threshold = match self.0.usual {
-            Some(usual) if hidden && here => params.min_response.max(usual - params.drop_clear),
+            Some(usual) if sought == Sought::Hidden && here => params.min_response.max(usual - params.drop_clear),
             Some(usual) if hidden => params.min_response.max(usual - params.response_drop),
             _ if !hidden && here && covered <= params.learn_covered => params.min_clear.min(params.min_response),
             _ => params.min_response,
         };
         Candidate { depth: seen, covered, judged: Judged { response, threshold } }
+    }
+
+    /// Whether a `response` is farther below the usual one than Δf.
+    pub fn has_dropped(&self, params: &DepthOcclusionParams, response: f64) -> bool {
+        self.0.usual.is_some_and(|usual| response < usual - params.response_drop)
     }
 
     /// Share of its correction that the velocity takes of something seen with `response`: while the target is being covered, the
@@ -198,28 +215,32 @@ mod tests {
         let params = params();
         let mut target = TargetDepth::new(&params, image(2000, false).view(), &region()).unwrap();
         assert_eq!(target.surface_m(), 2.0);
-        let judge = |target: &TargetDepth, mm, covered, hidden| {
-            target.judge(&params, image(mm, covered).view(), &region(), 0.6, hidden)
+        let judge = |target: &TargetDepth, mm, covered, sought| {
+            target.judge(&params, image(mm, covered).view(), &region(), 0.6, sought)
         };
-        let plain = judge(&target, 2000, false, false);
+        let plain = judge(&target, 2000, false, Sought::InSight);
         assert_eq!((plain.covered, plain.judged), (0.0, Judged { response: 0.6, threshold: 0.1 }), "nothing covers it");
-        assert_eq!(judge(&target, 2140, false, false).judged.threshold, 0.1);
-        assert_eq!(judge(&target, 2160, false, false).judged.threshold, 0.2, "something else");
+        assert_eq!(judge(&target, 2140, false, Sought::InSight).judged.threshold, 0.1);
+        assert_eq!(judge(&target, 2160, false, Sought::InSight).judged.threshold, 0.2, "something else");
         // Half is covered, the mean 0.5 m nearer.
-        let half = judge(&target, 2000, true, false);
+        let half = judge(&target, 2000, true, Sought::InSight);
         assert!((half.covered - 0.5).abs() < 0.03 && (half.depth.nearer_m.unwrap() - 1.0).abs() < 1e-9, "{half:?}");
         assert!((half.judged.response - (0.6 - 0.1 * 0.5 - 0.4 * 0.5)).abs() < 0.02, "{half:?}");
         assert_eq!(half.judged.threshold, 0.2);
         // While it is hidden the other ε counts, and the response it had.
         target.learn(&params, image(2000, false).view(), &region(), 0.5);
-        assert!((judge(&target, 2100, false, true).judged.threshold - 0.25).abs() < 1e-9, "at its distance");
-        let behind = judge(&target, 2500, false, true);
+        assert!((judge(&target, 2100, false, Sought::Hidden).judged.threshold - 0.25).abs() < 1e-9, "at its distance");
+        assert!(
+            (judge(&target, 2100, false, Sought::Anywhere).judged.threshold - 0.35).abs() < 1e-9,
+            "all over the frame"
+        );
+        let behind = judge(&target, 2500, false, Sought::Hidden);
         assert!((behind.judged.response - (0.6 - 0.3 * 0.5)).abs() < 1e-9, "{behind:?}");
         assert!((behind.judged.threshold - 0.35).abs() < 1e-9);
         target.learn(&params, image(2000, false).view(), &region(), 0.3);
-        assert!((judge(&target, 2500, false, true).judged.threshold - 0.33).abs() < 1e-9);
+        assert!((judge(&target, 2500, false, Sought::Hidden).judged.threshold - 0.33).abs() < 1e-9);
         // Never more than a metre's worth.
-        let far = judge(&target, 8000, false, true).judged.response;
+        let far = judge(&target, 8000, false, Sought::Hidden).judged.response;
         assert!((far - (0.6 - 0.3)).abs() < 1e-9, "{far}");
     }
 
