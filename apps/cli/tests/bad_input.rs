@@ -290,6 +290,9 @@ fn depth_that_is_short_or_empty_is_borne_and_said() {
         let said = run["input"]["depth"].to_string();
         assert!(said.contains(&format!("\"paired\":{paired}")), "{said}");
         assert!(said.contains(&format!("\"unpaired\":{}", 8 - paired)), "{said}");
+        let empty = if mm == 0 { 8 } else { 0 };
+        assert_eq!(run["empty_depth_frames"], empty);
+        assert_eq!(common::stdout(&output).contains("8 of those looked at have no data in it"), empty > 0);
     }
 }
 

@@ -26,14 +26,17 @@ pub struct RunFile {
     pub recipe: RecipeFacts,
     /// The machine.
     pub host: HostFacts,
-    /// The first frame looked at since the run was resumed, where it was; `timing`, `damage` and `dropped_frames` are of
-    /// the part from there on.
+    /// The first frame looked at since the run was resumed, where it was; `timing`, `damage`, `dropped_frames` and
+    /// `empty_depth_frames` are of the part from there on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resumed_at: Option<u64>,
     /// Frames looked at.
     pub frame_count: u64,
     /// Frames that a live source dropped because they came faster than they could be followed.
     pub dropped_frames: u64,
+    /// Frames whose depth image has no data in it, where the input has depth images: they are looked at without depth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empty_depth_frames: Option<u64>,
     /// What befell a live input, where it was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream: Option<StreamFacts>,

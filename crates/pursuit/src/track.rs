@@ -12,6 +12,7 @@ use crate::start::{Preference, Start};
 use crate::view::{InInput, View};
 use crate::{Fetched, RunError, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
+use pursuit_imaging::ImageView;
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::output::VideoOptions;
 use pursuit_media::wrappers::{PrefetchStats, StreamStats};
@@ -224,7 +225,11 @@ impl Run {
         if info.truth.is_some() {
             kept.first.iter().for_each(|(frame, estimate)| meter.add(info.truth_at(*frame), estimate.as_ref()));
         }
+        let mut empty_depth_frames = self.depth.as_ref().map(|_| 0);
         let mut outcome = self.session.with_sinks(sinks).run(|progress| {
+            if let Some(count) = &mut empty_depth_frames {
+                *count += u64::from(progress.frame.depth_mm().is_some_and(is_empty));
+            }
             if info.truth.is_some() {
                 // The truth is of one target: the first.
                 let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
@@ -246,6 +251,7 @@ impl Run {
         facts.damage = damage.into_iter().map(|message| self.fetched.renamed(message)).collect();
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
+        facts.empty_depth_frames = empty_depth_frames;
         facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
         facts.publish = published.map(|facts| facts.lock().unwrap_or_else(PoisonError::into_inner).clone());
         facts.states = kept.states.with(outcome.states);
@@ -282,6 +288,7 @@ impl Run {
             resumed_at: None,
             frame_count: 0,
             dropped_frames: 0,
+            empty_depth_frames: None,
             stream: None,
             publish: None,
             damage_count: 0,
@@ -291,6 +298,11 @@ impl Run {
             accuracy: None,
         }
     }
+}
+
+/// Whether no pixel of a depth image has data.
+fn is_empty(depth: ImageView<'_, u16>) -> bool {
+    (0..depth.size().height).all(|y| depth.row(y).iter().all(|mm| *mm == 0))
 }
 
 fn create_sinks(

@@ -218,13 +218,17 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
     if let Some(depth) = &facts.input.depth {
         let pairs = &depth.pairing;
         let moved = if depth.registered { ", moved into the picture" } else { "" };
-        writeln!(
+        write!(
             text,
             "depth     {}{moved}, for {} frames, {} without",
             depth.coding.name(),
             pairs.paired,
             pairs.unpaired
         )?;
+        match facts.empty_depth_frames {
+            Some(empty @ 1..) => writeln!(text, "; {empty} of those looked at have no data in it")?,
+            _ => writeln!(text)?,
+        }
     }
     writeln!(text, "states    {} tracking, {} occluded, {} lost", states.tracking, states.occluded, states.lost)?;
     if update.count > 0 {
