@@ -61,7 +61,7 @@ fn recipe(name: &'static str, localizer: RegularisedParams) -> TrackerRecipe<Reg
     let groups = GroupParams {
         motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
         policy: PolicyParams::default(),
-        search: SearchParams { wide_windows: 6, ..SearchParams::default() },
+        search: SearchParams { prediction_gain: 0.0, wide_windows: 6, ..SearchParams::default() },
     };
     TrackerRecipe { name, localizer, groups }
 }

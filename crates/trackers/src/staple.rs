@@ -62,7 +62,7 @@ pub fn staple(name: &'static str) -> TrackerRecipe<StapleParams> {
     let groups = GroupParams {
         motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
         policy: PolicyParams::default(),
-        search: SearchParams::default(),
+        search: SearchParams { prediction_gain: 0.0, ..SearchParams::default() },
     };
     TrackerRecipe { name, localizer: StapleParams::default(), groups }
 }

@@ -121,5 +121,7 @@ fn groups(policy: PolicyParams) -> GroupParams {
 /// `kcf`: on HOG, with a search over sizes.
 pub fn kcf(name: &'static str) -> TrackerRecipe<KcfParams> {
     let policy = PolicyParams { seen_from: 0.6, found_from: 0.6, ..PolicyParams::default() };
-    TrackerRecipe { name, localizer: KcfParams::default(), groups: groups(policy) }
+    let mut groups = groups(policy);
+    groups.search.prediction_gain = 0.0;
+    TrackerRecipe { name, localizer: KcfParams::default(), groups }
 }
