@@ -51,6 +51,11 @@ impl IntegralImage {
         Some((self.sums.get(range.clone())?, self.squares.get(range)?))
     }
 
+    /// All sums, row by row, and how many there are in a row: for means of many windows anywhere. As in [`row`](Self::row).
+    pub fn sums(&self) -> (&[u32], usize) {
+        (&self.sums, self.size.width + 1)
+    }
+
     /// Sum of the grey codes in `window`.
     ///
     /// # Errors

@@ -3,7 +3,7 @@ use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, ImageView};
 use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::{Result, TrackingError};
-use pursuit_vision::flow::{BoxMotion, MedianFlow, Pyramid};
+use pursuit_vision::flow::{BoxMotion, MedianFlow, Pyramid, Start};
 use pursuit_vision::{PixelWindow, VisionError};
 use serde::{Deserialize, Serialize};
 
@@ -85,11 +85,12 @@ impl Follower {
         &self.bbox
     }
 
-    /// Where the box is in `frame`; `None` when its points do not agree on that. Changes nothing but scratch.
+    /// Where the box, predicted at `expected`, is in `frame`; `None` when its points do not agree on that. Changes nothing but
+    /// scratch.
     ///
     /// # Errors
     /// When the frame has another size than the one kept.
-    pub fn follow(&mut self, frame: &Frame) -> Result<Option<BoxMotion>> {
+    pub fn follow(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<BoxMotion>> {
         if frame.size() != self.frame {
             let (index, expected, actual) = (frame.index(), self.frame, frame.size());
             return Err(TrackingError::FrameSize { index, expected, actual });
@@ -98,9 +99,24 @@ impl Follower {
         let (dx, dy) = (self.window.x as f64, self.window.y as f64);
         let cover = self.params.cover;
         let inner = self.bbox.translated(-dx, -dy).scaled(cover);
-        let motion = self.flow.estimate(&self.kept, &self.now, &inner).map_err(failed(frame))?;
-        let moved = motion.ok().map(|m| BoxMotion { bbox: m.bbox.translated(dx, dy).scaled(1.0 / cover), ..m });
+        let motion = match self.guided(expected, &inner).map_err(failed(frame))? {
+            Some(motion) => Some(motion),
+            None => self.flow.estimate(&self.kept, &self.now, &inner).map_err(failed(frame))?.ok(),
+        };
+        let moved = motion.map(|m| BoxMotion { bbox: m.bbox.translated(dx, dy).scaled(1.0 / cover), ..m });
         Ok(moved.filter(|m| m.bbox.clipped_to(frame.size()).is_some()))
+    }
+
+    /// Where the points of `inner` went, looked for about the prediction alone, if they came back well enough.
+    fn guided(&mut self, expected: &BBox, inner: &BBox) -> std::result::Result<Option<BoxMotion>, VisionError> {
+        let levels = self.params.guided_levels;
+        if levels == 0 {
+            return Ok(None);
+        }
+        let (was, is) = (self.bbox.center(), expected.center());
+        let start = Start { shift: (is.x - was.x, is.y - was.y), levels };
+        let motion = self.flow.estimate_from(&self.kept, &self.now, inner, start)?;
+        Ok(motion.ok().filter(|m| m.forward_backward_px <= self.params.guided_error_px))
     }
 
     /// Keeps `frame`, in which the box is `bbox`, to follow it from there.
@@ -128,4 +144,50 @@ fn cut<'a>(gray: ImageView<'a, u8>, window: &PixelWindow) -> ImageView<'a, u8> {
 fn failed(frame: &Frame) -> impl FnOnce(VisionError) -> TrackingError {
     let index = frame.index();
     move |e| TrackingError::Computation { tracker: "flow".to_owned(), index, source: Box::new(e) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Smooth noise in cells of `cell` pixels.
+    fn noise(x: i32, y: i32, cell: i32) -> f64 {
+        let (i, j) = (x.div_euclid(cell), y.div_euclid(cell));
+        let share = |v: i32| f64::from(v.rem_euclid(cell)) / f64::from(cell);
+        let at = |i: i32, j: i32| {
+            let mut seed = ((i + 1000) * 4000 + j + 1000 + cell) as u64;
+            (crate::appearance::draw(&mut seed) >> 56) as f64
+        };
+        let row = |j: i32| at(i, j) + share(x) * (at(i + 1, j) - at(i, j));
+        row(j) + share(y) * (row(j + 1) - row(j))
+    }
+
+    /// A texture, moved by (`dx`, `dy`) pixels.
+    fn frame(dx: i32, dy: i32) -> Frame {
+        let at = |x: usize, y: usize| (x as i32 - dx, y as i32 - dy);
+        let image = Image::from_fn(200, 160, |x, y| {
+            let (x, y) = at(x, y);
+            ((noise(x, y, 6) + 2.0 * noise(x, y, 15)) / 3.0) as u8
+        });
+        Frame::new(0, 0.0, image.unwrap())
+    }
+
+    fn followed(guided_levels: usize, bbox: BBox, expected: BBox, to: &Frame) -> BoxMotion {
+        let params = FlowParams { guided_levels, ..FlowParams::eight_px() };
+        Follower::new(params, &frame(0, 0), bbox).unwrap().follow(to, &expected).unwrap().unwrap()
+    }
+
+    #[test]
+    fn points_are_found_on_one_level_from_a_prediction_and_without_one_where_it_is_wrong() {
+        let bbox = BBox::from_ltwh(70.0, 50.0, 44.0, 36.0);
+        let (to, moved) = (frame(12, -9), bbox.translated(12.0, -9.0));
+        // One level alone does not see 15 pixels far: what is found there, is by the prediction.
+        let near = followed(1, bbox, moved.translated(0.7, -0.4), &to);
+        assert!(near.bbox.iou(&moved) > 0.97 && near.forward_backward_px < 0.1, "{near:?}");
+        let plain = followed(0, bbox, moved, &to);
+        assert!(plain.bbox.iou(&moved) > 0.97 && plain != near);
+        for wrong in [bbox, bbox.translated(-13.0, 19.0), bbox.translated(400.0, 0.0), bbox.translated(f64::NAN, 0.0)] {
+            assert_eq!(followed(1, bbox, wrong, &to), plain, "{wrong}");
+        }
+    }
 }

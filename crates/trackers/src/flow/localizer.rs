@@ -81,8 +81,8 @@ impl LocalizerRecipe for MedianFlowTrackerParams {
 }
 
 impl Localizer for MedianFlowLocalizer {
-    fn locate(&mut self, frame: &Frame, _: &Search) -> Result<Option<Measurement>> {
-        let Some(motion) = self.follower.follow(frame)? else { return Ok(None) };
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+        let Some(motion) = self.follower.follow(frame, &search.expected)? else { return Ok(None) };
         self.sampler.normalized(frame.gray(), &motion.bbox, SIDE, &mut self.patch);
         let likeness = f64::from(pursuit_vision::patch::dot(&self.patch, &self.first));
         let p = &self.params;

@@ -37,6 +37,12 @@ pursuit_tracking::parameters! {
         pub residual_px: f64 = 10.0, in above(0.0), unit "px", source "kalal2012, section 5.5: 10";
         /// The box is lost beyond this median forward-backward error.
         pub error_px: f64 = 10.0, in above(0.0), unit "px", source "released TLD: 10";
+        /// The points are looked for first where the motion model predicts the box, on so many levels of the pyramid; 0: where they
+        /// were, on all levels.
+        pub guided_levels: usize = 0, in 0..=8, source "ours; kalal2010: 0";
+        /// What was found from the prediction counts if the median forward-backward error is at most this; else the points are looked
+        /// for where they were, on all levels.
+        pub guided_error_px: f64 = 0.5, in 0.0..=10.0, unit "px", source "ours";
         /// What is kept of a frame on every side of the box, for the next one, in longer sides of the box.
         pub margin: f64 = 0.75, in 0.0..=10.0, unit "target sizes", source "ours";
         /// What is kept at least.

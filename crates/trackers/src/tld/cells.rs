@@ -1,4 +1,5 @@
 use super::grid::{Part, SHIFTS, Scale};
+use multiversion::multiversion;
 use pursuit_geometry::{BBox, Point};
 use pursuit_vision::integral::IntegralImage;
 use pursuit_vision::warp::Affine;
@@ -6,6 +7,8 @@ use pursuit_vision::warp::Affine;
 /// Cells across, and down, a window: two to a shift, so that every window of a size begins at an even cell and the same
 /// comparisons serve all sizes.
 pub(super) const SIDE: usize = 2 * SHIFTS;
+/// Cells of a view that are looked at together.
+const LANES: usize = 8;
 /// Windows looked at together.
 pub(super) const BLOCK: usize = 64;
 
@@ -82,6 +85,7 @@ impl Cells {
 
 /// The cells `wanted` of one view: a box, warped by `map` (of continuous pixels), each the mean about where its centre
 /// goes. `integral` is that of the image less its first `origin` columns and rows.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1", "aarch64+neon"))]
 pub(super) fn view(
     (integral, origin): (&IntegralImage, (usize, usize)),
     bbox: &BBox,
@@ -90,20 +94,45 @@ pub(super) fn view(
     wanted: &[u16],
     out: &mut [u8; SIDE * SIDE],
 ) {
-    let size = integral.size();
+    let (size, (sums, stride)) = (integral.size(), integral.sums());
     let (cell_x, cell_y) = (bbox.width() / SIDE as f64, bbox.height() / SIDE as f64);
     let (radius_x, radius_y) = (radius(bbox.width(), smooth), radius(bbox.height(), smooth));
-    for i in wanted.iter().map(|&i| usize::from(i)) {
-        let Some(out) = out.get_mut(i) else { return };
-        let (u, v) = ((i % SIDE) as f64 + 0.5, (i / SIDE) as f64 + 0.5);
-        let at = map.apply(Point::new(bbox.left() + u * cell_x, bbox.top() + v * cell_y));
-        let (left, right) = reach(at.x - origin.0 as f64, radius_x, size.width);
-        let (top, bottom) = reach(at.y - origin.1 as f64, radius_y, size.height);
-        let (Some((above, _)), Some((below, _))) = (integral.row(top), integral.row(bottom)) else { return };
-        let sum = below[right].wrapping_sub(below[left]).wrapping_sub(above[right]).wrapping_add(above[left]);
-        let (inverse, share) = (1.0 / (right - left) as f32, 1.0 / (bottom - top) as f32);
-        *out = (sum as f32 * inverse * share + 0.5) as u8;
+    let sum = |row: u32, column: u32| sums.get(row as usize * stride + column as usize).copied().unwrap_or(0);
+    for cells in wanted.chunks(LANES) {
+        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+        for ((x, y), &i) in x.iter_mut().zip(&mut y).zip(cells) {
+            let (u, v) = (f64::from(i % SIDE as u16) + 0.5, f64::from(i / SIDE as u16) + 0.5);
+            let at = map.apply(Point::new(bbox.left() + u * cell_x, bbox.top() + v * cell_y));
+            (*x, *y) = (at.x - origin.0 as f64, at.y - origin.1 as f64);
+        }
+        let ((left, right), (top, bottom)) = (reaches(&x, radius_x, size.width), reaches(&y, radius_y, size.height));
+        let mut means = [0.0f32; LANES];
+        for k in 0..LANES {
+            let below = sum(bottom[k], right[k]).wrapping_sub(sum(bottom[k], left[k]));
+            let above = sum(top[k], right[k]).wrapping_sub(sum(top[k], left[k]));
+            means[k] = below.wrapping_sub(above) as f32;
+        }
+        for k in 0..LANES {
+            let (inverse, share) = (1.0 / (right[k] - left[k]) as f32, 1.0 / (bottom[k] - top[k]) as f32);
+            means[k] = means[k] * inverse * share + 0.5;
+        }
+        for (&i, mean) in cells.iter().zip(means) {
+            let Some(out) = out.get_mut(usize::from(i)) else { return };
+            *out = mean as u8;
+        }
     }
+}
+
+/// As [`reach`], of several centres at once.
+#[inline(always)]
+fn reaches(centers: &[f64; LANES], radius: f64, n: usize) -> ([u32; LANES], [u32; LANES]) {
+    let (mut first, mut end) = ([0; LANES], [0; LANES]);
+    let (last, n) = ((n as f64 - 1.0).max(0.0), n as f64);
+    for k in 0..LANES {
+        first[k] = (((centers[k] - radius).max(0.0).min(last) + 0.5) as i32).min(last as i32) as u32;
+        end[k] = (((centers[k] + radius).max(0.0).min(n) + 0.5) as i32).max(first[k] as i32 + 1) as u32;
+    }
+    (first, end)
 }
 
 #[cfg(test)]
@@ -144,6 +173,18 @@ pub(super) mod tests {
                 assert!(differing <= 12, "{differing} cells differ");
             }
         }
+    }
+
+    #[test]
+    fn reaches_are_those_of_each_alone() {
+        for (n, radius) in [(40, 1.5), (7, 3.25), (1, 1.5), (9, 20.0)] {
+            for step in -200..400 {
+                let at = f64::from(step) / 8.0;
+                let (first, end) = reaches(&[at; LANES], radius, n);
+                assert_eq!((first[3] as usize, end[3] as usize), reach(at, radius, n), "{at} of {n}");
+            }
+        }
+        assert_eq!(reaches(&[f64::NAN; LANES], 1.5, 40).0[0], 0);
     }
 
     #[test]

@@ -135,13 +135,18 @@ impl Grid {
         nearest.map_or(0..0, |at| at.saturating_sub(steps)..(at + steps + 1).min(self.scales.len()))
     }
 
-    /// The windows of one of `turns` bands of rows, counted anew from 0 after the last: all of the frame in that many.
-    /// Appended to `out`.
+    /// The windows of one of `turns` shares of whole rows, counted anew from 0 after the last: all of the frame in that many. A share
+    /// is of one size, or of few: rows that lie together have most of their cells in common. Appended to `out`.
     pub fn pick_band(&self, turn: usize, turns: usize, out: &mut Vec<(Scale, Part)>) {
-        let turn = turn % turns.max(1);
+        let (turns, all) = (turns.max(1), self.windows());
+        let turn = turn % turns;
+        let (from, to) = (turn * all / turns, (turn + 1) * all / turns);
+        let mut before = 0;
         out.extend(self.scales.iter().filter_map(|scale| {
-            let row = |turn: usize| turn * scale.rows / turns.max(1);
-            let part = Part { left: 0, right: scale.columns, top: row(turn), bottom: row(turn + 1) };
+            // The rows whose first window, counted through all of the grid, belongs to the share.
+            let row = |window: usize| window.saturating_sub(before).div_ceil(scale.columns.max(1)).min(scale.rows);
+            let part = Part { left: 0, right: scale.columns, top: row(from), bottom: row(to) };
+            before += scale.windows();
             (part.windows() > 0).then_some((*scale, part))
         }));
     }
@@ -265,18 +270,23 @@ mod tests {
     #[test]
     fn bands_take_their_turn_and_take_in_all_windows_once() {
         let grid = Grid::new(Size::new(160, 120), (31.0, 24.0), &ScanParams::default());
-        let mut seen = std::collections::BTreeSet::new();
+        let (mut seen, mut sizes) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
         for turn in 40..47 {
             let mut parts = Vec::new();
             grid.pick_band(turn, 7, &mut parts);
+            let scanned = parts.iter().map(|(_, p)| p.windows()).sum::<usize>();
+            assert!(scanned.abs_diff(grid.windows() / 7) <= 2 * grid.scales()[0].columns, "{scanned} in turn {turn}");
             for (scale, part) in &parts {
                 assert_eq!((part.left, part.right), (0, scale.columns));
+                sizes.insert((turn, scale.width));
                 for row in part.top..part.bottom {
                     assert!(seen.insert((scale.width, row)), "a row twice");
                 }
             }
         }
         assert_eq!(seen.len(), grid.scales().iter().map(|s| s.rows).sum::<usize>());
+        // Every size is cut into few shares: rows side by side have most of their cells in common.
+        assert!(sizes.len() < grid.scales().len() + 7, "{} pieces", sizes.len());
         let mut whole = Vec::new();
         grid.pick_band(3, 1, &mut whole);
         assert_eq!(whole.iter().map(|(_, p)| p.windows()).sum::<usize>(), grid.windows());

@@ -228,7 +228,8 @@ impl Learner<'_> {
         for &cell in self.ferns.used() {
             // The sum of four uniform numbers of variance 1/12 each is near enough to normal.
             let bits = draw(self.random);
-            let sum: f64 = (0..4).map(|k| ((bits >> (16 * k)) & 0xffff) as f64 / 65536.0 - 0.5).sum();
+            let sum: u64 = (0..4).map(|k| (bits >> (16 * k)) & 0xffff).sum();
+            let sum = sum as f64 / 65536.0 - 2.0;
             let value = &mut self.scratch.view[usize::from(cell)];
             *value = (f64::from(*value) + sigma * sum * 3f64.sqrt() + 0.5).clamp(0.0, 255.0) as u8;
         }

@@ -135,7 +135,7 @@ impl TldLocalizer {
 
     /// Scans what `search` says and joins that with where the points went.
     fn join(&mut self, frame: &Frame, search: &Search) -> Result<Option<Joined>> {
-        let motion = self.state.follower.follow(frame)?;
+        let motion = self.state.follower.follow(frame, &search.expected)?;
         let followed = motion.map(|m| {
             let window = self.state.view.window(&m.bbox);
             Followed { window, correlation: m.correlation, error: m.forward_backward_px / window.area().sqrt() }

@@ -22,6 +22,7 @@ pub use params::{
     TldScoreParams,
 };
 
+use crate::flow::FlowParams;
 use pursuit_tracking::motion::{MotionModel, MotionParams};
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::{SearchModel, SearchParams};
@@ -72,6 +73,8 @@ pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
             ..SearchParams::default()
         },
     };
-    let localizer = TldParams { guide: GuideParams::default(), ..TldParams::default() };
+    let flow = FlowParams { guided_levels: 1, ..FlowParams::eight_px() };
+    let scan = ScanParams { turn_frames: 12, ..ScanParams::default() };
+    let localizer = TldParams { flow, scan, guide: GuideParams::default(), ..TldParams::default() };
     TrackerRecipe { name, localizer, groups }
 }

@@ -122,3 +122,25 @@ fn the_grid_reaches_the_corners() {
         (Point::new(10.0, 20.0), Point::new(20.0, 20.0), Point::new(10.0, 23.0), Point::new(40.0, 26.0))
     );
 }
+
+#[test]
+fn points_far_away_are_found_on_one_level_from_where_they_are_looked_for() {
+    let window = Size::new(8, 8);
+    let flow = LucasKanadeParams { window, levels: 5, ..LucasKanadeParams::default() };
+    let mut estimator = MedianFlow::new(MedianFlowParams { flow, ..MedianFlowParams::default() }).unwrap();
+    let [a, b] =
+        [(0, 0), (-24, 19)].map(|(dx, dy)| texture(160, 120, [256, 0, 300_000 - 256 * dx, 0, 256, 300_000 - 256 * dy]));
+    let [from, to] = pyramids(&[a, b], 5);
+    let bbox = BBox::from_ltwh(60.0, 30.0, 40.0, 36.0);
+    let mut estimate = |shift, levels| {
+        let start = Start { shift, levels };
+        estimator.estimate_from(&from, &to, &bbox, start).unwrap()
+    };
+    let near = estimate((-23.0, 18.0), 1).unwrap();
+    assert!((near.displacement.0 + 24.0).hypot(near.displacement.1 - 19.0) < 0.05, "{near:?}");
+    // Out of reach of one level.
+    assert!(estimate((0.0, 0.0), 1).map_or(true, |m| m.forward_backward_px > 0.5 || m.displacement.0 > -20.0));
+    let far = estimate((0.0, 0.0), usize::MAX).unwrap();
+    let plain = estimator.estimate(&from, &to, &bbox).unwrap().unwrap();
+    assert_eq!(far, plain);
+}

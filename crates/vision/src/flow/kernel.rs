@@ -42,13 +42,55 @@ pub(super) struct Sums {
 /// Σ d·∂x and Σ d·∂y.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 pub(super) fn mismatch(patch: Patch<'_>, planes: Planes<'_>, line: &mut [f32]) -> Sums {
-    sums::<false>(patch, planes, 0.0, line)
+    if planes.stride == LANES { narrow_sums(patch, planes) } else { sums::<false>(patch, planes, 0.0, line) }
 }
 
 /// All four sums; values are taken less `offset`, so that squares stay small.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 pub(super) fn mismatch_and_spread(patch: Patch<'_>, planes: Planes<'_>, offset: f32, line: &mut [f32]) -> Sums {
     sums::<true>(patch, planes, offset, line)
+}
+
+/// As [`sums`], to the last bit, of a window whose rows are one vector each: nothing but the pixels is read from memory, and each
+/// row of them once.
+#[inline(always)]
+fn narrow_sums(patch: Patch<'_>, planes: Planes<'_>) -> Sums {
+    let (mut x, mut y) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let row = |j: usize| patch.pixels.get(j * patch.stride..).and_then(|row| row.first_chunk::<{ LANES + 1 }>());
+    let Some(first) = row(0) else { return Sums::default() };
+    let (mut top_left, mut top_right) = halves(first);
+    let template = planes.intensity.as_chunks::<LANES>().0.iter().zip(planes.gradient_x.as_chunks::<LANES>().0);
+    for (j, ((intensity, gx), gy)) in template.zip(planes.gradient_y.as_chunks::<LANES>().0).enumerate() {
+        let Some(below) = row(j + 1) else { break };
+        let (left, right) = halves(below);
+        let mut d = [0.0f32; LANES];
+        for k in 0..LANES {
+            let l = top_left[k] + patch.down * (left[k] - top_left[k]);
+            let r = top_right[k] + patch.down * (right[k] - top_right[k]);
+            d[k] = l + patch.across * (r - l) - intensity[k];
+        }
+        for k in 0..LANES {
+            x[k] += d[k] * gx[k];
+        }
+        for k in 0..LANES {
+            y[k] += d[k] * gy[k];
+        }
+        (top_left, top_right) = (left, right);
+    }
+    Sums { x: x.iter().sum(), y: y.iter().sum(), ..Sums::default() }
+}
+
+/// All but the last, and all but the first, of the pixels of a row.
+#[inline(always)]
+fn halves(row: &[u8; LANES + 1]) -> ([f32; LANES], [f32; LANES]) {
+    let (mut left, mut right) = ([0.0; LANES], [0.0; LANES]);
+    for k in 0..LANES {
+        left[k] = f32::from(row[k]);
+    }
+    for k in 0..LANES {
+        right[k] = f32::from(row[k + 1]);
+    }
+    (left, right)
 }
 
 #[inline(always)]
@@ -139,4 +181,30 @@ pub(super) fn blend(patch: Patch<'_>, j: usize, column: usize) -> Option<[f32; L
         out[k] = left + patch.across * (right - left);
     }
     Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_of_one_vector_have_the_same_sums_as_any() {
+        let pixels: Vec<u8> = (0..20 * 20u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        let plane = |seed: u32| -> Vec<f32> {
+            (0..8 * 8u32).map(|i| ((i + seed).wrapping_mul(747_796_405) >> 20) as f32 / 16.0 - 100.0).collect()
+        };
+        let (intensity, gradient_x, gradient_y) = (plane(1), plane(70), plane(900));
+        let planes = Planes {
+            stride: LANES,
+            intensity: &intensity,
+            gradient_x: &gradient_x,
+            gradient_y: &gradient_y,
+            inside: &[1.0; LANES],
+        };
+        for (from, across, down) in [(0, 0.0, 0.0), (3, 0.25, 0.7), (45, 0.99, 0.01)] {
+            let patch = Patch { pixels: &pixels[from..], stride: 20, across, down };
+            assert_eq!(narrow_sums(patch, planes), sums::<false>(patch, planes, 0.0, &mut [0.0; LANES + 1]));
+            assert_eq!(mismatch(patch, planes, &mut [0.0; LANES + 1]), narrow_sums(patch, planes));
+        }
+    }
 }

@@ -93,6 +93,22 @@ pub struct RoundTrip {
     pub error_px: f64,
 }
 
+/// Where the points are looked for first in the second image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// How far from where they were, pixels along x and y; the way back starts as far the other way.
+    pub shift: (f64, f64),
+    /// Most levels of the pyramids that are used: the fewer, the nearer the points must be.
+    pub levels: usize,
+}
+
+impl Default for Start {
+    /// Where they were, on all levels.
+    fn default() -> Self {
+        Self { shift: (0.0, 0.0), levels: usize::MAX }
+    }
+}
+
 /// Follows points by pyramidal Lucas-Kanade (Bouguet 2001, “Pyramidal implementation of the affine Lucas Kanade feature
 /// tracker”, the translational form); owns its scratch, so nothing is allocated from frame to frame.
 #[derive(Debug, Clone)]
@@ -145,7 +161,7 @@ impl LucasKanade {
     ) -> Result<(), VisionError> {
         require_size("the second pyramid", to.size(), from.size())?;
         tracks.clear();
-        tracks.extend(points.iter().map(|&p| self.follow(from, to, p, p)));
+        tracks.extend(points.iter().map(|&p| self.follow(from, to, p, p, usize::MAX)));
         Ok(())
     }
 
@@ -160,11 +176,27 @@ impl LucasKanade {
         points: &[Point],
         trips: &mut Vec<RoundTrip>,
     ) -> Result<(), VisionError> {
+        self.track_there_and_back_from(from, to, points, Start::default(), trips)
+    }
+
+    /// As [`track_there_and_back`](Self::track_there_and_back), looking first where `start` says.
+    ///
+    /// # Errors
+    /// When the two images are not equally large.
+    pub fn track_there_and_back_from(
+        &mut self,
+        from: &Pyramid,
+        to: &Pyramid,
+        points: &[Point],
+        Start { shift: (dx, dy), levels }: Start,
+        trips: &mut Vec<RoundTrip>,
+    ) -> Result<(), VisionError> {
         require_size("the second pyramid", to.size(), from.size())?;
         trips.clear();
         trips.extend(points.iter().map(|&p| {
-            let there = self.follow(from, to, p, p);
-            let back = there.is_found().then(|| self.follow(to, from, there.point, there.point));
+            let there = self.follow(from, to, p, Point::new(p.x + dx, p.y + dy), levels);
+            let home = Point::new(there.point.x - dx, there.point.y - dy);
+            let back = there.is_found().then(|| self.follow(to, from, there.point, home, levels));
             let error_px = back.filter(Track::is_found).map_or(f64::INFINITY, |b| b.point.distance(p));
             RoundTrip { there, error_px }
         }));
@@ -183,10 +215,10 @@ impl LucasKanade {
         guess: Point,
     ) -> Result<Track, VisionError> {
         require_size("the second pyramid", to.size(), from.size())?;
-        Ok(self.follow(from, to, point, guess))
+        Ok(self.follow(from, to, point, guess, usize::MAX))
     }
 
-    fn follow(&mut self, from: &Pyramid, to: &Pyramid, point: Point, guess: Point) -> Track {
+    fn follow(&mut self, from: &Pyramid, to: &Pyramid, point: Point, guess: Point, levels: usize) -> Track {
         let mut track = Track { point: guess, outcome: Outcome::Outside, residual: 0.0, min_eigenvalue: 0.0 };
         if ![point.x, point.y, guess.x, guess.y].iter().all(|v| v.is_finite()) {
             return track;
@@ -194,7 +226,7 @@ impl LucasKanade {
         // Inside, whole numbers are centres of pixels, so that halving the image halves the numbers.
         let start = (point.x - 0.5, point.y - 0.5);
         let mut at = (guess.x - 0.5, guess.y - 0.5);
-        let top = self.top_level(from).min(self.top_level(to));
+        let top = self.top_level(from).min(self.top_level(to)).min(levels.saturating_sub(1));
         let shrink = 0.5f64.powi(top as i32);
         at = (at.0 * shrink, at.1 * shrink);
         for level in (0..=top).rev() {
@@ -252,7 +284,7 @@ impl LucasKanade {
             let step = matrix.solve_negative(x, y);
             let step = (f64::from(step.0), f64::from(step.1));
             *at = (at.0 + step.0, at.1 + step.1);
-            if step.0.hypot(step.1) <= self.params.epsilon_px {
+            if step.0 * step.0 + step.1 * step.1 <= self.params.epsilon_px * self.params.epsilon_px {
                 break;
             }
             // Two steps that undo each other: the minimum lies between.

@@ -1,4 +1,4 @@
-use super::{LucasKanade, LucasKanadeParams, Pyramid, RoundTrip};
+use super::{LucasKanade, LucasKanadeParams, Pyramid, RoundTrip, Start};
 use crate::error::{VisionError, require_range};
 use crate::patch::{correlation, take_patch};
 use pursuit_geometry::{BBox, Point, Size};
@@ -152,8 +152,22 @@ impl MedianFlow {
         to: &Pyramid,
         bbox: &BBox,
     ) -> Result<Result<BoxMotion, FlowFailure>, VisionError> {
+        self.estimate_from(from, to, bbox, Start::default())
+    }
+
+    /// As [`estimate`](Self::estimate), looking for the points first where `start` says.
+    ///
+    /// # Errors
+    /// When the two frames are not equally large.
+    pub fn estimate_from(
+        &mut self,
+        from: &Pyramid,
+        to: &Pyramid,
+        bbox: &BBox,
+        start: Start,
+    ) -> Result<Result<BoxMotion, FlowFailure>, VisionError> {
         grid(bbox, self.params.grid, &mut self.points);
-        self.flow.track_there_and_back(from, to, &self.points, &mut self.trips)?;
+        self.flow.track_there_and_back_from(from, to, &self.points, start, &mut self.trips)?;
         self.pairings.clear();
         let (Some(first), Some(second)) = (from.level(0), to.level(0)) else {
             return Ok(Err(FlowFailure::FewPoints { kept: 0 }));

@@ -9,7 +9,7 @@ mod median_flow;
 mod pyramid;
 mod template;
 
-pub use lucas_kanade::{Lighting, LucasKanade, LucasKanadeParams, Outcome, RoundTrip, Track};
+pub use lucas_kanade::{Lighting, LucasKanade, LucasKanadeParams, Outcome, RoundTrip, Start, Track};
 pub use median_flow::{BoxMotion, FlowFailure, MedianFlow, MedianFlowParams, Pairing, ScaleRule, box_motion, grid};
 pub use pyramid::Pyramid;
 

@@ -35,7 +35,8 @@ impl GradientMatrix {
     /// Its smaller eigenvalue.
     pub fn least_eigenvalue(self) -> f32 {
         let Self { xx, xy, yy } = self;
-        (xx + yy - (xx - yy).hypot(2.0 * xy)) / 2.0
+        // Of grey codes: no care for overflow is needed.
+        (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt()) / 2.0
     }
 
     /// The solution of `self · d = −(x, y)`.
