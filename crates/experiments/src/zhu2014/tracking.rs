@@ -181,7 +181,7 @@ fn absences(recipes: &[&dyn Recipe], clips: u64) -> Result<Vec<Row>, ExperimentE
     Ok(rows)
 }
 
-/// The table of the trackers; `seeds` are those of the filter, of which a fifteenth are clips of absences and a hundredth those of
+/// The table of the trackers; `seeds` are those of the filter, of which a sixth are clips of absences and a hundredth those of
 /// each scene.
 pub(super) fn run(seeds: u32) -> Result<(Vec<Row>, Vec<Finding>), ExperimentError> {
     let recipes = recipes()?;
@@ -208,7 +208,7 @@ pub(super) fn run(seeds: u32) -> Result<(Vec<Row>, Vec<Finding>), ExperimentErro
     let setting = "kalman-tld over tld";
     rows.push(Row::new(setting, "windows scanned a frame", share).bar(Bar::AtMost(0.15)));
     rows.push(Row::new(setting, "frames a second (varies from run to run)", each[KALMAN].fps / each[TLD].fps));
-    rows.extend(absences(&recipes[..=KALMAN], u64::from(seeds / 15).max(1))?);
+    rows.extend(absences(&recipes[..=KALMAN], u64::from(seeds / 6).max(1))?);
     let findings = vec![Finding::new(
         "claims 3 and 6: the filtered box is steadier, the gate is quicker, and neither costs accuracy",
         each[KALMAN].auc >= each[TLD].auc && share < 1.0,

@@ -74,7 +74,6 @@ pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
         },
     };
     let flow = FlowParams { guided_levels: 1, ..FlowParams::eight_px() };
-    let scan = ScanParams { turn_frames: 12, ..ScanParams::default() };
-    let localizer = TldParams { flow, scan, guide: GuideParams::default(), ..TldParams::default() };
+    let localizer = TldParams { flow, guide: GuideParams::default(), ..TldParams::default() };
     TrackerRecipe { name, localizer, groups }
 }
