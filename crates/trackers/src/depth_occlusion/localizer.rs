@@ -126,7 +126,9 @@ impl DepthLocalizer {
             part.is_some_and(|part| part.target.has_dropped(&self.params, m.strength))
         };
         let near = search.look == Look::Near && !self.hidden;
-        if !(near && self.params.look_back && found.as_ref().is_some_and(dropped)) {
+        // What is being covered answers less wherever it is looked for.
+        let astray = near && self.params.look_back && found.as_ref().is_some_and(dropped);
+        if !astray || self.covered(frame, &search.expected) > self.params.learn_covered {
             return Ok(found);
         }
         let expected = search.expected.centered_at(self.last.center());
