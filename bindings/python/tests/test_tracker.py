@@ -23,7 +23,9 @@ def test_a_target_is_followed(name, square):
     assert estimates[-1].time_s == pytest.approx(39 / 30)
     assert estimates[-1].state == "tracking" and estimates[-1].doubt is None and 0 <= estimates[-1].score <= 1
     assert estimates[-1].covariance.shape == (4, 4)
-    assert estimates[-1].velocity[0] == pytest.approx(60, abs=20)
+    # `kcf` sees this square to a pixel, a quarter of its cell, and the velocity of a single frame follows that.
+    velocities = [e.velocity for e in estimates[20:]]
+    assert np.mean(velocities, axis=0) == pytest.approx((60, 30), abs=10)
 
 
 def test_a_target_that_is_not_there_is_said_to_be_gone(square):
