@@ -3,7 +3,7 @@
 /**
  * @typedef {{ target: number, state?: string, score?: number, box?: number[], predicted?: number[]|null,
  *   measured?: number[]|null, searched?: number[]|null, covariance?: number[]|null, velocity?: number[]|null,
- *   innovation_px?: number|null, error_px?: number|null, update_ms?: number|null, doubt?: string|null, why?: Record<string, number>, backward?: boolean }} TargetRecord
+ *   innovation_px?: number|null, error_px?: number|null, update_ms?: number|null, class?: string|null, doubt?: string|null, why?: Record<string, number>, backward?: boolean }} TargetRecord
  * @typedef {{ frame: number, time_s: number, truth: number[]|null, absent: boolean, records: TargetRecord[] }} Now
  * @typedef {{ phase: string, message: string|null, now: Now|null, first: number|null, head: number|null, targets: number[],
  *   input: { name: string, width: number, height: number, fps: number|null, frame_count: number|null, live: boolean,

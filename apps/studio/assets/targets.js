@@ -70,11 +70,12 @@ function point(box) {
   return box ? `${(box[0] + box[2] / 2).toFixed(1)}, ${(box[1] + box[3] / 2).toFixed(1)}` : "–";
 }
 
-/** Why it is not tracked, and the method's own figures, the first few. @param {TargetRecord} record */
+/** What it is, why it is not tracked, and the method's own figures, the first few. @param {TargetRecord} record */
 function why(record) {
   const figures = Object.entries(record.why ?? {}).slice(0, 5).map(([name, value]) => `${name.replaceAll("_", " ")} ${Number(value.toPrecision(3))}`);
   if (!record.predicted && record.measured) return "put here";
   if (record.state !== "tracking" && !record.measured) figures.unshift("nothing measured");
   if (record.doubt) figures.unshift(record.doubt);
+  if (record.class) figures.unshift(record.class);
   return figures.join(", ");
 }

@@ -109,9 +109,9 @@ impl Clip {
                 Ok(News::Rows(rows, thumbnail)) => {
                     let mut state = self.state();
                     state.thumbnail = thumbnail.or(state.thumbnail.take());
-                    let known = rows
-                        .into_iter()
-                        .filter_map(|row| Some(Estimate::new(row.frame, row.target.0, row.update_ms, row.estimate?)));
+                    let known = rows.into_iter().filter_map(|row| {
+                        Some(Estimate::new(row.frame, row.target.0, row.update_ms, row.estimate?).of_class(row.class))
+                    });
                     return Ok(Some(known.collect()));
                 }
                 Ok(News::Over(end)) => return self.end(*end),

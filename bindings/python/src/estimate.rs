@@ -2,7 +2,7 @@
 
 use crate::values::{Ltwh, ltwh};
 use numpy::{PyArray2, PyArrayMethods};
-use pursuit::tracking::BoxCovariance;
+use pursuit::tracking::{BoxCovariance, Class};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -18,12 +18,19 @@ pub struct Estimate {
     /// Milliseconds that the update took, where it was measured.
     #[pyo3(get)]
     update_ms: Option<f64>,
+    class: Option<Class>,
     inner: pursuit::Estimate,
 }
 
 impl Estimate {
+    /// Of a target that no detector named.
     pub fn new(frame: u64, target: u64, update_ms: Option<f64>, inner: pursuit::Estimate) -> Self {
-        Self { frame, target, update_ms, inner }
+        Self { frame, target, update_ms, class: None, inner }
+    }
+
+    /// The same of a target that is one of `class`.
+    pub fn of_class(self, class: Option<Class>) -> Self {
+        Self { class, ..self }
     }
 }
 
@@ -69,6 +76,12 @@ impl Estimate {
         self.inner.state.as_str()
     }
 
+    /// What the target is, as a detector that tells kinds of things apart has it ("person"), or None.
+    #[getter]
+    fn class_name(&self) -> Option<&str> {
+        self.class.as_ref().map(Class::as_str)
+    }
+
     /// Why it is not tracked: "covered", "changed" (something is there that looks otherwise), "confused" (several things could be it)
     /// or "gone"; None while it is tracked, and where the method cannot tell.
     #[getter]
@@ -110,7 +123,7 @@ impl Estimate {
 
     /// The same of a target of this number.
     fn of_target(&self, target: u64) -> Self {
-        Self { target, inner: self.inner.clone(), ..*self }
+        Self { target, class: self.class.clone(), inner: self.inner.clone(), ..*self }
     }
 
     fn __repr__(&self) -> String {

@@ -156,9 +156,11 @@ impl MultiTracker {
                 Ok((index, tracks))
             })
             .map_err(of_tracking)?;
-        let known =
-            tracks.into_iter().filter_map(|t| Some(Estimate::new(index, t.id.0, Some(t.elapsed.wall_ms), t.estimate?)));
-        Ok(known.collect())
+        let known = |t: Track| {
+            let elapsed = Some(t.elapsed.wall_ms);
+            Some(Estimate::new(index, t.id.0, elapsed, t.estimate?).of_class(t.class))
+        };
+        Ok(tracks.into_iter().filter_map(known).collect())
     }
 
     /// Where a target will be `seconds` after the frame seen last: (left, top, width, height) in pixels.

@@ -315,7 +315,7 @@ struct Knowing(Vec<Option<BBox>>);
 impl Detector for Knowing {
     fn detect(&mut self, frame: &Frame, _: &[Followed]) -> pursuit::tracking::Result<Vec<Detection>> {
         let known = self.0.get(frame.index() as usize).copied().flatten().filter(|_| frame.index() >= 3);
-        Ok(known.map(|bbox| Detection { bbox, confidence: 0.9 }).into_iter().collect())
+        Ok(known.map(|bbox| Detection::new(bbox, 0.9)).into_iter().collect())
     }
 }
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 fn record(target: u64, estimate: Option<Estimate>) -> Record {
-    Record { frame: 4, time_s: 0.16, target: TargetId(target), estimate, update_ms: Some(1.25) }
+    Record { frame: 4, time_s: 0.16, target: TargetId(target), class: None, estimate, update_ms: Some(1.25) }
 }
 
 /// A measured target, a lost one, and one that is still sought.
@@ -25,7 +25,11 @@ fn records() -> Vec<Record> {
     };
     let doubt = Some(Doubt::Gone);
     let lost = Estimate { state: TrackState::Lost, doubt, measurement: None, ..Estimate::started(0.16, at(7.0), 0.0) };
-    vec![record(1, Some(measured)), record(2, Some(lost)), Record { update_ms: None, ..record(3, None) }]
+    vec![
+        record(1, Some(measured)),
+        record(2, Some(lost)),
+        Record { update_ms: None, class: Some("dog".into()), ..record(3, None) },
+    ]
 }
 
 /// What a sink leaves in its file after two frames.
@@ -93,14 +97,14 @@ fn json_lines_have_everything() {
     assert_eq!(
         lines[0],
         serde_json::json!({
-            "frame": 4, "time_s": 0.16, "target": 1, "state": "tracking", "doubt": null, "box": [2.0, 10.0, 8.0, 8.0],
+            "frame": 4, "time_s": 0.16, "target": 1, "class": null, "state": "tracking", "doubt": null, "box": [2.0, 10.0, 8.0, 8.0],
             "score": 0.875, "prediction": [1.5, 10.0, 8.0, 8.0], "measurement": [2.5, 10.0, 8.0, 8.0],
             "covariance": [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 2.0]],
             "next": null, "diagnostics": {"psr": 9.5}, "update_ms": 1.25
         })
     );
     assert_eq!((&lines[1]["state"], &lines[1]["measurement"]), (&"lost".into(), &serde_json::Value::Null));
-    assert_eq!(lines[1]["doubt"], "gone");
+    assert_eq!((&lines[1]["doubt"], &lines[2]["class"]), (&"gone".into(), &"dog".into()));
     assert_eq!(
         (&lines[2]["state"], &lines[2]["box"], &lines[2]["target"]),
         (&"lost".into(), &serde_json::Value::Null, &3.into())

@@ -9,6 +9,7 @@
 //! loop *predict → search → judge → correct or coast → learn* around it. [`motion`], [`policy`] and [`search`] are values
 //! that any tracker is combined with.
 
+mod class;
 mod error;
 mod estimate;
 pub mod many;
@@ -23,6 +24,7 @@ mod single_target;
 mod snapshot;
 mod tracker;
 
+pub use class::Class;
 pub use error::TrackingError;
 pub use estimate::{BoxCovariance, Diagnostics, Doubt, Estimate, Forecast, NextSample, TrackState, Velocity};
 pub use many::{MultiTracker, TargetId, TargetSet, Track};

@@ -7,7 +7,7 @@
 //! | find, learn | a [`Localizer`] | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
-use crate::{BoxCovariance, Diagnostics, Doubt, Result, TrackState};
+use crate::{BoxCovariance, Class, Diagnostics, Doubt, Result, TrackState};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 
@@ -232,6 +232,15 @@ pub struct Detection {
     pub bbox: BBox,
     /// How likely it is, in `[0, 1]`, to be what the detector looks for.
     pub confidence: f64,
+    /// What it is taken for, of detectors that tell kinds of things apart.
+    pub class: Option<Class>,
+}
+
+impl Detection {
+    /// Of a detector that looks for one kind of thing.
+    pub const fn new(bbox: BBox, confidence: f64) -> Self {
+        Self { bbox, confidence, class: None }
+    }
 }
 
 /// What a detector is told of the targets that are being followed.

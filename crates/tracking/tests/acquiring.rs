@@ -246,6 +246,31 @@ fn a_target_lost_for_long_is_detected_again_once_that_is_sure() {
 }
 
 #[test]
+fn what_is_sought_again_is_of_the_same_class() {
+    let named = |bbox: BBox, word: &str| Detection { class: Some(word.into()), ..seen(bbox) };
+    let returning = |word: &'static str| {
+        move |k: u64| match k {
+            0..20 => vec![named(ball(k), "sports ball")],
+            20..90 => vec![],
+            _ => vec![named(at(40.0 + 4.0 * (k - 90) as f64, 20.0), word)],
+        }
+    };
+    let picture = absent_until(90);
+    for (word, found) in [("sports ball", true), ("bird", false)] {
+        let mut target = acquiring(returning(word));
+        let said: Vec<Vec<Track>> = (0..110).map(|k| step(&mut target, &picture(k))).collect();
+        assert_eq!(said[109][0].estimate.as_ref().unwrap().state == TrackState::Tracking, found, "{word}");
+        let named = |t: &[Track]| t[0].class.as_ref().is_some_and(|c| c.as_str() == "sports ball");
+        assert!(said.iter().all(|t| named(t)), "from the first frame to the last");
+    }
+    // A user who points at something else says nothing of its class; the next that the detector sees tells it.
+    let mut target = acquiring(returning("bird"));
+    (0..30).for_each(|k| drop(step(&mut target, &picture(k))));
+    target.reinit(TargetId(1), &picture(29), clutter()).unwrap();
+    assert_eq!(step(&mut target, &picture(30))[0].class, None);
+}
+
+#[test]
 fn hypotheses_of_a_return_are_dropped_when_the_tracker_finds_its_target_itself() {
     let script = |k: u64| if k < 20 { vec![seen(ball(k))] } else { vec![seen(clutter())] };
     let mut target = acquiring(script);

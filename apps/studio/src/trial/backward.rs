@@ -76,8 +76,8 @@ impl Backward {
     /// # Errors
     /// A frame that the tracker cannot use.
     pub fn look(&mut self, frame: &Frame, row: &Arc<Row>, drawn: bool) -> Result<Result<Row, End>, RunError> {
-        let Some(forward) = row.records.iter().find(|r| r.target == self.target).and_then(|r| r.estimate.as_ref())
-        else {
+        let known = row.records.iter().find(|r| r.target == self.target);
+        let Some((known, forward)) = known.and_then(|r| Some((r, r.estimate.as_ref()?))) else {
             return Ok(Err(End::Gone));
         };
         let began = Instant::now();
@@ -99,7 +99,7 @@ impl Backward {
         let velocity = found.velocity.map(|v| pursuit::tracking::Velocity { x: -v.x, y: -v.y });
         let estimate = Some(Estimate { time_s: row.time_s, velocity, ..found });
         let update_ms = Some(1e3 * began.elapsed().as_secs_f64());
-        let record = Record { frame: row.frame, time_s: row.time_s, target: self.target, estimate, update_ms };
+        let record = Record { estimate, update_ms, ..known.clone() };
         let mut row = (**row).clone();
         row.put_backward(record);
         Ok(Ok(row))

@@ -3,6 +3,7 @@
 use super::row::Row;
 use pursuit::geometry::Truth;
 use pursuit::media::SourceInfo;
+use pursuit::tracking::Class;
 use pursuit::{BBox, Record};
 use serde_json::{Map, Value, json};
 
@@ -26,6 +27,7 @@ fn record(record: &Record, backward: bool, truth: &Truth) -> Value {
     let why: Map<String, Value> = e.diagnostics.iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
     json!({
         "target": record.target.0,
+        "class": record.class.as_ref().map(Class::as_str),
         "state": e.state,
         "doubt": e.doubt,
         "score": e.score,

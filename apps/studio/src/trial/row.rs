@@ -22,7 +22,8 @@ impl Row {
     pub fn put(&mut self, target: u64, bbox: BBox, update_ms: f64) {
         let target = pursuit::tracking::TargetId(target);
         let estimate = Some(Estimate::started(self.time_s, bbox, 1.0));
-        self.insert(Record { frame: self.frame, time_s: self.time_s, target, estimate, update_ms: Some(update_ms) });
+        let (frame, time_s, update_ms) = (self.frame, self.time_s, Some(update_ms));
+        self.insert(Record { frame, time_s, target, class: None, estimate, update_ms });
     }
 
     /// Says of a target what was found on the way back from a later frame.

@@ -1,6 +1,6 @@
 use crate::Record;
 use pursuit_geometry::BBox;
-use pursuit_tracking::{BoxCovariance, Doubt, TrackState};
+use pursuit_tracking::{BoxCovariance, Class, Doubt, TrackState};
 use serde::Serialize;
 use serde::ser::{SerializeSeq, Serializer};
 
@@ -20,6 +20,7 @@ pub(super) struct Sample {
     pub target: u64,
     /// None once there is no such target any more.
     pub state: Option<TrackState>,
+    class: Option<Class>,
     doubt: Option<Doubt>,
     bbox: Option<BBox>,
     score: Option<f64>,
@@ -38,6 +39,7 @@ impl Sample {
             unix_time_s,
             target: record.target.0,
             state: Some(estimate.map_or(TrackState::Lost, |e| e.state)),
+            class: record.class.clone(),
             doubt: estimate.and_then(|e| e.doubt),
             bbox: estimate.map(|e| e.bbox),
             score: estimate.map(|e| e.score),
@@ -56,6 +58,7 @@ impl Sample {
             unix_time_s,
             target,
             state: None,
+            class: None,
             doubt: None,
             bbox: None,
             score: None,
@@ -89,6 +92,7 @@ impl Sample {
             unix_time_s: self.unix_time_s,
             target: self.target,
             state: self.state.map_or("gone", TrackState::as_str),
+            class: self.class.as_ref().map(Class::as_str),
             doubt: self.doubt.map(Doubt::as_str),
             previous,
             present: self.is_present(),
@@ -111,6 +115,7 @@ struct Object<'a> {
     unix_time_s: f64,
     target: u64,
     state: &'static str,
+    class: Option<&'a str>,
     doubt: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     previous: Option<Option<&'static str>>,
@@ -177,7 +182,7 @@ mod tests {
     use serde_json::Value;
 
     fn record(estimate: Option<Estimate>) -> Record {
-        Record { frame: 7, time_s: 0.28, target: TargetId(3), estimate, update_ms: Some(1.5) }
+        Record { frame: 7, time_s: 0.28, target: TargetId(3), class: None, estimate, update_ms: Some(1.5) }
     }
 
     fn estimate() -> Estimate {
@@ -189,7 +194,7 @@ mod tests {
     #[test]
     fn names_shared_with_the_json_lines_mean_the_same() {
         for estimate in [None, Some(estimate())] {
-            let record = record(estimate);
+            let record = Record { class: Some("person".into()), ..record(estimate) };
             let line = crate::sinks::jsonl_object(&record);
             let message: Value = serde_json::from_slice(&Sample::of(&record, 1.0e9).json()).unwrap();
             let own = ["schema", "unix_time_s", "present"];

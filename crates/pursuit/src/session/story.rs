@@ -45,7 +45,7 @@ mod tests {
     fn record(frame: u64, target: u64, state: Option<TrackState>) -> Record {
         let bbox = BBox::from_ltwh(1.0, 2.0, 3.0, 4.0);
         let estimate = state.map(|state| Estimate { state, ..Estimate::started(0.0, bbox, 1.0) });
-        Record { frame, time_s: 0.5, target: TargetId(target), estimate, update_ms: None }
+        Record { frame, time_s: 0.5, target: TargetId(target), class: None, estimate, update_ms: None }
     }
 
     #[test]

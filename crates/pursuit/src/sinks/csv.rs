@@ -120,7 +120,7 @@ fn record(row: &csv::StringRecord) -> Option<Record> {
         ..Estimate::started(time_s, own, number(8).unwrap_or_default())
     });
     let (frame, target) = (row.get(0)?.parse().ok()?, TargetId(row.get(2)?.parse().ok()?));
-    Some(Record { frame, time_s, target, estimate, update_ms: number(17) })
+    Some(Record { frame, time_s, target, class: None, estimate, update_ms: number(17) })
 }
 
 fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {

@@ -43,16 +43,16 @@ pub(super) fn draw(
     let detail = Detail { boxes: few, words: few, many: records.len() > 1 };
     for record in records {
         match &record.estimate {
-            Some(estimate) => draw_target(&mut canvas, estimate, record.target, detail, &trails.of(record.target)),
+            Some(estimate) => draw_target(&mut canvas, estimate, record, detail, &trails.of(record.target)),
             None => canvas.label(&BBox::from_ltwh(0.0, 0.0, 1.0, 1.0), "looking for a target", COASTING),
         }
     }
     Ok(canvas.into_image())
 }
 
-fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, detail: Detail, trail: &[Option<Point>]) {
+fn draw_target(canvas: &mut Canvas, estimate: &Estimate, record: &Record, detail: Detail, trail: &[Option<Point>]) {
     let width = 2.0 * canvas.scale();
-    let own = if detail.many { color_of(target) } else { ESTIMATE };
+    let own = if detail.many { color_of(record.target) } else { ESTIMATE };
     canvas.trail(trail, &Stroke::new(own, width).with_opacity(0.6));
     // What is measured while a target is lost are candidates that were not believed.
     let believed = detail.boxes && estimate.state != TrackState::Lost;
@@ -71,11 +71,12 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, target: TargetId, detai
     );
     let words = match (detail.many, detail.words) {
         (false, false) => return,
-        (true, false) => target.to_string(),
+        (true, false) => record.target.to_string(),
         (many, true) => {
-            let name = if many { format!("{target} ") } else { String::new() };
+            let number = if many { format!("{} ", record.target) } else { String::new() };
+            let class = record.class.as_ref().map_or_else(String::new, |class| format!("{class} "));
             let doubt = estimate.doubt.map_or_else(String::new, |doubt| format!(" ({})", doubt.as_str()));
-            format!("{name}{}{doubt} {:.2}", estimate.state, estimate.score)
+            format!("{number}{class}{}{doubt} {:.2}", estimate.state, estimate.score)
         }
     };
     canvas.label(&estimate.bbox, &words, color);
@@ -102,7 +103,14 @@ mod tests {
         let bbox = BBox::from_ltwh(left, 60.0, 40.0, 30.0);
         let far = Some(BBox::from_ltwh(left, 150.0, 40.0, 30.0));
         let estimate = Estimate { state, prediction: far, measurement: far, ..Estimate::started(0.0, bbox, 1.0) };
-        Record { frame: 0, time_s: 0.0, target: TargetId(target), estimate: Some(estimate), update_ms: None }
+        Record {
+            frame: 0,
+            time_s: 0.0,
+            target: TargetId(target),
+            class: None,
+            estimate: Some(estimate),
+            update_ms: None,
+        }
     }
 
     /// The colours that a black picture has after drawing: those of at least 10 pixels.

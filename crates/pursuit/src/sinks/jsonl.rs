@@ -2,7 +2,7 @@ use super::{LineFile, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_tracking::Doubt;
+use pursuit_tracking::{Class, Doubt};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -65,6 +65,7 @@ pub(crate) fn object(record: &Record) -> Value {
         "frame": record.frame,
         "time_s": record.time_s,
         "target": record.target.0,
+        "class": record.class.as_ref().map(Class::as_str),
         "state": estimate.map_or("lost", |e| e.state.as_str()),
         "doubt": estimate.and_then(|e| e.doubt).map(Doubt::as_str),
         "box": estimate.map(|e| ltwh(e.bbox)),

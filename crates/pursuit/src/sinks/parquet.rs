@@ -160,8 +160,14 @@ mod tests {
         // One more than a row group holds.
         for frame_number in 0..=ROWS_A_GROUP as u64 {
             let time_s = frame_number as f64 / 25.0;
-            let record =
-                Record { frame: frame_number, time_s, target: TargetId(3), estimate: None, update_ms: Some(0.5) };
+            let record = Record {
+                frame: frame_number,
+                time_s,
+                target: TargetId(3),
+                class: None,
+                estimate: None,
+                update_ms: Some(0.5),
+            };
             sink.write(&frame, &[record]).unwrap();
         }
         sink.finish().unwrap();

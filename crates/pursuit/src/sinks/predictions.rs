@@ -103,8 +103,13 @@ mod tests {
                 motion.correct(&Sight::of(seen, None)).unwrap();
                 estimate.next = motion.next_sample();
             }
-            let track =
-                Track { id: TargetId(1), estimate: Some(estimate), started: k == 0, elapsed: Elapsed::default() };
+            let track = Track {
+                id: TargetId(1),
+                estimate: Some(estimate),
+                started: k == 0,
+                elapsed: Elapsed::default(),
+                class: None,
+            };
             sink.write(&Arc::new(frame.clone()), &[Record::new(&frame, track)]).unwrap();
         }
         sink.finish().unwrap();

@@ -135,7 +135,13 @@ impl MultiTracker for Still {
                 estimate.state = TrackState::Lost;
             }
             let estimate = Some(estimate).filter(|_| id.0 != 3);
-            tracks.push(Track { id: *id, estimate, started: false, elapsed: Elapsed { wall_ms: 2.0, thread_ms: 1.0 } });
+            tracks.push(Track {
+                id: *id,
+                estimate,
+                started: false,
+                elapsed: Elapsed { wall_ms: 2.0, thread_ms: 1.0 },
+                class: None,
+            });
         }
         Ok(())
     }

@@ -110,7 +110,7 @@ impl BallDetector {
                         * uniqueness(&self.blobs, candidate, self.params.chance)
                         * if inside { 1.0 } else { self.params.cut_worth };
                     if likeness >= self.params.min_likeness_again.min(self.params.min_likeness) {
-                        found.push(Detection { bbox: candidate.bbox, confidence: likeness });
+                        found.push(Detection::new(candidate.bbox, likeness));
                     }
                     convinced |= likeness >= self.params.convincing;
                 }

@@ -3,6 +3,7 @@ use super::{
     AcquisitionParams, Clock, Elapsed, LastFrame, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock,
     usable_detections,
 };
+use crate::class::Classes;
 use crate::parameters::Parameters;
 use crate::{Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
 use pursuit_geometry::BBox;
@@ -31,6 +32,8 @@ pub struct Acquiring {
     sought: Option<TargetId>,
     /// What the target may be, the leader first.
     hypotheses: Vec<Hypothesis>,
+    /// What the confirmed target was taken for.
+    classes: Classes,
     /// How long the confirmed target has been lost, in seconds.
     lost_s: f64,
     /// How long the detector's box has been another than the target's, in seconds.
@@ -61,8 +64,19 @@ impl Acquiring {
         params.validate(NAME)?;
         let mut targets = TargetSet::timed_by(clock.clone());
         let sought = Some(targets.reserve());
-        let hypotheses = Vec::new();
-        Ok(Self { params, detector, recipe, targets, sought, hypotheses, lost_s: 0.0, apart_s: 0.0, last: None, clock })
+        Ok(Self {
+            params,
+            detector,
+            recipe,
+            targets,
+            sought,
+            hypotheses: Vec::new(),
+            classes: Classes::default(),
+            lost_s: 0.0,
+            apart_s: 0.0,
+            last: None,
+            clock,
+        })
     }
 
     /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first.
@@ -86,13 +100,13 @@ impl Acquiring {
         let parameters = saved.recipe.1.parse().map_err(|e: toml::de::Error| problem(e.to_string()))?;
         let recipe = recipe_of(&saved.recipe.0)?.with(&parameters)?;
         let mut hypotheses = Vec::new();
-        for (evidence, bbox, tracker) in saved.hypotheses {
+        for (evidence, classes, bbox, tracker) in saved.hypotheses {
             let tracker = recipe_of(snapshot::owner(&tracker)?)?.restore(&tracker)?;
-            hypotheses.push(Hypothesis { tracker, evidence, bbox, answer: None });
+            hypotheses.push(Hypothesis { tracker, evidence, classes, bbox, answer: None });
         }
         let mut restored = Self::new(detector, recipe, saved.params)?;
         restored.targets = TargetSet::restore(&saved.targets, recipe_of)?;
-        (restored.sought, restored.hypotheses) = (saved.sought, hypotheses);
+        (restored.sought, restored.hypotheses, restored.classes) = (saved.sought, hypotheses, saved.classes);
         (restored.lost_s, restored.apart_s, restored.last) = (saved.lost_s, saved.apart_s, saved.last);
         Ok(restored)
     }
@@ -113,7 +127,8 @@ impl Acquiring {
         }
         let believed = self.hypotheses.iter().map(|h| Followed { bbox: h.bbox, measured: true });
         let followed: Vec<Followed> = believed.chain(tracked.iter().copied()).collect();
-        let detections = usable_detections(&mut *self.detector, frame, &followed)?;
+        let mut detections = usable_detections(&mut *self.detector, frame, &followed)?;
+        detections.retain(|d| !self.classes.is_other(d.class.as_ref()));
         let claimed = self.claim(&detections);
         self.start_further(frame, &detections, &claimed)?;
         self.rank();
@@ -129,7 +144,7 @@ impl Acquiring {
             let free = (0..detections.len()).filter(|i| !claimed[*i] && overlap(*i) >= self.params.overlap);
             // Of equals the detector's better one, which comes first.
             let best = free.reduce(|a, b| if overlap(b) > overlap(a) { b } else { a });
-            hypothesis.evidence.look(best.and_then(|i| detections.get(i)), &self.params);
+            hypothesis.look(best.and_then(|i| detections.get(i)), &self.params);
             if let Some(i) = best {
                 claimed[i] = true;
             }
@@ -228,18 +243,20 @@ impl Acquiring {
         };
         weighed?;
         let sure = self.is_sure(again);
-        let answer = self.hypotheses.first_mut().and_then(|h| h.answer.take());
+        let leader = self.hypotheses.first_mut();
+        let (class, answer) = leader.map_or((None, None), |h| (h.classes.most_likely().cloned(), h.answer.take()));
         if sure {
             let leader = self.hypotheses.swap_remove(0);
             self.targets.put(id, leader.tracker);
+            self.classes = leader.classes;
             self.hypotheses.clear();
             self.lost_s = 0.0;
         } else if again {
             return Ok(None);
         }
         Ok(Some(match answer {
-            Some(a) => Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed },
-            None => Track { id, estimate: None, started: false, elapsed },
+            Some(a) => Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed, class },
+            None => Track { id, estimate: None, started: false, elapsed, class },
         }))
     }
 }
@@ -264,6 +281,9 @@ impl MultiTracker for Acquiring {
         self.targets.step(frame, tracks)?;
         let Some(id) = self.sought else { return Ok(()) };
         let at = tracks.iter().position(|t| t.id == id);
+        if let Some(at) = at {
+            tracks[at].class = self.classes.most_likely().cloned();
+        }
         let lost = at.and_then(|at| tracks[at].estimate.as_ref()).is_some_and(|e| e.state == TrackState::Lost);
         self.lost_s = if lost { self.lost_s + dt_s } else { 0.0 };
         if at.is_some() && self.lost_s <= self.params.seek_again_after_s {
@@ -297,8 +317,13 @@ impl MultiTracker for Acquiring {
     }
 
     fn reinit(&mut self, id: TargetId, frame: &Frame, bbox: BBox) -> Result<()> {
-        if self.sought != Some(id) || self.targets.contains(id) {
+        if self.sought != Some(id) {
             return self.targets.reinit(id, frame, bbox);
+        }
+        if self.targets.contains(id) {
+            self.targets.reinit(id, frame, bbox)?;
+            self.classes = Classes::default();
+            return Ok(());
         }
         self.targets.put(id, self.recipe.init(frame, bbox)?);
         self.hypotheses.clear();
@@ -341,14 +366,15 @@ impl MultiTracker for Acquiring {
     }
 
     fn save(&self) -> Result<Vec<u8>> {
-        let hypotheses =
-            self.hypotheses.iter().map(|h| Ok((h.evidence, h.bbox, h.tracker.save()?))).collect::<Result<_>>()?;
+        let saved = |h: &Hypothesis| Ok((h.evidence, h.classes.clone(), h.bbox, h.tracker.save()?));
+        let hypotheses = self.hypotheses.iter().map(saved).collect::<Result<_>>()?;
         let raw = Raw {
             params: self.params.clone(),
             recipe: (self.recipe.name().to_owned(), self.recipe.parameters()?.to_string()),
             targets: self.targets.save()?,
             sought: self.sought,
             hypotheses,
+            classes: self.classes.clone(),
             lost_s: self.lost_s,
             apart_s: self.apart_s,
             last: self.last,
@@ -366,7 +392,8 @@ struct Raw {
     /// The set's own bytes.
     targets: Vec<u8>,
     sought: Option<TargetId>,
-    hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
+    hypotheses: Vec<(Evidence, Classes, BBox, Vec<u8>)>,
+    classes: Classes,
     lost_s: f64,
     apart_s: f64,
     last: Option<LastFrame>,
@@ -380,7 +407,8 @@ struct Saved {
     recipe: (String, String),
     targets: Vec<u8>,
     sought: Option<TargetId>,
-    hypotheses: Vec<(Evidence, BBox, Vec<u8>)>,
+    hypotheses: Vec<(Evidence, Classes, BBox, Vec<u8>)>,
+    classes: Classes,
     lost_s: f64,
     apart_s: f64,
     last: Option<LastFrame>,
@@ -390,15 +418,15 @@ impl TryFrom<Raw> for Saved {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, recipe, targets, sought, hypotheses, lost_s, apart_s, last } = raw;
+        let Raw { params, recipe, targets, sought, hypotheses, classes, lost_s, apart_s, last } = raw;
         let sound = |e: &Evidence| e.nats.is_finite() && e.start.is_finite() && e.age_s.is_finite();
-        let finite = lost_s.is_finite() && apart_s.is_finite();
-        if !hypotheses.iter().all(|(e, b, _)| sound(e) && b.is_finite())
+        let finite = lost_s.is_finite() && apart_s.is_finite() && classes.is_sound();
+        if !hypotheses.iter().all(|(e, c, b, _)| sound(e) && c.is_sound() && b.is_finite())
             || !finite
             || last.is_some_and(|l| !l.time_s.is_finite())
         {
             return Err("a time, a box or evidence is not a finite number");
         }
-        Ok(Self { params, recipe, targets, sought, hypotheses, lost_s, apart_s, last })
+        Ok(Self { params, recipe, targets, sought, hypotheses, classes, lost_s, apart_s, last })
     }
 }

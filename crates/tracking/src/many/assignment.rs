@@ -40,8 +40,10 @@ impl Expectation {
     }
 
     /// Minus twice the log-likelihood of the box, but for a constant, and what the overlap adds; `None` outside the gate.
-    pub fn cost(&self, bbox: &BBox, params: &AssociationParams) -> Option<f64> {
-        let distance2 = self.distance2(bbox);
+    /// `other_class`: the detection is of another class than the target, which counts as distance does.
+    pub fn cost(&self, bbox: &BBox, other_class: bool, params: &AssociationParams) -> Option<f64> {
+        let mistaken = if other_class { -2.0 * params.other_class.ln() } else { 0.0 };
+        let distance2 = self.distance2(bbox) + mistaken;
         let near = self.bbox.center().distance(bbox.center()) <= self.reach_px;
         let overlap = params.iou_weight * (1.0 - self.bbox.iou(bbox));
         // Written so that NaN is outside.
@@ -163,24 +165,30 @@ mod tests {
             (at(4.0, 0.0, 8.0, 0.0), 8.0),
         ] {
             assert!((expectation.distance2(&bbox) - want).abs() < 1e-9);
-            let cost = expectation.cost(&bbox, &params()).unwrap();
+            let cost = expectation.cost(&bbox, false, &params()).unwrap();
             assert!((cost - want - (4.0f64 * 9.0 * 16.0 * 25.0).ln()).abs() < 1e-9, "{cost}");
         }
-        assert_eq!(expectation.cost(&at(4.0, 0.0, 8.0, 5.1), &params()), None, "9.04 is beyond the gate");
+        assert_eq!(expectation.cost(&at(4.0, 0.0, 8.0, 5.1), false, &params()), None, "9.04 is beyond the gate");
+        let mistaken = AssociationParams { other_class: (-1.0f64).exp(), ..params() };
+        let far = at(4.0, 0.0, 4.0, 5.0);
+        let (plain, other) = (expectation.cost(&far, false, &mistaken), expectation.cost(&far, true, &mistaken));
+        assert!((other.unwrap() - plain.unwrap() - 2.0).abs() < 1e-9, "a class that one in e detections has wrong");
+        assert_eq!(expectation.cost(&at(4.0, 0.0, 8.0, 0.0), true, &mistaken), None, "8 and 2 are beyond the gate");
         let with_overlap = AssociationParams { iou_weight: 3.0, ..params() };
-        let (bbox, plain) = (at(2.0, 0.0, 0.0, 0.0), expectation.cost(&at(2.0, 0.0, 0.0, 0.0), &params()).unwrap());
+        let (bbox, plain) =
+            (at(2.0, 0.0, 0.0, 0.0), expectation.cost(&at(2.0, 0.0, 0.0, 0.0), false, &params()).unwrap());
         let iou = 18.0 / 22.0;
-        assert!((expectation.cost(&bbox, &with_overlap).unwrap() - plain - 3.0 * (1.0 - iou)).abs() < 1e-9);
+        assert!((expectation.cost(&bbox, false, &with_overlap).unwrap() - plain - 3.0 * (1.0 - iou)).abs() < 1e-9);
     }
 
     #[test]
     fn nothing_is_found_out_of_reach_or_by_a_covariance_that_is_none() {
         let wide = Expectation::new(&prior(Some(BoxCovariance::identity() * 1e6)), &params());
         let moved = |dx: f64| prior(None).bbox.translated(dx, 0.0);
-        assert!(wide.cost(&moved(40.0), &params()).is_some());
-        assert_eq!(wide.cost(&moved(40.5), &params()), None, "reach is two sizes of 20 px");
+        assert!(wide.cost(&moved(40.0), false, &params()).is_some());
+        assert_eq!(wide.cost(&moved(40.5), false, &params()), None, "reach is two sizes of 20 px");
         let broken = Expectation::new(&prior(Some(BoxCovariance::identity() * -1.0)), &params());
-        assert_eq!((broken.distance2(&moved(0.0)), broken.cost(&moved(0.0), &params())), (f64::INFINITY, None));
+        assert_eq!((broken.distance2(&moved(0.0)), broken.cost(&moved(0.0), false, &params())), (f64::INFINITY, None));
     }
 
     #[test]

@@ -129,7 +129,7 @@ impl Associating {
         }
         self.costs.clear();
         for target in &self.targets {
-            self.costs.extend(detections.iter().map(|d| target.cost(&d.bbox, &self.params)));
+            self.costs.extend(detections.iter().map(|d| target.cost(d, &self.params)));
         }
         assign(&mut self.solver, &self.costs, detections.len()).map_err(|e| failed(frame.index(), e))
     }
@@ -168,6 +168,7 @@ impl Associating {
                 let mut target = Target::new(detection.bbox, false, params).map_err(|e| failed(frame.index(), e))?;
                 let estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
                 target.answer = Some((estimate, Elapsed::default()));
+                target.count_class(detection);
                 self.targets.push(target);
             }
         }
@@ -190,7 +191,8 @@ impl Associating {
             let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
             estimate.diagnostics.extend(&figures);
             let started = id.0 > known;
-            tracks.push(Track { id, estimate: Some(estimate), started, elapsed });
+            let class = target.belief.classes.most_likely().cloned();
+            tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class });
         }
         // Targets stand in order of their births; ids go by the order in which they were confirmed.
         tracks.sort_by_key(|t| t.id);

@@ -1,6 +1,7 @@
 //! What may be the target: a tracker started on a detection, and the evidence for it.
 
 use super::{AcquisitionParams, Elapsed};
+use crate::class::Classes;
 use crate::{Detection, Estimate, Recipe, Result, TrackState, Tracker};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -67,6 +68,8 @@ fn refuted_at(params: &AcquisitionParams) -> f64 {
 pub(super) struct Hypothesis {
     pub tracker: Box<dyn Tracker>,
     pub evidence: Evidence,
+    /// What its detections were taken for.
+    pub classes: Classes,
     /// Where it was followed to last.
     pub bbox: BBox,
     /// What is said of it in this frame, whether it was started in it, and what that took.
@@ -91,7 +94,10 @@ impl Hypothesis {
         let tracker = recipe.init(frame, detection.bbox)?;
         let estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
         let answer = Some(Answer { estimate, started: true, elapsed: Elapsed::default() });
-        Ok(Self { tracker, evidence: Evidence::first(detection, params), bbox: detection.bbox, answer })
+        let evidence = Evidence::first(detection, params);
+        let mut started = Self { tracker, evidence, classes: Classes::default(), bbox: detection.bbox, answer };
+        started.count_class(detection);
+        Ok(started)
     }
 
     /// Looks at the next frame.
@@ -101,6 +107,18 @@ impl Hypothesis {
         self.bbox = estimate.bbox;
         self.answer = Some(Answer { estimate, started: false, elapsed: Elapsed::default() });
         Ok(())
+    }
+
+    /// Whether it was detected again in this frame.
+    pub fn look(&mut self, detection: Option<&Detection>, params: &AcquisitionParams) {
+        self.evidence.look(detection, params);
+        detection.into_iter().for_each(|d| self.count_class(d));
+    }
+
+    fn count_class(&mut self, detection: &Detection) {
+        if let Some(class) = &detection.class {
+            self.classes.count(class, detection.confidence);
+        }
     }
 
     /// Whether its own tracker has given it up.
@@ -126,7 +144,7 @@ mod tests {
     }
 
     fn seen(confidence: f64) -> Detection {
-        Detection { bbox: BBox::from_ltwh(10.0, 10.0, 4.0, 9.0), confidence }
+        Detection::new(BBox::from_ltwh(10.0, 10.0, 4.0, 9.0), confidence)
     }
 
     #[test]

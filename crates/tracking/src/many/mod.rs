@@ -20,7 +20,7 @@ pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use params::{AcquisitionParams, AssociationParams};
 pub use target_set::TargetSet;
 
-use crate::{Detector, Estimate, Forecast, Recipe, Result, TrackingError};
+use crate::{Class, Detector, Estimate, Forecast, Recipe, Result, TrackingError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
@@ -46,6 +46,8 @@ pub struct Track {
     pub started: bool,
     /// How long this target's own work took.
     pub elapsed: Elapsed,
+    /// What it is, where a detector that tells kinds of things apart has said so.
+    pub class: Option<Class>,
 }
 
 /// Follows any number of targets, frame by frame.

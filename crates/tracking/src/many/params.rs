@@ -17,6 +17,9 @@ crate::parameters! {
         /// Weight of one minus the overlap (IoU) with the prediction, beside the squared Mahalanobis distance; 0: the
         /// distance alone.
         pub iou_weight: f64 = 0.0, in 0.0.., source "ours";
+        /// How often a detector that tells classes apart takes a thing for one of another class: a detection of a class other
+        /// than the target's is farther by minus twice the logarithm of it.
+        pub other_class: f64 = 0.05, in above(0.0).at_most(1.0), source "ours";
         /// A detection that overlaps a target by more (IoU) is that target seen twice, and starts no other.
         pub crowding: f64 = 0.5, in 0.0..=1.0, source "ours";
         /// M of M-of-N: a candidate is a target once it was detected in this many of the last `confirm_looks` frames.

@@ -2,6 +2,7 @@
 
 use super::assignment::Expectation;
 use super::{AssociationParams, Elapsed, TargetId};
+use crate::class::Classes;
 use crate::motion::{Motion, MotionFilter, Sight};
 use crate::policy::{Evidence, Policy};
 use crate::roles::{Measurement, Prior};
@@ -19,6 +20,8 @@ pub(super) struct Belief {
     pub motion: Motion,
     policy: Policy,
     pub state: TrackState,
+    /// What its detections were taken for.
+    pub classes: Classes,
     last_believed: BBox,
     /// Whether it was detected, a bit a frame, the last frame in the lowest.
     history: u64,
@@ -36,7 +39,7 @@ impl Belief {
     /// Whether it can be a belief: what is restored is checked.
     pub fn is_sound(&self) -> bool {
         let time = |s: f64| s.is_finite() && s >= 0.0;
-        time(self.unseen_s) && time(self.undetected_s) && self.last_believed.is_finite()
+        time(self.unseen_s) && time(self.undetected_s) && self.last_believed.is_finite() && self.classes.is_sound()
     }
 }
 
@@ -60,6 +63,7 @@ impl Target {
             motion: Motion::new(params.motion.clone(), bbox)?,
             policy: Policy::new(params.policy.clone()),
             state: TrackState::Tracking,
+            classes: Classes::default(),
             last_believed: bbox,
             history: 1,
             looks: 1,
@@ -94,14 +98,23 @@ impl Target {
     }
 
     /// Phase 2: what it costs to take a detection for this target; `None` outside the gate.
-    pub fn cost(&self, bbox: &BBox, params: &AssociationParams) -> Option<f64> {
-        self.expectation.as_ref()?.cost(bbox, params)
+    pub fn cost(&self, detection: &Detection, params: &AssociationParams) -> Option<f64> {
+        let other_class = self.belief.classes.is_other(detection.class.as_ref());
+        self.expectation.as_ref()?.cost(&detection.bbox, other_class, params)
+    }
+
+    /// Counts what a detection was taken for.
+    pub fn count_class(&mut self, detection: &Detection) {
+        if let Some(class) = &detection.class {
+            self.belief.classes.count(class, detection.confidence);
+        }
     }
 
     /// Phase 3: takes its detection, or what appearance says where there is none.
     pub fn update(&mut self, frame: &Frame, detection: Option<&Detection>, params: &AssociationParams) -> Result<()> {
         let Some(prior) = self.prior.take() else { return Ok(()) };
         self.count(detection.is_some(), prior.dt_s);
+        detection.into_iter().for_each(|d| self.count_class(d));
         let answer = self.appearance.as_mut().map(|a| a.update(frame)).transpose()?;
         let mut found = match detection {
             Some(d) => Some(Measurement::new(d.bbox, d.confidence)),
@@ -132,7 +145,8 @@ impl Target {
     /// What appearance says, where it may be believed: it sees the target, near its prediction, not for too long.
     fn plausible(&self, answer: &Estimate, params: &AssociationParams) -> Option<Measurement> {
         let trusted = self.belief.given || self.belief.undetected_s <= params.appearance_s;
-        let near = self.belief.given || self.cost(&answer.bbox, params).is_some();
+        let gated = |e: &Expectation| e.cost(&answer.bbox, false, params).is_some();
+        let near = self.belief.given || self.expectation.as_ref().is_some_and(gated);
         let believed = answer.state == TrackState::Tracking && trusted && near;
         believed.then(|| Measurement::new(answer.bbox, answer.score))
     }
@@ -207,6 +221,7 @@ impl Target {
         belief.policy.restart();
         belief.state = TrackState::Tracking;
         belief.last_believed = bbox;
+        belief.classes = Classes::default();
         (belief.unseen_s, belief.undetected_s) = (0.0, 0.0);
         Ok(())
     }

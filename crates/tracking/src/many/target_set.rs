@@ -161,7 +161,7 @@ impl MultiTracker for TargetSet {
         }
         for target in &mut self.targets {
             let Some((estimate, elapsed)) = target.answer.take() else { continue };
-            tracks.push(Track { id: target.id, estimate: Some(estimate?), started: false, elapsed });
+            tracks.push(Track { id: target.id, estimate: Some(estimate?), started: false, elapsed, class: None });
         }
         Ok(())
     }

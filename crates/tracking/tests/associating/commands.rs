@@ -114,8 +114,8 @@ fn what_no_box_can_be_is_passed_over() {
             BBox::from_ltwh(0.0, 0.0, f64::INFINITY, 5.0),
         ];
         let mut found: Vec<Detection> = bad.map(seen).into();
-        found.push(Detection { bbox: at(50.0, 50.0), confidence: f64::NAN });
-        found.push(Detection { bbox: at(50.0, 50.0), confidence: 1.5 });
+        found.push(Detection::new(at(50.0, 50.0), f64::NAN));
+        found.push(Detection::new(at(50.0, 50.0), 1.5));
         found
     };
     let mut many = many(odd, params());

@@ -36,8 +36,8 @@ fn a_candidate_is_confirmed_by_m_of_n_and_forgotten_otherwise() {
 
 #[test]
 fn weak_detections_continue_targets_and_start_none() {
-    let weak = |k: u64| Detection { bbox: at(100.0, 100.0), confidence: if k < 3 { 0.6 } else { 0.3 } };
-    let mut many_ = many(move |k| vec![weak(k), Detection { bbox: at(200.0, 50.0), confidence: 0.4 }], params());
+    let weak = |k: u64| Detection::new(at(100.0, 100.0), if k < 3 { 0.6 } else { 0.3 });
+    let mut many_ = many(move |k| vec![weak(k), Detection::new(at(200.0, 50.0), 0.4)], params());
     for k in 0..3 {
         step(&mut many_, k);
     }
@@ -189,4 +189,40 @@ fn appearance_that_strays_is_put_back_on_the_detection() {
     let e = tracks[0].estimate.as_ref().unwrap();
     assert_eq!(e.state, TrackState::Tracking);
     assert!(e.bbox.iou(&at(60.0, 100.0)) > 0.8, "the tracker follows the new shade: {e:?}");
+}
+
+#[test]
+fn a_target_is_what_its_detections_are_taken_for_most() {
+    // A dog that the detector takes for a cat in every third frame.
+    let word = |k: u64| if k.is_multiple_of(3) { "cat" } else { "dog" };
+    let mut many_ = many(move |k| vec![named(at(100.0, 100.0), word(k))], params());
+    let last = (0..12).map(|k| step(&mut many_, k)).last().unwrap();
+    assert_eq!((states(&last), class(&last, 1)), (vec![(1, TrackState::Tracking)], Some("dog")));
+    let saved = many_.save().unwrap();
+    let mut again = Associating::restore(&saved, scripted(|_| vec![]), &recipe_of).unwrap();
+    assert_eq!(class(&step(&mut again, 12), 1), Some("dog"), "also where nothing is seen");
+    // Detectors without words name nothing.
+    let mut many_ = many(|_| vec![seen(at(100.0, 100.0))], params());
+    let last = (0..5).map(|k| step(&mut many_, k)).last().unwrap();
+    assert_eq!(class(&last, 1), None);
+}
+
+#[test]
+fn of_two_that_meet_and_turn_back_each_keeps_to_its_class() {
+    let script = |names: bool| {
+        move |k: u64| {
+            let away = 1.5 * (k as f64 - 15.0).abs();
+            let (dog, person) = (at(99.0 - away, 100.0), at(101.0 + away, 100.0));
+            if names { vec![named(dog, "dog"), named(person, "person")] } else { vec![seen(dog), seen(person)] }
+        }
+    };
+    let farthest = |names: bool| {
+        let mut many_ = many(script(names), params());
+        let tracks: Vec<Vec<Track>> = (0..31).map(|k| step(&mut many_, k)).collect();
+        let x = |k: usize| estimate(&tracks[k], 1).bbox.center().x;
+        (x(5) - x(25)).abs()
+    };
+    let (by_words, by_motion) = (farthest(true), farthest(false));
+    assert!(by_words < 3.0, "{by_words}");
+    assert!(by_motion > 20.0, "nothing but the words tells them apart: {by_motion}");
 }

@@ -11,7 +11,7 @@ mod street;
 use common::{at, empty, frame, frame_at, recipe, recipe_of, scripted, seen};
 use pursuit_geometry::BBox;
 use pursuit_tracking::many::{Associating, AssociationParams};
-use pursuit_tracking::{Detection, Estimate, MultiTracker, TargetId, Track, TrackState, TrackingError};
+use pursuit_tracking::{Class, Detection, Estimate, MultiTracker, TargetId, Track, TrackState, TrackingError};
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
@@ -33,6 +33,15 @@ fn step(many: &mut Associating, k: u64) -> Vec<Track> {
     let mut tracks = Vec::new();
     many.step(&empty(k), &mut tracks).unwrap();
     tracks
+}
+
+/// As `seen`, of a detector that has a word for it.
+fn named(bbox: BBox, word: &str) -> Detection {
+    Detection { class: Some(word.into()), ..seen(bbox) }
+}
+
+fn class(tracks: &[Track], id: u64) -> Option<&str> {
+    tracks.iter().find(|t| t.id.0 == id)?.class.as_ref().map(Class::as_str)
 }
 
 fn states(tracks: &[Track]) -> Vec<(u64, TrackState)> {

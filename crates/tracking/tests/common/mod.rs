@@ -122,5 +122,5 @@ pub fn scripted(script: impl Fn(u64) -> Vec<Detection> + Send + Sync + 'static) 
 }
 
 pub fn seen(bbox: BBox) -> Detection {
-    Detection { bbox, confidence: 0.8 }
+    Detection::new(bbox, 0.8)
 }

@@ -11,7 +11,8 @@ def corners(estimates):
 
 
 def to_detections(estimates, *, lost=False):
-    """A supervision.Detections of the estimates of one frame: confidence is the score, tracker_id the target's number.
+    """A supervision.Detections of the estimates of one frame: confidence is the score, tracker_id the target's number,
+    data["class_name"] what a detector named, or nothing.
 
     lost: whether targets that are lost come too; their boxes are those believed last.
     """
@@ -23,7 +24,10 @@ def to_detections(estimates, *, lost=False):
         confidence=np.array([e.score for e in shown], dtype=np.float32),
         class_id=np.zeros(len(shown), dtype=int),
         tracker_id=np.array([e.target for e in shown], dtype=int),
-        data={"state": np.array([e.state for e in shown], dtype=str)},
+        data={
+            "state": np.array([e.state for e in shown], dtype=str),
+            "class_name": np.array([e.class_name or "" for e in shown], dtype=str),
+        },
     )
 
 

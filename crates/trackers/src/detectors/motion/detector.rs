@@ -89,5 +89,5 @@ fn detection(found: &Found, least_area_px: f64, followed: &[Followed], params: &
     let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= params.start.known);
     let part = followed.iter().any(|f| bbox.fraction_inside(&f.bbox) > params.start.part);
     let moves = known || (found.stirred >= params.stirred && !part);
-    Detection { bbox, confidence: if moves { size } else { params.start.still * size } }
+    Detection::new(bbox, if moves { size } else { params.start.still * size })
 }

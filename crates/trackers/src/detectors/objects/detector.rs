@@ -1,8 +1,8 @@
 use super::ObjectsParams;
 use crate::runtime::unusable;
 use pursuit_imaging::Frame;
-use pursuit_inference::detection::{Limits, ObjectDetector};
-use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
+use pursuit_inference::detection::{Limits, Object, ObjectDetector};
+use pursuit_tracking::{Class, Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
 
 /// The name in the registry.
 const NAME: &str = "objects";
@@ -25,7 +25,8 @@ impl DetectorRecipe for ObjectsParams {
             return Err(wrong("classes", format!("the network knows no `{name}`; it knows: {known}")));
         }
         let limits = Limits { score: self.score, overlap: self.overlap, candidates: self.candidates, most: self.most };
-        Ok(Box::new(Objects { network, limits }))
+        let classes = network.config().classes.iter().map(|c| Class::from(c.as_str())).collect();
+        Ok(Box::new(Objects { network, limits, classes }))
     }
 }
 
@@ -33,6 +34,8 @@ impl DetectorRecipe for ObjectsParams {
 struct Objects {
     network: ObjectDetector,
     limits: Limits,
+    /// Those that the network knows, in its order.
+    classes: Vec<Class>,
 }
 
 impl Detector for Objects {
@@ -42,6 +45,8 @@ impl Detector for Objects {
             index: frame.index(),
             source: Box::new(e),
         })?;
-        Ok(found.iter().map(|o| Detection { bbox: o.bbox, confidence: o.score }).collect())
+        let detection =
+            |o: &Object| Detection { bbox: o.bbox, confidence: o.score, class: self.classes.get(o.class).cloned() };
+        Ok(found.iter().map(detection).collect())
     }
 }
