@@ -57,6 +57,7 @@ fn missing_and_misspelt_inputs() {
 #[test]
 fn empty_and_foreign_files() {
     assert_refused("empty.mp4", b"", &["empty"]);
+    assert_refused("clip.csv", b"index,x,y,w,h\n0,1,2,3,4\n", &["it is text", "name the video"]);
     assert_refused("notes.mp4", b"hello, this is no video", &["no ffmpeg was found", "install ffmpeg"]);
     assert_refused("clip.webm", &std::fs::read(fixture("vp9.webm")).unwrap(), &["V_VP9", "Matroska", "install ffmpeg"]);
 }

@@ -109,6 +109,10 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         #[cfg(feature = "h264")]
         Kind::Mp4 => super::mp4::Mp4Source::new(Box::new(file), name)
             .map(|s| boxed(super::fallback::Mp4WithFallback::new(s, path, options))),
+        _ if is_notes(path, &head) => {
+            let reason = "it is text, no footage; name the video or the folder of images that it belongs to";
+            return Err(MediaError::unreadable(name, reason));
+        }
         _ => Err(Fault::unsupported(describe(&head))),
     };
     let source = match source {
@@ -120,6 +124,15 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Some(truth) => Box::new(Annotated::new(source, truth)),
         None => source,
     })
+}
+
+/// Whether a file is what stands beside footage: a truth, a trajectory, a configuration.
+fn is_notes(path: &Path, head: &[u8]) -> bool {
+    let named = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .is_some_and(|e| ["csv", "json", "jsonl", "toml", "txt"].iter().any(|known| e.eq_ignore_ascii_case(known)));
+    named && head.iter().all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace())
 }
 
 /// One photograph, or Motion JPEG without a container.
