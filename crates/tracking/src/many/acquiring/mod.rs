@@ -1,4 +1,6 @@
-use super::hypothesis::{Evidence, Hypothesis};
+mod saved;
+
+use super::hypothesis::Hypothesis;
 use super::{
     AcquisitionParams, Clock, Elapsed, LastFrame, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock,
     usable_detections,
@@ -9,7 +11,7 @@ use crate::{Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, T
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use saved::{Raw, Saved};
 use std::sync::Arc;
 
 /// The name that errors and saved states bear.
@@ -380,53 +382,5 @@ impl MultiTracker for Acquiring {
             last: self.last,
         };
         snapshot::write(NAME, &raw)
-    }
-}
-
-/// The state written down: each hypothesis with its tracker's own bytes.
-#[derive(Serialize, Deserialize)]
-struct Raw {
-    params: AcquisitionParams,
-    /// Name and parameters (TOML).
-    recipe: (String, String),
-    /// The set's own bytes.
-    targets: Vec<u8>,
-    sought: Option<TargetId>,
-    hypotheses: Vec<(Evidence, Classes, BBox, Vec<u8>)>,
-    classes: Classes,
-    lost_s: f64,
-    apart_s: f64,
-    last: Option<LastFrame>,
-}
-
-/// A [`Raw`] that has been checked.
-#[derive(Deserialize)]
-#[serde(try_from = "Raw")]
-struct Saved {
-    params: AcquisitionParams,
-    recipe: (String, String),
-    targets: Vec<u8>,
-    sought: Option<TargetId>,
-    hypotheses: Vec<(Evidence, Classes, BBox, Vec<u8>)>,
-    classes: Classes,
-    lost_s: f64,
-    apart_s: f64,
-    last: Option<LastFrame>,
-}
-
-impl TryFrom<Raw> for Saved {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, recipe, targets, sought, hypotheses, classes, lost_s, apart_s, last } = raw;
-        let sound = |e: &Evidence| e.nats.is_finite() && e.start.is_finite() && e.age_s.is_finite();
-        let finite = lost_s.is_finite() && apart_s.is_finite() && classes.is_sound();
-        if !hypotheses.iter().all(|(e, c, b, _)| sound(e) && c.is_sound() && b.is_finite())
-            || !finite
-            || last.is_some_and(|l| !l.time_s.is_finite())
-        {
-            return Err("a time, a box or evidence is not a finite number");
-        }
-        Ok(Self { params, recipe, targets, sought, hypotheses, classes, lost_s, apart_s, last })
     }
 }
