@@ -7,6 +7,8 @@ use std::path::Path;
 
 /// The most classes, and the most bytes that a description may have.
 const MOST_CLASSES: usize = 10_000;
+/// Letters of a class's name at most.
+const LONGEST_NAME: usize = 64;
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Where the frame lies in the network's image, which it fills in one direction.
@@ -123,6 +125,10 @@ impl DetectionConfig {
         }
         if names.iter().any(|n| n.trim().is_empty() || n.contains(',')) {
             return wrong("a name of `classes` is empty or has a comma in it");
+        }
+        // They are written into pictures, files and messages.
+        if names.iter().any(|n| n.chars().count() > LONGEST_NAME || n.contains(char::is_control)) {
+            return Err(format!("a name of `classes` is longer than {LONGEST_NAME} letters or has a line break in it"));
         }
         if self.image_px.is_some_and(|(width, height)| !side(width) || !side(height)) {
             return wrong("`image_px` must be two numbers from 1 to 4096");
