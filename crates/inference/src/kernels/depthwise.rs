@@ -1,5 +1,5 @@
-use super::{Activation, Columns, LANES, Map, add_product, lanes_at, window_at};
-use multiversion::{multiversion, target::target_cfg_f};
+use super::{Activation, Columns, LANES, Map, lanes_at, window_at};
+use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 
 /// Side and stride of a depthwise convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +60,8 @@ impl Depthwise {
         if let Some(sums) = sums.as_deref_mut() {
             sums.fill(0.0);
         }
-        rows(self, input, out, sums.unwrap_or_default());
+        let sums = sums.unwrap_or_default();
+        dispatch!(Level::new(), simd => rows(simd, self, input, out, sums));
     }
 
     const fn is_strided(&self) -> bool {
@@ -68,40 +69,22 @@ impl Depthwise {
     }
 }
 
-// Not for AVX-512: windows that begin at any column cross cache lines, whole registers of sixteen always.
-#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
-fn rows(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
-    if target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64")) {
-        rows_of::<true>(d, input, out, sums);
-    } else {
-        rows_of::<false>(d, input, out, sums);
-    }
-}
-
 #[inline(always)]
-fn rows_of<const FUSED: bool>(d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
+fn rows<S: Simd>(simd: S, d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
     match d.shape {
-        DepthwiseShape::Two => by_one::<2, 4, 17, FUSED>(d, input, out, sums),
-        DepthwiseShape::Three => by_one::<3, 9, 18, FUSED>(d, input, out, sums),
-        DepthwiseShape::Four => by_one::<4, 16, 19, FUSED>(d, input, out, sums),
-        DepthwiseShape::Five => by_one::<5, 25, 20, FUSED>(d, input, out, sums),
-        DepthwiseShape::ThreeByTwo => by_two::<3, 9, 17, FUSED>(d, input, out, sums),
-        DepthwiseShape::FiveByTwo => by_two::<5, 25, 18, FUSED>(d, input, out, sums),
+        DepthwiseShape::Two => by_one::<S, 2, 4, 17>(simd, d, input, out, sums),
+        DepthwiseShape::Three => by_one::<S, 3, 9, 18>(simd, d, input, out, sums),
+        DepthwiseShape::Four => by_one::<S, 4, 16, 19>(simd, d, input, out, sums),
+        DepthwiseShape::Five => by_one::<S, 5, 25, 20>(simd, d, input, out, sums),
+        DepthwiseShape::ThreeByTwo => by_two::<S, 3, 9, 17>(simd, d, input, out, sums),
+        DepthwiseShape::FiveByTwo => by_two::<S, 5, 25, 18>(simd, d, input, out, sums),
     }
-}
-
-/// The taps of a kernel row written out, so that the sum stays in a register.
-macro_rules! taps {
-    ($fused:ident, $side:ident, $w:ident, $windows:ident, $sum:ident, $($kx:literal)*) => {
-        for (w, window) in $w.chunks_exact($side).zip($windows) {
-            $(add_product::<$fused>(&mut $sum, w[$kx], lanes_at(window, $kx));)*
-        }
-    };
 }
 
 /// Stride 1: a kernel of side `K` with `KK` taps reads windows of `L` columns in `K` rows.
 #[inline(always)]
-fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
+fn by_one<S: Simd, const K: usize, const KK: usize, const L: usize>(
+    simd: S,
     d: &Depthwise,
     input: &Map,
     out: &mut Map,
@@ -120,22 +103,20 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
             for s in 0..segments {
                 let at = c * input.pitch + s * LANES;
                 let windows: [&[f32; L]; K] = std::array::from_fn(|r| window_at(source, r * stride + at));
-                let mut result = [bias; LANES];
-                match K {
-                    2 => taps!(FUSED, K, w, windows, result, 0 1),
-                    3 => taps!(FUSED, K, w, windows, result, 0 1 2),
-                    4 => taps!(FUSED, K, w, windows, result, 0 1 2 3),
-                    _ => taps!(FUSED, K, w, windows, result, 0 1 2 3 4),
+                let mut result = f32x16::splat(simd, bias);
+                for (ky, window) in windows.into_iter().enumerate() {
+                    for kx in 0..K {
+                        result = lanes_at(simd, window, kx).mul_add(w[ky * K + kx], result);
+                    }
                 }
-                d.activation.of_lanes(&mut result);
+                let result = d.activation.of_lanes(result);
                 let at = c * pitch + s * LANES;
-                target[at..at + LANES].copy_from_slice(&result);
+                result.store_slice(&mut target[at..at + LANES]);
                 if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
                     if is_second {
-                        let above = lanes_at(above, at);
-                        (0..LANES).for_each(|j| sum[j] += above[j] + result[j]);
+                        (lanes_at(simd, sum, 0) + (lanes_at(simd, above, at) + result)).store_slice(sum);
                     } else if y + 1 == height {
-                        (0..LANES).for_each(|j| sum[j] += result[j]);
+                        (lanes_at(simd, sum, 0) + result).store_slice(sum);
                     }
                 }
             }
@@ -145,7 +126,8 @@ fn by_one<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
 
 /// Stride 2 over even and odd columns that stand apart: windows of `L` columns in `K` rows.
 #[inline(always)]
-fn by_two<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
+fn by_two<S: Simd, const K: usize, const KK: usize, const L: usize>(
+    simd: S,
     d: &Depthwise,
     input: &Map,
     out: &mut Map,
@@ -160,24 +142,20 @@ fn by_two<const K: usize, const KK: usize, const L: usize, const FUSED: bool>(
         for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
             for s in 0..segments {
                 let at = c * input.pitch + s * LANES;
-                let mut result = [bias; LANES];
+                let mut result = f32x16::splat(simd, bias);
                 for ky in 0..K {
                     let even: &[f32; L] = window_at(source, ky * stride + at);
                     let odd: &[f32; L] = window_at(source, ky * stride + at + half);
-                    let w = &w[ky * K..(ky + 1) * K];
-                    add_product::<FUSED>(&mut result, w[0], lanes_at(even, 0));
-                    add_product::<FUSED>(&mut result, w[1], lanes_at(odd, 0));
-                    add_product::<FUSED>(&mut result, w[2], lanes_at(even, 1));
-                    if K == 5 {
-                        add_product::<FUSED>(&mut result, w[3], lanes_at(odd, 1));
-                        add_product::<FUSED>(&mut result, w[4], lanes_at(even, 2));
+                    for kx in 0..K {
+                        let x = lanes_at(simd, if kx % 2 == 0 { even } else { odd }, kx / 2);
+                        result = x.mul_add(w[ky * K + kx], result);
                     }
                 }
-                d.activation.of_lanes(&mut result);
+                let result = d.activation.of_lanes(result);
                 let at = c * pitch + s * LANES;
-                target[at..at + LANES].copy_from_slice(&result);
+                result.store_slice(&mut target[at..at + LANES]);
                 if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-                    (0..LANES).for_each(|j| sum[j] += result[j]);
+                    (lanes_at(simd, sum, 0) + result).store_slice(sum);
                 }
             }
         }

@@ -1,5 +1,5 @@
-//! The kernels of small convolutional networks: plain loops over arrays of sixteen columns, compiled for several
-//! instruction sets and chosen at run time.
+//! The kernels of small convolutional networks: loops over vectors of sixteen columns, compiled for several instruction
+//! sets and chosen at run time. The vectors are named as such: left to itself, the compiler makes pieces of windows that overlap.
 
 mod depthwise;
 mod map;
@@ -14,6 +14,8 @@ pub use map::{Columns, LANES, Map};
 pub use pointwise::{Pointwise, PointwiseInput};
 pub use squeeze::SqueezeExcite;
 pub use stem::Stem;
+
+use fearless_simd::{Simd, f32x16, prelude::*};
 
 /// What follows a convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,15 +42,14 @@ impl Activation {
         }
     }
 
-    /// The activation of sixteen numbers: one decision for all.
+    /// The activation of sixteen numbers.
     #[inline(always)]
-    #[allow(clippy::manual_clamp, reason = "two instructions; `clamp` would test for NaN")]
-    fn of_lanes(self, x: &mut [f32; LANES]) {
+    fn of_lanes<S: Simd>(self, x: f32x16<S>) -> f32x16<S> {
         match self {
-            Self::None => {}
-            Self::Relu => x.iter_mut().for_each(|v| *v = v.max(0.0)),
-            Self::Relu6 => x.iter_mut().for_each(|v| *v = v.max(0.0).min(6.0)),
-            Self::HardSwish => x.iter_mut().for_each(|v| *v *= hard_sigmoid(*v)),
+            Self::None => x,
+            Self::Relu => x.max(0.0),
+            Self::Relu6 => x.max(0.0).min(6.0),
+            Self::HardSwish => x * (x * (1.0 / 6.0) + 0.5).max(0.0).min(1.0),
         }
     }
 }
@@ -60,24 +61,16 @@ pub fn hard_sigmoid(x: f32) -> f32 {
     (x * (1.0 / 6.0) + 0.5).max(0.0).min(1.0)
 }
 
-/// a · b + c, rounded once where the target has an instruction for it.
+/// Whether sixteen columns are one register, as with AVX-512.
 #[inline(always)]
-fn mul_add<const FUSED: bool>(a: f32, b: f32, c: f32) -> f32 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-/// sum += factor · x, column by column.
-#[inline(always)]
-fn add_product<const FUSED: bool>(sum: &mut [f32; LANES], factor: f32, x: &[f32; LANES]) {
-    for j in 0..LANES {
-        sum[j] = mul_add::<FUSED>(factor, x[j], sum[j]);
-    }
+const fn is_wide<S: Simd>(_: S) -> bool {
+    S::f32s::LEN >= LANES
 }
 
 /// Sixteen neighbouring columns from `at` on.
 #[inline(always)]
-fn lanes_at(row: &[f32], at: usize) -> &[f32; LANES] {
-    window_at(row, at)
+fn lanes_at<S: Simd>(simd: S, row: &[f32], at: usize) -> f32x16<S> {
+    f32x16::load_array_ref(simd, window_at(row, at))
 }
 
 /// `L` neighbouring columns from `at` on.

@@ -1,21 +1,14 @@
-use super::{Activation, Columns, LANES, Map, add_product, lanes_at};
-use multiversion::{multiversion, target::target_cfg_f};
+use super::{Activation, Columns, LANES, Map, is_wide, lanes_at};
+use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 
 /// Outputs computed together from a packed panel of weights.
 const PANEL: usize = 8;
 
-/// One sum for each name, of a place and an output, kept in registers: the compiler does so only if the loops over them are
-/// written out.
-macro_rules! unrolled {
-    ($fused:ident, $weights:expr, $columns:expr, $m:literal, $sums:expr, $($name:ident $p:literal $i:literal),*) => {{
-        $(let mut $name = $sums[$p][$i];)*
-        for (w, x) in $weights.zip($columns) {
-            let x = x.map(|x| *x);
-            $(add_product::<$fused>(&mut $name, w[$m + $i], &x[$p]);)*
-        }
-        $($sums[$p][$i] = $name;)*
-    }};
-}
+/// The number of each lane.
+const NUMBERS: [f32; LANES] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+
+/// Of `M` outputs at `P` places.
+type Sums<S, const P: usize, const M: usize> = [[f32x16<S>; M]; P];
 
 /// A convolution of 1 × 1: for every pixel, `outputs` weighted sums of its channels, a bias and an activation.
 #[derive(Debug, Clone)]
@@ -78,27 +71,22 @@ impl Pointwise {
         debug_assert_eq!(input.map.channels + input.more.map_or(0, |m| m.channels), self.inputs);
         debug_assert_eq!((input.map.height, input.map.width), (out.height, out.width));
         debug_assert_eq!(out.channels, self.outputs);
-        for y in (0..out.height).step_by(2) {
-            rows(self, &mut input, y, out);
-        }
+        dispatch!(Level::new(), simd => {
+            for y in (0..out.height).step_by(2) {
+                match is_wide(simd) {
+                    true => rows::<_, 2, 8>(simd, self, &mut input, y, out),
+                    false => rows::<_, 1, 4>(simd, self, &mut input, y, out),
+                }
+            }
+        });
     }
 }
 
-/// Row `y` and, where there is one, the next.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn rows(p: &Pointwise, input: &mut PointwiseInput<'_>, y: usize, out: &mut Map) {
-    let is_wide = target_cfg_f!(target_feature = "avx512f");
-    let is_fused = target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
-    match (is_wide, is_fused) {
-        (true, _) => rows_with::<2, 8, true>(p, input, y, out),
-        (false, true) => rows_with::<1, 4, true>(p, input, y, out),
-        (false, false) => rows_with::<1, 4, false>(p, input, y, out),
-    }
-}
-
-/// `M` outputs at `P` places of sixteen columns at a time: as many sums as there are registers for.
+/// Row `y` and, where there is one, the next: `M` outputs at `P` places of sixteen columns at a time, as many sums as
+/// there are registers for.
 #[inline(always)]
-pub(super) fn rows_with<const P: usize, const M: usize, const FUSED: bool>(
+pub(super) fn rows<S: Simd, const P: usize, const M: usize>(
+    simd: S,
     p: &Pointwise,
     input: &mut PointwiseInput<'_>,
     y: usize,
@@ -106,7 +94,9 @@ pub(super) fn rows_with<const P: usize, const M: usize, const FUSED: bool>(
 ) {
     let rows = (out.height - y).min(2);
     if let Some((factors, activation)) = input.gate {
-        (y..y + rows).for_each(|y| gate(input.map.row_mut(y), factors, activation));
+        for y in y..y + rows {
+            gate(simd, input.map.row_mut(y), factors, activation);
+        }
     }
     let segments = out.segments();
     let place = |n: usize| (y + n / segments, n % segments);
@@ -115,10 +105,10 @@ pub(super) fn rows_with<const P: usize, const M: usize, const FUSED: bool>(
         for m in (0..PANEL).step_by(M) {
             let first = panel * PANEL + m;
             for n in (0..whole).step_by(P) {
-                tile::<P, M, FUSED>(p, input, first, std::array::from_fn(|i| place(n + i)), out);
+                tile::<S, P, M>(simd, p, input, first, std::array::from_fn(|i| place(n + i)), out);
             }
             for n in whole..rows * segments {
-                tile::<1, M, FUSED>(p, input, first, [place(n)], out);
+                tile::<S, 1, M>(simd, p, input, first, [place(n)], out);
             }
         }
     }
@@ -126,7 +116,8 @@ pub(super) fn rows_with<const P: usize, const M: usize, const FUSED: bool>(
 
 /// `M` outputs from `first` on at each (row, segment) of `places`.
 #[inline(always)]
-fn tile<const P: usize, const M: usize, const FUSED: bool>(
+fn tile<S: Simd, const P: usize, const M: usize>(
+    simd: S,
     p: &Pointwise,
     input: &PointwiseInput<'_>,
     first: usize,
@@ -135,97 +126,119 @@ fn tile<const P: usize, const M: usize, const FUSED: bool>(
 ) {
     let (panel, m) = (first / PANEL, first % PANEL);
     let (head, tail) = p.panels[panel * p.inputs..(panel + 1) * p.inputs].split_at(input.map.channels);
-    let bias = std::array::from_fn(|i| [p.bias[panel][m + i]; LANES]);
-    let mut sums = [bias; P];
-    accumulate::<P, M, FUSED>(head, m, columns(input.map, places), &mut sums);
+    let mut sums: Sums<S, P, M> = [biased(simd, &p.bias[panel], m); P];
+    sums = accumulate(simd, (head, m), offsets(input.map), sources(input.map, places), sums);
     if let Some(more) = input.more {
-        accumulate::<P, M, FUSED>(tail, m, columns(more, places), &mut sums);
+        sums = accumulate(simd, (tail, m), offsets(more), sources(more, places), sums);
     }
-    for (&(y, s), sums) in places.iter().zip(&mut sums) {
+    // A call of its own: what it needs would take registers from the sums.
+    simd.vectorize(
+        #[inline(always)]
+        || finish(simd, p, input.residual, first, (&places, &sums), out),
+    );
+}
+
+/// Adds the residual to the `sums` of `M` outputs from `first` on, applies the activation, and writes them.
+#[inline(always)]
+fn finish<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    p: &Pointwise,
+    residual: Option<&Map>,
+    first: usize,
+    (places, sums): (&[(usize, usize); P], &Sums<S, P, M>),
+    out: &mut Map,
+) {
+    for n in 0..P {
+        let (y, s) = places[n];
         for i in 0..M {
             if first + i < p.outputs {
-                if let Some(residual) = input.residual {
-                    let residual = lanes_at(residual.row(y), residual.offset(first + i, s * LANES));
-                    (0..LANES).for_each(|j| sums[i][j] += residual[j]);
+                let mut sum = sums[n][i];
+                if let Some(residual) = residual {
+                    sum += lanes_at(simd, residual.row(y), residual.offset(first + i, s * LANES));
                 }
-                p.activation.of_lanes(&mut sums[i]);
-                store(out, y, first + i, s, &sums[i]);
+                store(simd, out, y, first + i, s, p.activation.of_lanes(sum));
             }
         }
     }
 }
 
-/// The columns of a dense map at some places, channel by channel.
-#[inline(always)]
-fn columns<const P: usize>(map: &Map, places: [(usize, usize); P]) -> impl Iterator<Item = [&[f32; LANES]; P]> {
-    let rows = places.map(|(y, _)| map.row(y));
-    (0..map.channels).map(move |c| std::array::from_fn(|i| lanes_at(rows[i], c * map.pitch + places[i].1 * LANES)))
+/// Where the channels of a dense map begin in a row.
+fn offsets(map: &Map) -> impl Iterator<Item = usize> {
+    let pitch = map.pitch;
+    (0..map.channels).map(move |c| c * pitch)
 }
 
-/// sums[p][i] += Σ weights[k][m + i] · columns of input k at place p.
+/// Each (row, segment) of a map, and all that follows it in the row.
+fn sources<const P: usize>(map: &Map, places: [(usize, usize); P]) -> [&[f32]; P] {
+    places.map(|(y, s)| &map.row(y)[s * LANES..])
+}
+
+/// The biases of `M` outputs from `m` on.
 #[inline(always)]
-pub(super) fn accumulate<'a, const P: usize, const M: usize, const FUSED: bool>(
-    weights: &[[f32; PANEL]],
-    m: usize,
-    columns: impl Iterator<Item = [&'a [f32; LANES]; P]>,
-    sums: &mut [[[f32; LANES]; M]; P],
-) {
-    let weights = weights.iter();
-    match (P, M, m) {
-        (2, 8, _) => unrolled!(
-            FUSED, weights, columns, 0, sums,
-            a0 0 0, a1 0 1, a2 0 2, a3 0 3, a4 0 4, a5 0 5, a6 0 6, a7 0 7,
-            b0 1 0, b1 1 1, b2 1 2, b3 1 3, b4 1 4, b5 1 5, b6 1 6, b7 1 7
-        ),
-        (_, 8, _) => unrolled!(
-            FUSED, weights, columns, 0, sums,
-            a0 0 0, a1 0 1, a2 0 2, a3 0 3, a4 0 4, a5 0 5, a6 0 6, a7 0 7
-        ),
-        (_, _, 0) => unrolled!(FUSED, weights, columns, 0, sums, a0 0 0, a1 0 1, a2 0 2, a3 0 3),
-        _ => unrolled!(FUSED, weights, columns, 4, sums, a0 0 0, a1 0 1, a2 0 2, a3 0 3),
+pub(super) fn biased<S: Simd, const M: usize>(simd: S, bias: &[f32; PANEL], m: usize) -> [f32x16<S>; M] {
+    let mut lanes = [f32x16::splat(simd, 0.0); M];
+    for i in 0..M {
+        lanes[i] = f32x16::splat(simd, bias[m + i]);
     }
+    lanes
+}
+
+/// sums[p][i] += Σ weights[k][m + i] · columns of input k at place p, which begin at `offsets[k]` of `sources[p]`.
+#[inline(always)]
+pub(super) fn accumulate<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    (weights, m): (&[[f32; PANEL]], usize),
+    offsets: impl Iterator<Item = usize>,
+    sources: [&[f32]; P],
+    mut sums: Sums<S, P, M>,
+) -> Sums<S, P, M> {
+    for (w, at) in weights.iter().zip(offsets) {
+        let mut x = [f32x16::splat(simd, 0.0); P];
+        for p in 0..P {
+            x[p] = lanes_at(simd, sources[p], at);
+        }
+        for i in 0..M {
+            for p in 0..P {
+                sums[p][i] = x[p].mul_add(w[m + i], sums[p][i]);
+            }
+        }
+    }
+    sums
 }
 
 /// x = activation(factor · x), channel by channel.
 #[inline(always)]
-fn gate(row: &mut [f32], factors: &[f32], activation: Activation) {
+fn gate<S: Simd>(simd: S, row: &mut [f32], factors: &[f32], activation: Activation) {
     let pitch = row.len() / factors.len();
     for (channel, &factor) in row.chunks_exact_mut(pitch).zip(factors) {
         for x in channel.as_chunks_mut::<LANES>().0 {
-            (0..LANES).for_each(|j| x[j] *= factor);
-            activation.of_lanes(x);
+            activation.of_lanes(f32x16::load_array_ref(simd, x) * factor).store_array(x);
         }
     }
 }
 
-/// Writes sixteen columns of a channel, as far as the map reaches, so that its padding stays zero.
+/// Writes sixteen columns of a channel, zeros for those that the map does not have, so that its padding stays zero.
 #[inline(always)]
-pub(super) fn store(out: &mut Map, y: usize, channel: usize, segment: usize, lanes: &[f32; LANES]) {
-    let valid = (out.width - segment * LANES).min(LANES);
+pub(super) fn store<S: Simd>(simd: S, out: &mut Map, y: usize, channel: usize, segment: usize, lanes: f32x16<S>) {
+    let valid = out.width - segment * LANES;
+    let lanes = match valid < LANES {
+        true => {
+            let is_valid = f32x16::load_array_ref(simd, &NUMBERS).simd_lt(valid as f32);
+            is_valid.select(lanes, f32x16::splat(simd, 0.0))
+        }
+        false => lanes,
+    };
     let at = out.offset(channel, segment * LANES);
     let (columns, padding) = (out.columns, out.padding);
     let row = out.row_mut(y);
     match columns {
-        Columns::Straight if valid == LANES => row[at..at + LANES].copy_from_slice(lanes),
-        Columns::Straight => row[at..at + valid].copy_from_slice(&lanes[..valid]),
+        Columns::Straight => lanes.store_slice(&mut row[at..at + LANES]),
         Columns::Split { half } => {
             // The first column is even, counted with the padding, or it lies among the odd ones: its neighbour then is
             // the next even one.
-            // One permutation of a whole register: halves read apart would wait for the store of the sums.
-            let mut parted = [0.0; LANES];
-            for j in 0..LANES {
-                parted[j] = lanes[2 * j % LANES + 2 * j / LANES];
-            }
-            let (evens, odds) = parted.split_at(LANES / 2);
             let neighbour = if padding % 2 == 0 { at + half } else { at + 1 - half };
-            let (n_first, n_second) = (valid.div_ceil(2), valid / 2);
-            if valid == LANES {
-                row[at..at + LANES / 2].copy_from_slice(evens);
-                row[neighbour..neighbour + LANES / 2].copy_from_slice(odds);
-            } else {
-                row[at..at + n_first].copy_from_slice(&evens[..n_first]);
-                row[neighbour..neighbour + n_second].copy_from_slice(&odds[..n_second]);
-            }
+            lanes.unzip_low(lanes).split().0.store_slice(&mut row[at..at + LANES / 2]);
+            lanes.unzip_high(lanes).split().0.store_slice(&mut row[neighbour..neighbour + LANES / 2]);
         }
     }
 }

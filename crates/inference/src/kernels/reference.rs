@@ -1,6 +1,7 @@
 //! Slow, obvious twins of the kernels, and the comparisons with them.
 
 use super::*;
+use fearless_simd::{Level, dispatch};
 
 /// Numbers of both signs without a pattern that a mistake could share.
 fn numbers(count: usize, seed: u32) -> Vec<f32> {
@@ -113,8 +114,8 @@ fn activations_are_what_their_equations_say() {
         assert!((hard_sigmoid(x) - hard).abs() < 1e-6);
         assert!((Activation::HardSwish.of(x) - x * hard).abs() < 1e-5);
         for activation in [Activation::None, Activation::Relu, Activation::Relu6, Activation::HardSwish] {
-            let mut lanes = [x; LANES];
-            activation.of_lanes(&mut lanes);
+            let lanes: [f32; LANES] =
+                dispatch!(Level::new(), simd => activation.of_lanes(f32x16::splat(simd, x)).to_array());
             assert!((lanes[3] - activation.of(x)).abs() < 1e-6, "{activation:?} of {x}");
         }
     }
@@ -179,8 +180,11 @@ fn pointwise_gates_concatenates_and_adds() {
 #[test]
 fn what_is_summed_together_changes_nothing() {
     type Rows = fn(&Pointwise, &mut PointwiseInput<'_>, usize, &mut Map);
-    let ways: [Rows; 3] =
-        [pointwise::rows_with::<1, 4, true>, pointwise::rows_with::<1, 8, true>, pointwise::rows_with::<2, 8, true>];
+    let ways: [Rows; 3] = [
+        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 1, 4>(simd, p, input, y, out)),
+        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 1, 8>(simd, p, input, y, out)),
+        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 2, 8>(simd, p, input, y, out)),
+    ];
     for (inputs, outputs, height, width) in [(5, 12, 3, 48), (9, 7, 5, 16), (3, 16, 2, 33), (4, 8, 1, 5)] {
         let input = Planes::new(inputs, height, width, 41);
         let layer = Pointwise::new(&numbers(inputs * outputs, 42), &numbers(outputs, 43), Activation::Relu6);
@@ -197,7 +201,11 @@ fn what_is_summed_together_changes_nothing() {
     }
 
     type Row = fn(&Stem, &Map, usize, &mut Map);
-    let ways: [Row; 3] = [stem::row_with::<1, 4, true>, stem::row_with::<1, 8, true>, stem::row_with::<2, 8, true>];
+    let ways: [Row; 3] = [
+        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 1, 4>(simd, stem, map, y, out)),
+        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 1, 8>(simd, stem, map, y, out)),
+        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 2, 8>(simd, stem, map, y, out)),
+    ];
     for width in [31, 95] {
         let map = Planes::new(3, 31, width, 44).in_map(Map::split(3, 31, width, 1, 3));
         let stem = Stem::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);

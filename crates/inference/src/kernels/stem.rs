@@ -1,5 +1,5 @@
-use super::{Activation, Columns, LANES, Map, lanes_at, pointwise::accumulate, pointwise::store};
-use multiversion::{multiversion, target::target_cfg_f};
+use super::{Activation, Columns, LANES, Map, is_wide, pointwise::accumulate, pointwise::biased, pointwise::store};
+use fearless_simd::{Level, Simd, dispatch};
 
 /// Outputs computed together.
 const PANEL: usize = 8;
@@ -43,42 +43,32 @@ impl Stem {
 
     /// Computes every row of `out`.
     pub fn run(&self, input: &Map, out: &mut Map) {
-        for y in 0..out.height {
-            row(self, input, y, out);
-        }
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx2+fma", "x86_64+avx2+fma", "aarch64+neon"))]
-fn row(stem: &Stem, input: &Map, y: usize, out: &mut Map) {
-    let is_wide = target_cfg_f!(target_feature = "avx512f");
-    let is_fused = target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
-    match (is_wide, is_fused) {
-        (true, _) => row_with::<2, 8, true>(stem, input, y, out),
-        (false, true) => row_with::<1, 4, true>(stem, input, y, out),
-        (false, false) => row_with::<1, 4, false>(stem, input, y, out),
+        dispatch!(Level::new(), simd => {
+            for y in 0..out.height {
+                match is_wide(simd) {
+                    true => row::<_, 2, 8>(simd, self, input, y, out),
+                    false => row::<_, 1, 4>(simd, self, input, y, out),
+                }
+            }
+        });
     }
 }
 
 /// `M` outputs of `P` segments at a time.
 #[inline(always)]
-pub(super) fn row_with<const P: usize, const M: usize, const FUSED: bool>(
-    stem: &Stem,
-    input: &Map,
-    y: usize,
-    out: &mut Map,
-) {
+pub(super) fn row<S: Simd, const P: usize, const M: usize>(simd: S, stem: &Stem, input: &Map, y: usize, out: &mut Map) {
     let whole = out.segments() / P * P;
     for s in (0..whole).step_by(P) {
-        segments::<P, M, FUSED>(stem, input, y, s, out);
+        segments::<S, P, M>(simd, stem, input, y, s, out);
     }
     for s in whole..out.segments() {
-        segments::<1, M, FUSED>(stem, input, y, s, out);
+        segments::<S, 1, M>(simd, stem, input, y, s, out);
     }
 }
 
 #[inline(always)]
-fn segments<const P: usize, const M: usize, const FUSED: bool>(
+fn segments<S: Simd, const P: usize, const M: usize>(
+    simd: S,
     stem: &Stem,
     input: &Map,
     y: usize,
@@ -88,16 +78,14 @@ fn segments<const P: usize, const M: usize, const FUSED: bool>(
     let source = input.padded_rows_from(2 * y);
     for (n, (bias, panel)) in stem.bias.iter().zip(stem.panels.chunks_exact(stem.taps.len())).enumerate() {
         for m in (0..PANEL).step_by(M) {
-            let bias = std::array::from_fn(|i| [bias[m + i]; LANES]);
-            let mut sums: [[[f32; LANES]; M]; P] = [bias; P];
-            let at = |tap: usize, p: usize| lanes_at(source, tap + (s + p) * LANES);
-            let columns = stem.taps.iter().map(|&tap| std::array::from_fn(|p| at(tap, p)));
-            accumulate::<P, M, FUSED>(panel, m, columns, &mut sums);
-            for (s, sums) in (s..).zip(&mut sums) {
+            let first = n * PANEL + m;
+            let sums: [[_; M]; P] = [biased(simd, bias, m); P];
+            let sources = std::array::from_fn(|p| &source[(s + p) * LANES..]);
+            let sums = accumulate(simd, (panel, m), stem.taps.iter().copied(), sources, sums);
+            for p in 0..P {
                 for i in 0..M {
-                    if n * PANEL + m + i < stem.outputs {
-                        stem.activation.of_lanes(&mut sums[i]);
-                        store(out, y, n * PANEL + m + i, s, &sums[i]);
+                    if first + i < stem.outputs {
+                        store(simd, out, y, first + i, s + p, stem.activation.of_lanes(sums[p][i]));
                     }
                 }
             }
