@@ -103,9 +103,18 @@ impl Resampler {
     }
 }
 
-/// A row at the taps, times 2048; pixels that `source` has not are `fill`.
+/// A row at the taps, whose places rise, times 2048; pixels that `source` has not are `fill`.
 fn resample(source: &[Rgb8], taps: &[Tap], fill: Rgb8, out: &mut [[i32; 3]]) {
-    let pixel = |x: i64| usize::try_from(x).ok().and_then(|x| source.get(x)).copied().unwrap_or(fill);
+    let (Some(leftmost), Some(rightmost)) = (taps.first(), taps.last()) else { return };
+    if leftmost.first >= 0 && rightmost.second < source.len() as i64 {
+        weigh(taps, |x| source[x as usize], out);
+    } else {
+        weigh(taps, |x| usize::try_from(x).ok().and_then(|x| source.get(x)).copied().unwrap_or(fill), out);
+    }
+}
+
+#[inline(always)]
+fn weigh(taps: &[Tap], pixel: impl Fn(i64) -> Rgb8, out: &mut [[i32; 3]]) {
     for (out, tap) in out.iter_mut().zip(taps) {
         let (a, b) = (pixel(tap.first), pixel(tap.second));
         for c in 0..3 {

@@ -58,3 +58,33 @@ fn answers_agree_with_onnxruntime() {
     assert!(worst(logits, &released_logits) < 0.02);
     assert!(worst(distances, &released_distances) < 0.02);
 }
+
+/// The layers are shared by all networks of a thread; templates and images that have not been looked at are not.
+#[test]
+fn networks_do_not_disturb_each_other() {
+    let alone = |shift: i64| {
+        let mut network = NanoTrackV3::new().unwrap();
+        write(&mut network, Patch::Template, 127, shift);
+        let features = network.template_features();
+        assert!(network.set_template(&features));
+        write(&mut network, Patch::Search, 255, shift - 64);
+        let (logits, distances) = network.search();
+        let answer = (logits.to_vec(), distances.to_vec());
+        (network, answer)
+    };
+    let ((mut a, first), (mut b, second)) = (alone(64), alone(96));
+    assert_ne!(first, second);
+    let answer = |network: &mut NanoTrackV3| {
+        let (logits, distances) = network.search();
+        (logits.to_vec(), distances.to_vec())
+    };
+    for y in 0..255 {
+        for (network, shift) in [(&mut a, 0), (&mut b, 32)] {
+            let row: Vec<[f32; 3]> = (0..255).map(|x| pixel(x + shift, y + shift)).collect();
+            network.write_row(Patch::Search, y as usize, &row);
+        }
+    }
+    let moved = std::thread::spawn(move || answer(&mut b));
+    assert_eq!(answer(&mut a), first);
+    assert_eq!(moved.join().unwrap(), second);
+}

@@ -44,26 +44,16 @@ impl<'a> PointwiseInput<'a> {
 impl Pointwise {
     /// From weights in output, input order (`outputs · inputs` numbers) and one bias an output.
     pub fn new(weights: &[f32], bias: &[f32], activation: Activation) -> Self {
-        let outputs = bias.len();
-        let mut this = Self {
-            inputs: weights.len() / outputs,
-            outputs,
-            panels: vec![[0.0; PANEL]; weights.len() / outputs * outputs.div_ceil(PANEL)],
-            bias: vec![[0.0; PANEL]; outputs.div_ceil(PANEL)],
-            activation,
-        };
-        this.set(weights, bias);
-        this
-    }
-
-    /// Replaces weights and bias by others of the same lengths.
-    pub fn set(&mut self, weights: &[f32], bias: &[f32]) {
-        for o in 0..self.outputs {
-            self.bias[o / PANEL][o % PANEL] = bias[o];
-            for i in 0..self.inputs {
-                self.panels[o / PANEL * self.inputs + i][o % PANEL] = weights[o * self.inputs + i];
+        let (inputs, outputs) = (weights.len() / bias.len(), bias.len());
+        let mut panels = vec![[0.0; PANEL]; inputs * outputs.div_ceil(PANEL)];
+        let mut biases = vec![[0.0; PANEL]; outputs.div_ceil(PANEL)];
+        for o in 0..outputs {
+            biases[o / PANEL][o % PANEL] = bias[o];
+            for i in 0..inputs {
+                panels[o / PANEL * inputs + i][o % PANEL] = weights[o * inputs + i];
             }
         }
+        Self { inputs, outputs, panels, bias: biases, activation }
     }
 
     /// Computes every row of `out`.

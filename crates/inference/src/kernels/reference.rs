@@ -170,8 +170,7 @@ fn pointwise_gates_concatenates_and_adds() {
     let residual = residual.in_map(Map::dense(outputs, side, side));
     let gate = Some((factors.as_slice(), Activation::HardSwish));
     let mut out = Map::dense(outputs, side, side);
-    let mut layer = Pointwise::new(&numbers(weights.len(), 1), &numbers(outputs, 1), Activation::Relu);
-    layer.set(&weights, &bias);
+    let layer = Pointwise::new(&weights, &bias, Activation::Relu);
     layer.run(PointwiseInput { map: &mut map, more: Some(&other), gate, residual: Some(&residual) }, &mut out);
     assert_close(&contents(&out), &want, "gated, concatenated and added");
 }

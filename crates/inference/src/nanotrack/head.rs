@@ -27,7 +27,7 @@ const TOWER: usize = 6;
 /// One of the two branches.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    template: TemplateLayers,
+    layers: TemplateLayers,
     attention: Attention,
     pixelwise: Pixelwise,
     correlation: Correlation,
@@ -46,12 +46,20 @@ struct TemplateLayers {
     correlation: Layer,
 }
 
-/// Each of the 64 pixels of the template as a pointwise filter on the search features.
+/// What a branch compares the search features with.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Each of the 64 pixels of the template as a pointwise filter.
+    pixels: Pointwise,
+    /// Its weights and bias, in the order of a layer.
+    pixel_layer: Layer,
+    /// The middle of the template as a depthwise filter.
+    middle: Depthwise,
+}
+
+/// The comparison pixel by pixel.
 #[derive(Debug, Clone)]
 struct Pixelwise {
-    /// Weights and bias of `filter`, in the order of a layer.
-    merged: Layer,
-    filter: Pointwise,
     filtered: Map,
     /// The 2 × 2 filters as trained, before the channels are weighed.
     trained: Vec<f32>,
@@ -59,12 +67,11 @@ struct Pixelwise {
     out: Map,
 }
 
-/// The middle of the template as a depthwise filter on the search features.
+/// The comparison channel by channel.
 #[derive(Debug, Clone)]
 struct Correlation {
     search: Pointwise,
     padded: Map,
-    depthwise: Depthwise,
     out: Map,
 }
 
@@ -83,7 +90,7 @@ impl Branch {
     pub fn new(weights: &Weights<'_>, name: &str, outputs: usize) -> Result<Self> {
         let of = |layer: &str| format!("head.{name}.{layer}");
         let square = |layer: &str| weights.pointwise(&of(layer), FEATURES, FEATURES);
-        let template = TemplateLayers {
+        let layers = TemplateLayers {
             pixelwise: square("pixelwise.template")?,
             pixelwise_search: square("pixelwise.search")?,
             correlation: square("correlation.template")?,
@@ -103,7 +110,7 @@ impl Branch {
             tower.push((filter, pointwise(&mix)));
         }
         Ok(Self {
-            template,
+            layers,
             attention: Attention::new(weights, name)?,
             pixelwise: Pixelwise::new(weights.depthwise(&of("pixelwise.depthwise"), TEMPLATE_PIXELS, 2)?),
             correlation: Correlation::new(&square("correlation.search")?),
@@ -115,9 +122,9 @@ impl Branch {
         })
     }
 
-    /// Takes the template's features, channel, row, column.
-    pub fn set_template(&mut self, features: &[f32]) {
-        let pixels = applied(&self.template.pixelwise, features, TEMPLATE_PIXELS);
+    /// What is compared with, for the template's features, channel, row, column.
+    pub fn comparison(&self, features: &[f32]) -> Comparison {
+        let pixels = applied(&self.layers.pixelwise, features, TEMPLATE_PIXELS);
         // Comparison = Zᵀ(W x + b) = (ZᵀW) x + Zᵀb, with the template's pixels as the columns of Z.
         let transposed = Layer {
             weights: (0..FEATURES * TEMPLATE_PIXELS)
@@ -125,24 +132,23 @@ impl Branch {
                 .collect(),
             bias: vec![0.0; TEMPLATE_PIXELS],
         };
-        self.pixelwise.merged = self.template.pixelwise_search.then(&transposed);
-        let Layer { weights, bias } = &self.pixelwise.merged;
-        self.pixelwise.filter.set(weights, bias);
+        let pixel_layer = self.layers.pixelwise_search.then(&transposed);
 
         let first = (TEMPLATE_SIDE - KERNEL_SIDE) / 2;
         let middle: Vec<f32> = (0..FEATURES * KERNEL_PIXELS)
             .map(|i| (i / KERNEL_PIXELS, first + i / KERNEL_SIDE % KERNEL_SIDE, first + i % KERNEL_SIDE))
             .map(|(c, y, x)| features[(c * TEMPLATE_SIDE + y) * TEMPLATE_SIDE + x])
             .collect();
-        let kernels = applied(&self.template.correlation, &middle, KERNEL_PIXELS);
-        self.correlation.depthwise.weights_mut().copy_from_slice(&kernels);
+        let kernels = applied(&self.layers.correlation, &middle, KERNEL_PIXELS);
+        let middle = Depthwise::new(DepthwiseShape::Four, &kernels, &[0.0; FEATURES], Activation::None);
+        Comparison { pixels: pointwise(&pixel_layer), pixel_layer, middle }
     }
 
-    /// The answer to the search image's features, whose means over the pixels are `means`.
-    pub fn run(&mut self, features: &mut Map, means: &[f32]) -> &Map {
-        let factors = self.attention.factors(&self.pixelwise.merged, means);
-        self.pixelwise.run(features, factors);
-        self.correlation.run(features);
+    /// The answer to the search image's features, whose means over the pixels are `means`, beside a template's.
+    pub fn run(&mut self, template: &Comparison, features: &mut Map, means: &[f32]) -> &Map {
+        let factors = self.attention.factors(&template.pixel_layer, means);
+        self.pixelwise.run(&template.pixels, features, factors);
+        self.correlation.run(&template.middle, features);
         let more = Some(&self.correlation.out);
         let input = PointwiseInput { map: &mut self.pixelwise.out, more, gate: None, residual: None };
         self.reduce.run(input, &mut self.padded);
@@ -157,20 +163,16 @@ impl Branch {
 
 impl Pixelwise {
     fn new(filter: Layer) -> Self {
-        let (inputs, outputs) = (FEATURES, TEMPLATE_PIXELS);
-        let merged = Layer { weights: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] };
         Self {
-            filter: pointwise(&merged),
-            merged,
-            filtered: Map::padded(outputs, SEARCH_SIDE, SEARCH_SIDE, 0, 2),
+            filtered: Map::padded(TEMPLATE_PIXELS, SEARCH_SIDE, SEARCH_SIDE, 0, 2),
             depthwise: Depthwise::new(DepthwiseShape::Two, &filter.weights, &filter.bias, Activation::Relu6),
             trained: filter.weights,
-            out: Map::dense(outputs, ANSWER_SIDE, ANSWER_SIDE),
+            out: Map::dense(TEMPLATE_PIXELS, ANSWER_SIDE, ANSWER_SIDE),
         }
     }
 
-    fn run(&mut self, features: &mut Map, factors: &[f32]) {
-        self.filter.run(PointwiseInput::plain(features), &mut self.filtered);
+    fn run(&mut self, pixels: &Pointwise, features: &mut Map, factors: &[f32]) {
+        pixels.run(PointwiseInput::plain(features), &mut self.filtered);
         // A channel's factor times its pixels is the factor times its filter.
         let filters = self.depthwise.weights_mut().chunks_exact_mut(4).zip(self.trained.chunks_exact(4));
         for ((now, trained), factor) in filters.zip(factors) {
@@ -182,18 +184,16 @@ impl Pixelwise {
 
 impl Correlation {
     fn new(search: &Layer) -> Self {
-        let none = vec![0.0; FEATURES * KERNEL_PIXELS];
         Self {
             search: pointwise(search),
             padded: Map::padded(FEATURES, SEARCH_SIDE, SEARCH_SIDE, 1, KERNEL_SIDE),
-            depthwise: Depthwise::new(DepthwiseShape::Four, &none, &[0.0; FEATURES], Activation::None),
             out: Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE),
         }
     }
 
-    fn run(&mut self, features: &mut Map) {
+    fn run(&mut self, middle: &Depthwise, features: &mut Map) {
         self.search.run(PointwiseInput::plain(features), &mut self.padded);
-        self.depthwise.run(&self.padded, &mut self.out, None);
+        middle.run(&self.padded, &mut self.out, None);
     }
 }
 

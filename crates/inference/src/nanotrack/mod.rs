@@ -8,18 +8,20 @@ mod weights;
 use crate::Result;
 use crate::kernels::{Columns, Map};
 use backbone::{Backbone, FEATURES};
-use head::{ANSWER_SIDE, Branch, TEMPLATE_SIDE};
+use head::{ANSWER_SIDE, Branch, Comparison, TEMPLATE_SIDE};
+use std::cell::Cell;
 use weights::Weights;
 
-/// NanoTrack v3, prepared: what it needs is allocated here and nothing afterwards, but by
-/// [`set_template`](Self::set_template).
+/// NanoTrack v3 and a template. The layers and what they overwrite, some megabytes, are shared by all that run on a thread,
+/// one after the other: once a thread has them, nothing is allocated but by [`set_template`](Self::set_template).
 #[derive(Debug, Clone)]
 pub struct NanoTrackV3 {
-    template: Backbone,
-    search: Backbone,
-    score: Branch,
-    boxes: Branch,
-    means: Vec<f32>,
+    /// Only while it holds an image that has not been looked at.
+    engine: Option<Box<Engine>>,
+    /// Whether the template image and the search image are such.
+    written: [bool; 2],
+    score: Comparison,
+    boxes: Comparison,
     /// Background and target (2 × 15 × 15), then the four distances (4 × 15 × 15).
     scores: Vec<f32>,
     distances: Vec<f32>,
@@ -49,26 +51,31 @@ impl NanoTrackV3 {
     /// # Errors
     /// [`InferenceError::Model`](crate::InferenceError::Model) if they are not what the layers need.
     pub fn new() -> Result<Self> {
-        let weights = Weights::nanotrack_v3()?;
-        let points = ANSWER_SIDE * ANSWER_SIDE;
+        let engine = Engine::of_thread()?;
+        let (none, points) = ([0.0; Self::TEMPLATE_LEN], ANSWER_SIDE * ANSWER_SIDE);
+        let (score, boxes) = (engine.score.comparison(&none), engine.boxes.comparison(&none));
+        engine.put_back();
+        let written = [false; 2];
         Ok(Self {
-            template: Backbone::new(&weights, Self::TEMPLATE_SIDE)?,
-            search: Backbone::new(&weights, Self::SEARCH_SIDE)?,
-            score: Branch::new(&weights, "score", 2)?,
-            boxes: Branch::new(&weights, "box", 4)?,
-            means: vec![0.0; FEATURES],
+            engine: None,
+            written,
+            score,
+            boxes,
             scores: vec![0.0; 2 * points],
             distances: vec![0.0; 4 * points],
         })
     }
 
-    /// Writes row `y` of one of the images; each pixel is blue, green and red from 0 to 255.
+    /// Writes row `y` of one of the images; each pixel is blue, green and red from 0 to 255. They are written
+    /// for every look anew: once an image has been looked at, another network may write its own in its place.
     ///
     /// Rows and columns beyond the image are ignored.
     pub fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+        self.written[patch as usize] = true;
+        let engine = self.engine();
         let image = match patch {
-            Patch::Template => self.template.image_mut(),
-            Patch::Search => self.search.image_mut(),
+            Patch::Template => engine.template.image_mut(),
+            Patch::Search => engine.search.image_mut(),
         };
         if y < image.height {
             write_row(image, y, pixels);
@@ -78,7 +85,9 @@ impl NanoTrackV3 {
     /// The features of the template image that has been written: 96 × 8 × 8 numbers, channel, row, column.
     pub fn template_features(&mut self) -> Vec<f32> {
         let mut features = vec![0.0; Self::TEMPLATE_LEN];
-        self.template.run().copy_to(&mut features);
+        self.engine().template.run().copy_to(&mut features);
+        self.written[Patch::Template as usize] = false;
+        self.rest();
         features
     }
 
@@ -87,8 +96,10 @@ impl NanoTrackV3 {
     pub fn set_template(&mut self, features: &[f32]) -> bool {
         let fits = features.len() == Self::TEMPLATE_LEN;
         if fits {
-            self.score.set_template(features);
-            self.boxes.set_template(features);
+            let engine = self.engine();
+            let (score, boxes) = (engine.score.comparison(features), engine.boxes.comparison(features));
+            (self.score, self.boxes) = (score, boxes);
+            self.rest();
         }
         fits
     }
@@ -96,6 +107,74 @@ impl NanoTrackV3 {
     /// The answer to the search image that has been written: two logits, background and target, and four distances in
     /// pixels of the search image (left, top, right, bottom), each 15 × 15.
     pub fn search(&mut self) -> (&[f32], &[f32]) {
+        self.engine();
+        let Self { engine, written, score, boxes, scores, distances } = self;
+        written[Patch::Search as usize] = false;
+        if let Some(engine) = engine {
+            engine.search((score, boxes), (scores, distances));
+        }
+        self.rest();
+        (&self.scores, &self.distances)
+    }
+
+    fn engine(&mut self) -> &mut Engine {
+        self.engine.get_or_insert_with(|| match Engine::of_thread() {
+            Ok(engine) => engine,
+            Err(_) => unreachable!("`new` has read the same weights"),
+        })
+    }
+
+    /// The next on this thread may have the layers, unless they hold an image that has not been looked at.
+    fn rest(&mut self) {
+        if self.written == [false; 2]
+            && let Some(engine) = self.engine.take()
+        {
+            engine.put_back();
+        }
+    }
+}
+
+/// All layers that do not depend on a template, and the maps that they overwrite.
+#[derive(Debug, Clone)]
+struct Engine {
+    template: Backbone,
+    search: Backbone,
+    score: Branch,
+    boxes: Branch,
+    means: Vec<f32>,
+}
+
+thread_local! {
+    /// That of this thread, while none of its networks holds an image.
+    static ENGINE: Cell<Option<Box<Engine>>> = const { Cell::new(None) };
+}
+
+impl Engine {
+    /// The one of this thread, or a new one.
+    fn of_thread() -> Result<Box<Self>> {
+        match ENGINE.take() {
+            Some(engine) => Ok(engine),
+            None => Self::new().map(Box::new),
+        }
+    }
+
+    fn put_back(self: Box<Self>) {
+        ENGINE.set(Some(self));
+    }
+
+    fn new() -> Result<Self> {
+        let weights = Weights::nanotrack_v3()?;
+        Ok(Self {
+            template: Backbone::new(&weights, NanoTrackV3::TEMPLATE_SIDE)?,
+            search: Backbone::new(&weights, NanoTrackV3::SEARCH_SIDE)?,
+            score: Branch::new(&weights, "score", 2)?,
+            boxes: Branch::new(&weights, "box", 4)?,
+            means: vec![0.0; FEATURES],
+        })
+    }
+
+    /// Compares the search image with a template in both branches.
+    fn search(&mut self, template: (&Comparison, &Comparison), (scores, distances): (&mut [f32], &mut [f32])) {
         let features = self.search.run();
         let pixels = (features.width * features.height) as f32;
         self.means.fill(0.0);
@@ -105,10 +184,9 @@ impl NanoTrackV3 {
             }
         }
         self.means.iter_mut().for_each(|m| *m /= pixels);
-        self.score.run(features, &self.means).copy_to(&mut self.scores);
-        self.boxes.run(features, &self.means).copy_to(&mut self.distances);
-        self.distances.iter_mut().for_each(|d| *d = d.exp());
-        (&self.scores, &self.distances)
+        self.score.run(template.0, features, &self.means).copy_to(scores);
+        self.boxes.run(template.1, features, &self.means).copy_to(distances);
+        distances.iter_mut().for_each(|d| *d = d.exp());
     }
 }
 

@@ -3,6 +3,7 @@ use pursuit_geometry::Size;
 use pursuit_tracking::parameters::Parameters;
 use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Bits kept of each of red, green and blue (bertinetto2016, section 4.2: 32 bins a channel); the layout of the table.
 const BITS: u32 = 5;
@@ -60,6 +61,13 @@ struct Work {
     sums: Vec<f64>,
 }
 
+/// Of `n` pixels in a row those whose middles are less than `half` from the middle of all.
+fn middle(n: usize, half: f64) -> Range<usize> {
+    let first = (0..n).find(|&at| (at as f64 + 0.5 - n as f64 / 2.0).abs() < half).unwrap_or(n / 2);
+    // As many are left out on the right as on the left.
+    first..(n - first).max(first)
+}
+
 #[inline(always)]
 fn bin(r: f32, g: f32, b: f32) -> usize {
     // A cast from float saturates, so the bin is always inside.
@@ -101,21 +109,21 @@ impl ColorHistogram {
         surroundings.clear();
         surroundings.resize(BINS, 0.0);
         let (Size { width, height }, [r, g, b]) = (patch.size(), channels(patch));
-        let inside = |at: usize, n: usize, half: f64| (at as f64 + 0.5 - n as f64 / 2.0).abs() < half;
         let share = 1.0 - 2.0 * self.params.inner_margin;
+        let (columns, inner_columns) = (middle(width, self.half.0), middle(width, share * self.half.0));
+        let (rows, inner_rows) = (middle(height, self.half.1), middle(height, share * self.half.1));
+        let none = columns.start..columns.start;
         for y in 0..height {
-            let (in_outer_row, in_inner_row) = (inside(y, height, self.half.1), inside(y, height, share * self.half.1));
-            for x in 0..width {
-                let at = y * width + x;
-                if !(in_outer_row && inside(x, width, self.half.0)) {
-                    surroundings[bin(r[at], g[at], b[at])] += 1.0;
-                } else if in_inner_row && inside(x, width, share * self.half.0) {
-                    target[bin(r[at], g[at], b[at])] += 1.0;
-                }
-            }
+            let columns = if rows.contains(&y) { &columns } else { &none };
+            let inner_columns = if inner_rows.contains(&y) { &inner_columns } else { &none };
+            let bin_at = |x: usize| bin(r[y * width + x], g[y * width + x], b[y * width + x]);
+            (0..columns.start).chain(columns.end..width).for_each(|x| surroundings[bin_at(x)] += 1.0);
+            inner_columns.clone().for_each(|x| target[bin_at(x)] += 1.0);
         }
-        blend_shares(&mut self.target, target, rate);
-        blend_shares(&mut self.surroundings, surroundings, rate);
+        let inside = inner_columns.len() * inner_rows.len();
+        let outside = width * height - columns.len() * rows.len();
+        blend_shares(&mut self.target, target, inside, rate);
+        blend_shares(&mut self.surroundings, surroundings, outside, rate);
     }
 
     /// Blends the mean likelihood of the target's box at every displacement of whole cells into `response`, whose first entry
@@ -196,10 +204,9 @@ impl ColorHistogram {
 }
 
 /// `shares += rate · (counts / total − shares)`; nothing without counts.
-fn blend_shares(shares: &mut [f32], counts: &[f32], rate: f32) {
-    let total: f32 = counts.iter().sum();
-    if total > 0.0 {
-        let scale = 1.0 / total;
+fn blend_shares(shares: &mut [f32], counts: &[f32], total: usize, rate: f32) {
+    if total > 0 {
+        let scale = 1.0 / total as f32;
         shares.iter_mut().zip(counts).for_each(|(s, c)| *s += rate * (c * scale - *s));
     }
 }
