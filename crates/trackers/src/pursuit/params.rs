@@ -134,7 +134,11 @@ pursuit_tracking::parameters! {
     /// Parameters of the default tracker.
     pub struct PursuitParams {
         /// The witness that learns: a correlation filter.
-        pub filter: FilterParams = FilterParams::default();
+        pub filter: FilterParams = FilterParams {
+            // Of the size the network has the greater part.
+            scale: ScaleFilterParams { area_px: 512.0, ..FilterParams::default().scale },
+            ..FilterParams::default()
+        };
         /// The witness that does not: a network.
         pub network: NanoTrackParams = NanoTrackParams::default();
         /// How they are brought together.
