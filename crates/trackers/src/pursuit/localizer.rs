@@ -31,8 +31,6 @@ pub struct WitnessLocalizer {
     believed: SearchOffset,
     arbitration: Arbitration,
     rest: Rest,
-    /// How many frames the filter might have learnt from since it did.
-    untaught: usize,
     #[serde(skip)]
     fusions: Fusions,
 }
@@ -62,25 +60,14 @@ struct Raw {
     believed: SearchOffset,
     arbitration: Arbitration,
     rest: Rest,
-    untaught: usize,
 }
 
 impl TryFrom<Raw> for WitnessLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw {
-            params,
-            filter,
-            network,
-            convention,
-            filter_offset,
-            network_offset,
-            believed,
-            arbitration,
-            rest,
-            untaught,
-        } = raw;
+        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, rest } =
+            raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
@@ -95,7 +82,6 @@ impl TryFrom<Raw> for WitnessLocalizer {
             believed,
             arbitration,
             rest,
-            untaught,
             fusions,
         })
     }
@@ -132,7 +118,6 @@ impl WitnessLocalizer {
             believed: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
             rest: Rest::default(),
-            untaught: 0,
             fusions: Fusions::default(),
         })
     }
@@ -334,17 +319,13 @@ impl Localizer for WitnessLocalizer {
     fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
         let Some(fused) = &self.fusions.decided else { return Ok(()) };
         let fusion = &self.params.fusion;
-        let taught = match &fused.filter {
-            Some(candidate) if fused.filter_keeps(fusion) => candidate.own,
-            _ if fused.agreed || fused.filter_leads || measurement.confidence >= fusion.teach_from => bbox,
-            _ => return Ok(()),
-        };
-        self.untaught += 1;
-        if self.untaught < fusion.teach_every {
-            return Ok(());
+        match &fused.filter {
+            Some(candidate) if fused.filter_keeps(fusion) => self.filter.adapt(frame, candidate.own, measurement),
+            _ if fused.agreed || fused.filter_leads || measurement.confidence >= fusion.teach_from => {
+                self.filter.adapt(frame, bbox, measurement)
+            }
+            _ => Ok(()),
         }
-        self.untaught = 0;
-        self.filter.adapt(frame, taught, measurement)
     }
 
     fn doubt(&self, _: &Frame, _: &BBox) -> Option<Doubt> {

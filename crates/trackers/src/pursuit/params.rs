@@ -68,8 +68,6 @@ pursuit_tracking::parameters! {
         pub convention_limit: f64 = 0.5, in 0.0..=2.0, source "ours";
         /// Where only the network is believed, the filter learns from this probability.
         pub teach_from: f64 = 0.88, in 0.0..=1.0, source "ours";
-        /// Every so many-th frame that it may learn from the filter learns; `filter.learning_rate` is that of one such frame.
-        pub teach_every: usize = 1, in 1..=1000, source "danelljan2017b, section 3.3: 6";
         /// From this on the network sees something like the target: what is not believed there has `changed`, or is one of several
         /// (`confused`); below, it is `covered`. Only the word in the files goes by it.
         pub seen_from: f64 = 4.0, in -20.0..=20.0, unit "log odds", source "ours";
