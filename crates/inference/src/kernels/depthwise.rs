@@ -1,5 +1,9 @@
 use super::{Activation, Columns, LANES, Map, lanes_at, window_at};
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
+use std::ops::Range;
+
+/// Rows computed together.
+const BLOCK: usize = 4;
 
 /// Side and stride of a depthwise convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,14 +58,10 @@ impl Depthwise {
 
     /// Computes every row of the dense map `out`; `sums`, sixteen a channel, receives the sums over the rows, column by
     /// column (modulo sixteen): of maps at most sixteen columns wide, or whole sixteens.
-    pub fn run(&self, input: &Map, out: &mut Map, mut sums: Option<&mut [f32]>) {
+    pub fn run(&self, input: &Map, out: &mut Map, sums: Option<&mut [f32]>) {
         debug_assert_eq!(input.channels, self.bias.len());
-        debug_assert_eq!(matches!(input.columns, Columns::Split { .. }), self.is_strided());
-        if let Some(sums) = sums.as_deref_mut() {
-            sums.fill(0.0);
-        }
-        let sums = sums.unwrap_or_default();
-        dispatch!(Level::new(), simd => rows(simd, self, input, out, sums));
+        let mut sums = cleared(sums);
+        dispatch!(Level::new(), simd => channels(simd, self, 0..self.bias.len(), input, out, &mut sums));
     }
 
     const fn is_strided(&self) -> bool {
@@ -69,108 +69,135 @@ impl Depthwise {
     }
 }
 
-#[inline(always)]
-fn rows<S: Simd>(simd: S, d: &Depthwise, input: &Map, out: &mut Map, sums: &mut [f32]) {
-    match d.shape {
-        DepthwiseShape::Two => by_one::<S, 2, 4, 17>(simd, d, input, out, sums),
-        DepthwiseShape::Three => by_one::<S, 3, 9, 18>(simd, d, input, out, sums),
-        DepthwiseShape::Four => by_one::<S, 4, 16, 19>(simd, d, input, out, sums),
-        DepthwiseShape::Five => by_one::<S, 5, 25, 20>(simd, d, input, out, sums),
-        DepthwiseShape::ThreeByTwo => by_two::<S, 3, 9, 17>(simd, d, input, out, sums),
-        DepthwiseShape::FiveByTwo => by_two::<S, 5, 25, 18>(simd, d, input, out, sums),
-    }
+/// The sums asked for, zero, or none.
+pub(super) fn cleared(sums: Option<&mut [f32]>) -> &mut [f32] {
+    let sums = sums.unwrap_or_default();
+    sums.fill(0.0);
+    sums
 }
 
-/// Stride 1: a kernel of side `K` with `KK` taps reads windows of `L` columns in `K` rows.
+/// `channels` of `out`, which are those of `input` from its first on.
 #[inline(always)]
-fn by_one<S: Simd, const K: usize, const KK: usize, const L: usize>(
+pub(super) fn channels<S: Simd>(
     simd: S,
     d: &Depthwise,
+    channels: Range<usize>,
     input: &Map,
     out: &mut Map,
     sums: &mut [f32],
 ) {
-    let taps = d.weights.as_chunks::<KK>().0;
-    let segments = out.segments();
-    let (stride, pitch) = (input.row_len(), out.pitch);
-    let height = out.height;
-    for y in 0..height {
-        let source = input.padded_rows_from(y);
-        // Rows are summed in pairs, so that fewer small numbers are added to a large one.
-        let is_second = y % 2 == 1;
-        let (above, target) = row_and_above(out, y);
-        for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
-            for s in 0..segments {
-                let at = c * input.pitch + s * LANES;
-                let windows: [&[f32; L]; K] = std::array::from_fn(|r| window_at(source, r * stride + at));
-                let mut result = f32x16::splat(simd, bias);
-                for (ky, window) in windows.into_iter().enumerate() {
-                    for kx in 0..K {
-                        result = lanes_at(simd, window, kx).mul_add(w[ky * K + kx], result);
-                    }
-                }
-                let result = d.activation.of_lanes(result);
-                let at = c * pitch + s * LANES;
-                result.store_slice(&mut target[at..at + LANES]);
-                if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-                    if is_second {
-                        (lanes_at(simd, sum, 0) + (lanes_at(simd, above, at) + result)).store_slice(sum);
-                    } else if y + 1 == height {
-                        (lanes_at(simd, sum, 0) + result).store_slice(sum);
-                    }
-                }
+    debug_assert_eq!(matches!(input.columns, Columns::Split { .. }), d.is_strided());
+    for (i, c) in channels.enumerate() {
+        // A call of its own: all that goes on around it would take registers from the sums.
+        simd.vectorize(
+            #[inline(always)]
+            || match d.shape {
+                DepthwiseShape::Two => channel::<S, 2, 4, 1, 17>(simd, d, c, (input, i), out),
+                DepthwiseShape::Three => channel::<S, 3, 9, 1, 18>(simd, d, c, (input, i), out),
+                DepthwiseShape::Four => channel::<S, 4, 16, 1, 19>(simd, d, c, (input, i), out),
+                DepthwiseShape::Five => channel::<S, 5, 25, 1, 20>(simd, d, c, (input, i), out),
+                DepthwiseShape::ThreeByTwo => channel::<S, 3, 9, 2, 17>(simd, d, c, (input, i), out),
+                DepthwiseShape::FiveByTwo => channel::<S, 5, 25, 2, 18>(simd, d, c, (input, i), out),
+            },
+        );
+        if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
+            sum_up(simd, out, c, !d.is_strided(), sum);
+        }
+    }
+}
+
+/// Channel `c` of `out`, which is channel `i` of `input`, by a kernel of side `K` with `KK` taps and stride `T`, which
+/// reads windows of `L` columns.
+#[inline(always)]
+fn channel<S: Simd, const K: usize, const KK: usize, const T: usize, const L: usize>(
+    simd: S,
+    d: &Depthwise,
+    c: usize,
+    (input, i): (&Map, usize),
+    out: &mut Map,
+) {
+    let taps = &d.weights.as_chunks::<KK>().0[c];
+    let source = &input.padded_rows_from(0)[i * input.pitch..];
+    let layout = (input.row_len(), input.pitch / 2);
+    let (height, segments, len, at) = (out.height, out.segments(), out.row_len(), c * out.pitch);
+    let target = &mut out.rows_mut(0, height)[at..];
+    for s in 0..segments {
+        let (source, target) = (&source[s * LANES..], &mut target[s * LANES..]);
+        let mut y = 0;
+        while y < height {
+            if height >= BLOCK {
+                // The last rows may be computed twice.
+                let first = y.min(height - BLOCK);
+                let sums =
+                    weighted::<S, K, KK, T, L, BLOCK>(simd, taps, d.bias[c], &source[first * T * layout.0..], layout);
+                store(d.activation.of_lanes(sums), &mut target[first * len..], len);
+                y += BLOCK;
+            } else {
+                let sum = weighted::<S, K, KK, T, L, 1>(simd, taps, d.bias[c], &source[y * T * layout.0..], layout);
+                store(d.activation.of_lanes(sum), &mut target[y * len..], len);
+                y += 1;
             }
         }
     }
 }
 
-/// Stride 2 over even and odd columns that stand apart: windows of `L` columns in `K` rows.
+/// Writes `R` rows, `len` floats from one to the next.
 #[inline(always)]
-fn by_two<S: Simd, const K: usize, const KK: usize, const L: usize>(
-    simd: S,
-    d: &Depthwise,
-    input: &Map,
-    out: &mut Map,
-    sums: &mut [f32],
-) {
-    let taps = d.weights.as_chunks::<KK>().0;
-    let segments = out.segments();
-    let (stride, half, pitch) = (input.row_len(), input.pitch / 2, out.pitch);
-    for y in 0..out.height {
-        let source = input.padded_rows_from(2 * y);
-        let target = out.row_mut(y);
-        for (c, (w, &bias)) in taps.iter().zip(&d.bias).enumerate() {
-            for s in 0..segments {
-                let at = c * input.pitch + s * LANES;
-                let mut result = f32x16::splat(simd, bias);
-                for ky in 0..K {
-                    let even: &[f32; L] = window_at(source, ky * stride + at);
-                    let odd: &[f32; L] = window_at(source, ky * stride + at + half);
-                    for kx in 0..K {
-                        let x = lanes_at(simd, if kx % 2 == 0 { even } else { odd }, kx / 2);
-                        result = x.mul_add(w[ky * K + kx], result);
-                    }
-                }
-                let result = d.activation.of_lanes(result);
-                let at = c * pitch + s * LANES;
-                result.store_slice(&mut target[at..at + LANES]);
-                if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-                    (lanes_at(simd, sum, 0) + result).store_slice(sum);
-                }
-            }
-        }
+fn store<S: Simd, const R: usize>(rows: [f32x16<S>; R], target: &mut [f32], len: usize) {
+    for r in 0..R {
+        rows[r].store_slice(&mut target[r * len..r * len + LANES]);
     }
 }
 
-/// Row `y`, to be written, and the one above it, or none above the first.
+/// Adds up the rows of a channel, in pairs, so that fewer small numbers are added to a large one, or one by one.
 #[inline(always)]
-fn row_and_above(map: &mut Map, y: usize) -> (&[f32], &mut [f32]) {
-    let len = map.row_len();
-    match y {
-        0 => (&[], map.row_mut(0)),
-        _ => {
-            let (above, row) = map.rows_mut(y - 1, 2).split_at_mut(len);
-            (above, row)
+fn sum_up<S: Simd>(simd: S, map: &Map, channel: usize, in_pairs: bool, sum: &mut [f32]) {
+    let at = |y: usize, s: usize| lanes_at(simd, map.row(y), map.offset(channel, s * LANES));
+    let mut total = f32x16::splat(simd, 0.0);
+    let paired = if in_pairs { map.height / 2 * 2 } else { 0 };
+    for y in (0..paired).step_by(2) {
+        for s in 0..map.segments() {
+            total += at(y, s) + at(y + 1, s);
         }
     }
+    for y in paired..map.height {
+        for s in 0..map.segments() {
+            total += at(y, s);
+        }
+    }
+    total.store_slice(sum);
+}
+
+/// The weighted sums of one channel at sixteen columns of `R` rows: each window is read once for all of them.
+#[inline(always)]
+fn weighted<S: Simd, const K: usize, const KK: usize, const T: usize, const L: usize, const R: usize>(
+    simd: S,
+    taps: &[f32; KK],
+    bias: f32,
+    source: &[f32],
+    (stride, half): (usize, usize),
+) -> [f32x16<S>; R] {
+    let mut sums = [f32x16::splat(simd, bias); R];
+    // A loop over the rows would be left as one, with a test for each weight.
+    macro_rules! rows {
+        ($($row:literal)*) => { $(
+            if $row < (R - 1) * T + K {
+                let even: &[f32; L] = window_at(source, $row * stride);
+                let odd: &[f32; L] = if T == 1 { even } else { window_at(source, $row * stride + half) };
+                for kx in 0..K {
+                    let x = match T {
+                        1 => lanes_at(simd, even, kx),
+                        _ => lanes_at(simd, if kx % 2 == 0 { even } else { odd }, kx / 2),
+                    };
+                    for r in 0..R {
+                        if $row >= r * T && $row - r * T < K {
+                            sums[r] = x.mul_add(taps[($row - r * T) * K + kx], sums[r]);
+                        }
+                    }
+                }
+            }
+        )* };
+    }
+    rows!(0 1 2 3 4 5 6 7 8 9 10);
+    sums
 }

@@ -11,7 +11,7 @@ mod stem;
 
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use map::{Columns, LANES, Map};
-pub use pointwise::{Pointwise, PointwiseInput};
+pub use pointwise::{PANEL as TOGETHER, Pointwise, PointwiseInput};
 pub use squeeze::SqueezeExcite;
 pub use stem::Stem;
 
@@ -42,15 +42,28 @@ impl Activation {
         }
     }
 
-    /// The activation of sixteen numbers.
+    /// The activation of `N` times sixteen numbers.
     #[inline(always)]
-    fn of_lanes<S: Simd>(self, x: f32x16<S>) -> f32x16<S> {
+    fn of_lanes<S: Simd, const N: usize>(self, mut x: [f32x16<S>; N]) -> [f32x16<S>; N] {
         match self {
-            Self::None => x,
-            Self::Relu => x.max(0.0),
-            Self::Relu6 => x.max(0.0).min(6.0),
-            Self::HardSwish => x * (x * (1.0 / 6.0) + 0.5).max(0.0).min(1.0),
+            Self::None => {}
+            Self::Relu => {
+                for i in 0..N {
+                    x[i] = x[i].max(0.0);
+                }
+            }
+            Self::Relu6 => {
+                for i in 0..N {
+                    x[i] = x[i].max(0.0).min(6.0);
+                }
+            }
+            Self::HardSwish => {
+                for i in 0..N {
+                    x[i] *= (x[i] * (1.0 / 6.0) + 0.5).max(0.0).min(1.0);
+                }
+            }
         }
+        x
     }
 }
 

@@ -1,8 +1,9 @@
-use super::{Activation, Columns, LANES, Map, is_wide, lanes_at};
+use super::{Activation, Columns, Depthwise, LANES, Map, depthwise, is_wide, lanes_at};
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
+use std::ops::Range;
 
 /// Outputs computed together from a packed panel of weights.
-const PANEL: usize = 8;
+pub const PANEL: usize = 8;
 
 /// The number of each lane.
 const NUMBERS: [f32; LANES] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
@@ -58,48 +59,88 @@ impl Pointwise {
 
     /// Computes every row of `out`.
     pub fn run(&self, mut input: PointwiseInput<'_>, out: &mut Map) {
-        debug_assert_eq!(input.map.channels + input.more.map_or(0, |m| m.channels), self.inputs);
-        debug_assert_eq!((input.map.height, input.map.width), (out.height, out.width));
         debug_assert_eq!(out.channels, self.outputs);
+        self.check(&input, out);
         dispatch!(Level::new(), simd => {
             for y in (0..out.height).step_by(2) {
-                match is_wide(simd) {
-                    true => rows::<_, 2, 8>(simd, self, &mut input, y, out),
-                    false => rows::<_, 1, 4>(simd, self, &mut input, y, out),
-                }
+                let rows = y..(y + 2).min(out.height);
+                gate(simd, &mut input, rows.clone());
+                (0..self.bias.len()).for_each(|n| panel(simd, self, &input, n, rows.clone(), out, n * PANEL));
             }
         });
     }
+
+    /// Computes every row of `out`, a convolution of what this one gives. In between lie no more than the eight channels
+    /// of `between`, laid out as `next` wants them, so that they stay in the nearest cache. `sums` is as in
+    /// [`Depthwise::run`].
+    pub fn run_into(
+        &self,
+        input: &mut PointwiseInput<'_>,
+        between: &mut Map,
+        next: &Depthwise,
+        out: &mut Map,
+        sums: Option<&mut [f32]>,
+    ) {
+        debug_assert_eq!((between.channels, out.channels), (PANEL, self.outputs));
+        self.check(input, between);
+        let mut sums = depthwise::cleared(sums);
+        dispatch!(Level::new(), simd => {
+            let rows = 0..between.height;
+            gate(simd, input, rows.clone());
+            for n in 0..self.bias.len() {
+                panel(simd, self, input, n, rows.clone(), between, 0);
+                let channels = n * PANEL..((n + 1) * PANEL).min(self.outputs);
+                depthwise::channels(simd, next, channels, between, out, &mut sums);
+            }
+        });
+    }
+
+    fn check(&self, input: &PointwiseInput<'_>, out: &Map) {
+        debug_assert_eq!(input.map.channels + input.more.map_or(0, |m| m.channels), self.inputs);
+        debug_assert_eq!((input.map.height, input.map.width), (out.height, out.width));
+    }
 }
 
-/// Row `y` and, where there is one, the next: `M` outputs at `P` places of sixteen columns at a time, as many sums as
-/// there are registers for.
+/// Eight outputs, the `n`-th of such, in `rows`: as many sums at a time as there are registers for. They are written to
+/// the channels of `out` from `at` on.
 #[inline(always)]
-pub(super) fn rows<S: Simd, const P: usize, const M: usize>(
+fn panel<S: Simd>(
     simd: S,
     p: &Pointwise,
-    input: &mut PointwiseInput<'_>,
-    y: usize,
+    input: &PointwiseInput<'_>,
+    n: usize,
+    rows: Range<usize>,
     out: &mut Map,
+    at: usize,
 ) {
-    let rows = (out.height - y).min(2);
-    if let Some((factors, activation)) = input.gate {
-        for y in y..y + rows {
-            gate(simd, input.map.row_mut(y), factors, activation);
-        }
+    match is_wide(simd) {
+        true => tiles::<S, 2, 8>(simd, p, input, n, rows, out, at),
+        false => tiles::<S, 1, 4>(simd, p, input, n, rows, out, at),
     }
+}
+
+/// A panel by `M` outputs at `P` places of sixteen columns at a time.
+#[inline(always)]
+pub(super) fn tiles<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    p: &Pointwise,
+    input: &PointwiseInput<'_>,
+    n: usize,
+    rows: Range<usize>,
+    out: &mut Map,
+    at: usize,
+) {
     let segments = out.segments();
-    let place = |n: usize| (y + n / segments, n % segments);
-    let whole = rows * segments / P * P;
-    for panel in 0..p.bias.len() {
-        for m in (0..PANEL).step_by(M) {
-            let first = panel * PANEL + m;
-            for n in (0..whole).step_by(P) {
-                tile::<S, P, M>(simd, p, input, first, std::array::from_fn(|i| place(n + i)), out);
-            }
-            for n in whole..rows * segments {
-                tile::<S, 1, M>(simd, p, input, first, [place(n)], out);
-            }
+    let place = |i: usize| (rows.start + i / segments, i % segments);
+    let places = rows.len() * segments;
+    let whole = places / P * P;
+    for m in (0..PANEL).step_by(M) {
+        let (first, at) = (n * PANEL + m, at + m);
+        for i in (0..whole).step_by(P) {
+            tile::<S, P, M>(simd, p, input, first, std::array::from_fn(|k| place(i + k)), out, at);
+        }
+        for i in whole..places {
+            tile::<S, 1, M>(simd, p, input, first, [place(i)], out, at);
         }
     }
 }
@@ -113,18 +154,20 @@ fn tile<S: Simd, const P: usize, const M: usize>(
     first: usize,
     places: [(usize, usize); P],
     out: &mut Map,
+    at: usize,
 ) {
     let (panel, m) = (first / PANEL, first % PANEL);
     let (head, tail) = p.panels[panel * p.inputs..(panel + 1) * p.inputs].split_at(input.map.channels);
-    let mut sums: Sums<S, P, M> = [biased(simd, &p.bias[panel], m); P];
-    sums = accumulate(simd, (head, m), offsets(input.map), sources(input.map, places), sums);
-    if let Some(more) = input.more {
-        sums = accumulate(simd, (tail, m), offsets(more), sources(more, places), sums);
-    }
+    let biases: Sums<S, P, M> = [biased(simd, &p.bias[panel], m); P];
+    let sums = accumulate(simd, (head, m), offsets(input.map), sources(input.map, places), biases);
+    let sums = match input.more {
+        Some(more) => accumulate(simd, (tail, m), offsets(more), sources(more, places), sums),
+        None => sums,
+    };
     // A call of its own: what it needs would take registers from the sums.
     simd.vectorize(
         #[inline(always)]
-        || finish(simd, p, input.residual, first, (&places, &sums), out),
+        || finish(simd, p, input.residual, first, (&places, &sums), out, at),
     );
 }
 
@@ -137,30 +180,40 @@ fn finish<S: Simd, const P: usize, const M: usize>(
     first: usize,
     (places, sums): (&[(usize, usize); P], &Sums<S, P, M>),
     out: &mut Map,
+    at: usize,
 ) {
+    let count = p.outputs.saturating_sub(first).min(M);
     for n in 0..P {
         let (y, s) = places[n];
-        for i in 0..M {
-            if first + i < p.outputs {
-                let mut sum = sums[n][i];
-                if let Some(residual) = residual {
-                    sum += lanes_at(simd, residual.row(y), residual.offset(first + i, s * LANES));
+        let mut sums = sums[n];
+        if let Some(residual) = residual {
+            let row = residual.row(y);
+            for i in 0..M {
+                if i < count {
+                    sums[i] += lanes_at(simd, row, residual.offset(first + i, s * LANES));
                 }
-                store(simd, out, y, first + i, s, p.activation.of_lanes(sum));
             }
         }
+        store(simd, out, (y, s), at, p.activation.of_lanes(sums), count);
     }
 }
 
 /// Where the channels of a dense map begin in a row.
+#[inline(always)]
 fn offsets(map: &Map) -> impl Iterator<Item = usize> {
     let pitch = map.pitch;
     (0..map.channels).map(move |c| c * pitch)
 }
 
 /// Each (row, segment) of a map, and all that follows it in the row.
+#[inline(always)]
 fn sources<const P: usize>(map: &Map, places: [(usize, usize); P]) -> [&[f32]; P] {
-    places.map(|(y, s)| &map.row(y)[s * LANES..])
+    let mut sources: [&[f32]; P] = [&[]; P];
+    for n in 0..P {
+        let (y, s) = places[n];
+        sources[n] = &map.row(y)[s * LANES..];
+    }
+    sources
 }
 
 /// The biases of `M` outputs from `m` on.
@@ -196,39 +249,60 @@ pub(super) fn accumulate<S: Simd, const P: usize, const M: usize>(
     sums
 }
 
-/// x = activation(factor · x), channel by channel.
+/// x = activation(factor · x), channel by channel, where there are factors.
 #[inline(always)]
-fn gate<S: Simd>(simd: S, row: &mut [f32], factors: &[f32], activation: Activation) {
-    let pitch = row.len() / factors.len();
-    for (channel, &factor) in row.chunks_exact_mut(pitch).zip(factors) {
-        for x in channel.as_chunks_mut::<LANES>().0 {
-            activation.of_lanes(f32x16::load_array_ref(simd, x) * factor).store_array(x);
+fn gate<S: Simd>(simd: S, input: &mut PointwiseInput<'_>, rows: Range<usize>) {
+    let Some((factors, activation)) = input.gate else { return };
+    let pitch = input.map.pitch;
+    for y in rows {
+        for (channel, &factor) in input.map.row_mut(y).chunks_exact_mut(pitch).zip(factors) {
+            for x in channel.as_chunks_mut::<LANES>().0 {
+                activation.of_lanes([f32x16::load_array_ref(simd, x) * factor])[0].store_array(x);
+            }
         }
     }
 }
 
-/// Writes sixteen columns of a channel, zeros for those that the map does not have, so that its padding stays zero.
+/// Writes sixteen columns of the first `count` of `M` channels from `channel` on, zeros for columns that the map does not
+/// have, so that its padding stays zero.
 #[inline(always)]
-pub(super) fn store<S: Simd>(simd: S, out: &mut Map, y: usize, channel: usize, segment: usize, lanes: f32x16<S>) {
+pub(super) fn store<S: Simd, const M: usize>(
+    simd: S,
+    out: &mut Map,
+    (y, segment): (usize, usize),
+    channel: usize,
+    mut lanes: [f32x16<S>; M],
+    count: usize,
+) {
     let valid = out.width - segment * LANES;
-    let lanes = match valid < LANES {
-        true => {
-            let is_valid = f32x16::load_array_ref(simd, &NUMBERS).simd_lt(valid as f32);
-            is_valid.select(lanes, f32x16::splat(simd, 0.0))
+    if valid < LANES {
+        let is_valid = f32x16::load_array_ref(simd, &NUMBERS).simd_lt(valid as f32);
+        for i in 0..M {
+            lanes[i] = is_valid.select(lanes[i], f32x16::splat(simd, 0.0));
         }
-        false => lanes,
-    };
+    }
     let at = out.offset(channel, segment * LANES);
-    let (columns, padding) = (out.columns, out.padding);
+    let (columns, padding, pitch) = (out.columns, out.padding, out.pitch);
     let row = out.row_mut(y);
     match columns {
-        Columns::Straight => lanes.store_slice(&mut row[at..at + LANES]),
+        Columns::Straight => {
+            for i in 0..M {
+                if i < count {
+                    lanes[i].store_slice(&mut row[at + i * pitch..at + i * pitch + LANES]);
+                }
+            }
+        }
         Columns::Split { half } => {
             // The first column is even, counted with the padding, or it lies among the odd ones: its neighbour then is
             // the next even one.
             let neighbour = if padding % 2 == 0 { at + half } else { at + 1 - half };
-            lanes.unzip_low(lanes).split().0.store_slice(&mut row[at..at + LANES / 2]);
-            lanes.unzip_high(lanes).split().0.store_slice(&mut row[neighbour..neighbour + LANES / 2]);
+            for i in 0..M {
+                if i < count {
+                    let (first, second) = (at + i * pitch, neighbour + i * pitch);
+                    lanes[i].unzip_low(lanes[i]).split().0.store_slice(&mut row[first..first + LANES / 2]);
+                    lanes[i].unzip_high(lanes[i]).split().0.store_slice(&mut row[second..second + LANES / 2]);
+                }
+            }
         }
     }
 }

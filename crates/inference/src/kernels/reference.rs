@@ -115,7 +115,7 @@ fn activations_are_what_their_equations_say() {
         assert!((Activation::HardSwish.of(x) - x * hard).abs() < 1e-5);
         for activation in [Activation::None, Activation::Relu, Activation::Relu6, Activation::HardSwish] {
             let lanes: [f32; LANES] =
-                dispatch!(Level::new(), simd => activation.of_lanes(f32x16::splat(simd, x)).to_array());
+                dispatch!(Level::new(), simd => activation.of_lanes([f32x16::splat(simd, x); 2])[1].to_array());
             assert!((lanes[3] - activation.of(x)).abs() < 1e-6, "{activation:?} of {x}");
         }
     }
@@ -178,19 +178,19 @@ fn pointwise_gates_concatenates_and_adds() {
 /// Each instruction set has its own number of sums at a time; a sum is the same in all.
 #[test]
 fn what_is_summed_together_changes_nothing() {
-    type Rows = fn(&Pointwise, &mut PointwiseInput<'_>, usize, &mut Map);
-    let ways: [Rows; 3] = [
-        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 1, 4>(simd, p, input, y, out)),
-        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 1, 8>(simd, p, input, y, out)),
-        |p, input, y, out| dispatch!(Level::new(), simd => pointwise::rows::<_, 2, 8>(simd, p, input, y, out)),
+    type Panel = fn(&Pointwise, &PointwiseInput<'_>, usize, &mut Map);
+    let ways: [Panel; 3] = [
+        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 1, 4>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
+        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 1, 8>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
+        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 2, 8>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
     ];
     for (inputs, outputs, height, width) in [(5, 12, 3, 48), (9, 7, 5, 16), (3, 16, 2, 33), (4, 8, 1, 5)] {
         let input = Planes::new(inputs, height, width, 41);
         let layer = Pointwise::new(&numbers(inputs * outputs, 42), &numbers(outputs, 43), Activation::Relu6);
-        let results = ways.map(|rows| {
+        let results = ways.map(|panel| {
             let mut map = input.in_map(Map::dense(inputs, height, width));
             let mut out = Map::split(outputs, height, width, 1, 3);
-            (0..height).step_by(2).for_each(|y| rows(&layer, &mut PointwiseInput::plain(&mut map), y, &mut out));
+            (0..outputs.div_ceil(TOGETHER)).for_each(|n| panel(&layer, &PointwiseInput::plain(&mut map), n, &mut out));
             contents(&out)
         });
         let want = convolution(&input, &numbers(inputs * outputs, 42), &numbers(outputs, 43), (1, 1, 0), false);
@@ -246,6 +246,45 @@ fn depthwise_agrees_with_the_definition() {
                 let sum: f32 = sums[c * LANES..c * LANES + columns].iter().sum();
                 assert!((sum - plane.iter().sum::<f32>()).abs() < 1e-2, "{what}: sum of channel {c}");
             }
+        }
+    }
+}
+
+#[test]
+fn pointwise_into_depthwise_is_one_after_the_other() {
+    use DepthwiseShape::*;
+    let cases = [(Two, 1, 0), (Three, 1, 1), (Four, 1, 1), (Five, 1, 2), (ThreeByTwo, 2, 1), (FiveByTwo, 2, 2)];
+    for (shape, stride, padding) in cases {
+        for (inputs, outputs, height, width) in [(5, 20, 16, 16), (3, 8, 15, 15), (9, 3, 8, 8), (4, 17, 6, 33)] {
+            let side = shape.side();
+            let what = format!("{shape:?}, {inputs} to {outputs}, {height} x {width}");
+            let input = Planes::new(inputs, height, width, 51);
+            let mix = Pointwise::new(&numbers(inputs * outputs, 52), &numbers(outputs, 53), Activation::HardSwish);
+            let (weights, bias) = (numbers(outputs * side * side, 54), numbers(outputs, 55));
+            let filter = Depthwise::new(shape, &weights, &bias, Activation::Relu);
+            let layout = |channels: usize| match stride {
+                1 => Map::padded(channels, height, width, padding, side),
+                _ => Map::split(channels, height, width, padding, side),
+            };
+            let out_side = |n: usize| (n + 2 * padding - side) / stride + 1;
+            let mut out = Map::dense(outputs, out_side(height), out_side(width));
+            let (mut want, mut sums, mut want_sums) =
+                (out.clone(), vec![7.0; outputs * LANES], vec![8.0; outputs * LANES]);
+            let factors = numbers(inputs, 56);
+
+            let mut map = input.in_map(Map::dense(inputs, height, width));
+            let mut whole = layout(outputs);
+            let gate = Some((factors.as_slice(), Activation::Relu));
+            mix.run(PointwiseInput { gate, ..PointwiseInput::plain(&mut map) }, &mut whole);
+            filter.run(&whole, &mut want, Some(&mut want_sums));
+
+            let mut map = input.in_map(Map::dense(inputs, height, width));
+            let mut between = layout(TOGETHER);
+            let mut gated = PointwiseInput { gate, ..PointwiseInput::plain(&mut map) };
+            mix.run_into(&mut gated, &mut between, &filter, &mut out, Some(&mut sums));
+            assert_eq!(contents(&out), contents(&want), "{what}");
+            assert_eq!(sums, want_sums, "{what}: sums");
+            assert_padding_is_zero(&between, &what);
         }
     }
 }

@@ -83,11 +83,8 @@ fn segments<S: Simd, const P: usize, const M: usize>(
             let sources = std::array::from_fn(|p| &source[(s + p) * LANES..]);
             let sums = accumulate(simd, (panel, m), stem.taps.iter().copied(), sources, sums);
             for p in 0..P {
-                for i in 0..M {
-                    if first + i < stem.outputs {
-                        store(simd, out, y, first + i, s + p, stem.activation.of_lanes(sums[p][i]));
-                    }
-                }
+                let count = stem.outputs.saturating_sub(first);
+                store(simd, out, (y, s + p), first, stem.activation.of_lanes(sums[p]), count);
             }
         }
     }

@@ -4,7 +4,7 @@
 use super::weights::{Layer, Weights};
 use crate::Result;
 use crate::kernels::{
-    Activation, Depthwise, DepthwiseShape, LANES, Map, Pointwise, PointwiseInput, SqueezeExcite, Stem,
+    Activation, Depthwise, DepthwiseShape, LANES, Map, Pointwise, PointwiseInput, SqueezeExcite, Stem, TOGETHER,
 };
 use Activation::{HardSwish, None as Linear, Relu};
 
@@ -53,22 +53,30 @@ const BLOCKS: [BlockSpec; 9] = [
 pub struct Backbone {
     image: Map,
     stem: Stem,
+    first: Filter,
+    /// From the second on. The projection of the first and the expansion of the second are one layer, there being
+    /// nothing between them.
     blocks: Vec<Block>,
-    /// `dense[n]` is what block n reads and block n − 1 writes; the last are the features.
-    dense: Vec<Map>,
 }
 
 /// Expand, filter each channel, weigh the channels, project.
 #[derive(Debug, Clone)]
 struct Block {
-    /// `None` where the projection of the block before is merged with it, there being nothing between them.
-    expand: Option<Pointwise>,
+    expand: Pointwise,
+    filter: Filter,
+    project: Pointwise,
+    is_residual: bool,
+    out: Map,
+}
+
+/// Filter each channel, weigh the channels.
+#[derive(Debug, Clone)]
+struct Filter {
+    /// What is filtered: all channels, or some at a time.
     expanded: Map,
     depthwise: Depthwise,
     filtered: Map,
     attention: Option<Attention>,
-    project: Pointwise,
-    is_residual: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -85,15 +93,15 @@ impl Backbone {
         let image = Map::split(CHANNELS, side, side, 1, 3);
         let stem = weights.layer("backbone.stem", &[STEM, CHANNELS, 3, 3])?;
         let stem = Stem::new(&stem.weights, &stem.bias, HardSwish, &image);
-        let (mut side, mut channels) = (side.div_ceil(2), STEM);
-        let (mut blocks, mut dense) = (Vec::with_capacity(BLOCKS.len()), Vec::with_capacity(BLOCKS.len() + 1));
-        for (number, spec) in (1..).zip(BLOCKS) {
-            dense.push(Map::dense(channels, side, side));
-            blocks.push(Block::new(weights, number, spec, channels, side)?);
-            (channels, side) = (spec.out, side.div_ceil(spec.stride));
-        }
-        dense.push(Map::dense(channels, side, side));
-        Ok(Self { image, stem, blocks, dense })
+        let mut side = side.div_ceil(2);
+        let first = Filter::new(weights, 1, side, STEM)?;
+        let blocks: Result<Vec<Block>> = (2..=BLOCKS.len())
+            .map(|number| {
+                side = side.div_ceil(BLOCKS[number - 2].stride);
+                Block::new(weights, number, side)
+            })
+            .collect();
+        Ok(Self { image, stem, first, blocks: blocks? })
     }
 
     /// The image, to be written before [`run`](Self::run): blue, green and red from 0 to 255.
@@ -103,68 +111,86 @@ impl Backbone {
 
     /// The features of the image: 96 channels at a sixteenth of its size.
     pub fn run(&mut self) -> &mut Map {
-        self.stem.run(&self.image, &mut self.blocks[0].expanded);
-        for n in 0..self.blocks.len() {
-            let (until, after) = self.blocks.split_at_mut(n + 1);
-            let (input, output) = self.dense.split_at_mut(n + 1);
-            // Two linear layers meet after the first block, and are one.
-            let out = if n == 0 { &mut after[0].expanded } else { &mut output[0] };
-            until[n].run(&mut input[n], out);
+        self.stem.run(&self.image, &mut self.first.expanded);
+        let mut input = self.first.run();
+        for block in &mut self.blocks {
+            input = PointwiseInput::plain(block.run(input));
         }
-        &mut self.dense[BLOCKS.len()]
+        input.map
     }
 }
 
 impl Block {
-    fn new(weights: &Weights<'_>, number: usize, spec: BlockSpec, inputs: usize, side: usize) -> Result<Self> {
-        let name = |layer: &str| format!("backbone.{number}.{layer}");
-        let expand = match number {
-            1 | 2 => None,
-            _ => Some(pointwise(weights.pointwise(&name("expand"), inputs, spec.expanded)?, spec.activation)),
-        };
-        let filter = weights.depthwise(&name("depthwise"), spec.expanded, spec.side)?;
-        // The squeezed blocks with hard swish apply it after the weighing.
-        let gate = if spec.squeezed > 0 && spec.activation == HardSwish { HardSwish } else { Linear };
-        let direct = if gate == HardSwish { Linear } else { spec.activation };
-        let project = weights.pointwise(&name("project"), spec.expanded, spec.out)?;
-        let project = match number {
-            1 => {
-                let next = BLOCKS[1];
-                let expand = weights.pointwise("backbone.2.expand", spec.out, next.expanded)?;
-                pointwise(project.then(&expand), next.activation)
-            }
-            _ => pointwise(project, Linear),
-        };
-        let (shape, expanded) = match (spec.side, spec.stride) {
-            (3, 1) => (DepthwiseShape::Three, Map::padded(spec.expanded, side, side, 1, 3)),
-            (3, _) => (DepthwiseShape::ThreeByTwo, Map::split(spec.expanded, side, side, 1, 3)),
-            (_, 1) => (DepthwiseShape::Five, Map::padded(spec.expanded, side, side, 2, 5)),
-            (_, _) => (DepthwiseShape::FiveByTwo, Map::split(spec.expanded, side, side, 2, 5)),
-        };
+    /// The block of this number, from 2 on, for maps of `side` × `side`.
+    fn new(weights: &Weights<'_>, number: usize, side: usize) -> Result<Self> {
+        let (before, spec) = (BLOCKS[number - 2], BLOCKS[number - 1]);
+        let mut expand = weights.pointwise(&name(number, "expand"), before.out, spec.expanded)?;
+        if number == 2 {
+            expand = weights.pointwise(&name(1, "project"), before.expanded, before.out)?.then(&expand);
+        }
         let out_side = side.div_ceil(spec.stride);
         Ok(Self {
-            expand,
-            expanded,
-            depthwise: Depthwise::new(shape, &filter.weights, &filter.bias, direct),
-            filtered: Map::dense(spec.expanded, out_side, out_side),
-            attention: Attention::new(weights, number, spec, gate)?,
-            project,
-            is_residual: spec.stride == 1 && inputs == spec.out,
+            expand: pointwise(&expand, spec.activation),
+            filter: Filter::new(weights, number, side, TOGETHER)?,
+            project: pointwise(&weights.pointwise(&name(number, "project"), spec.expanded, spec.out)?, Linear),
+            is_residual: spec.stride == 1 && before.out == spec.out,
+            out: Map::dense(spec.out, out_side, out_side),
         })
     }
 
-    fn run(&mut self, input: &mut Map, out: &mut Map) {
-        if let Some(expand) = &self.expand {
-            expand.run(PointwiseInput::plain(input), &mut self.expanded);
-        }
+    fn run(&mut self, mut input: PointwiseInput<'_>) -> &mut Map {
+        let mut filtered = self.filter.run_on(&self.expand, &mut input);
+        filtered.residual = self.is_residual.then_some(&*input.map);
+        self.project.run(filtered, &mut self.out);
+        &mut self.out
+    }
+}
+
+impl Filter {
+    /// That of the block of this number, for maps of `side` × `side` and `together` channels at a time.
+    fn new(weights: &Weights<'_>, number: usize, side: usize, together: usize) -> Result<Self> {
+        let spec = BLOCKS[number - 1];
+        let layer = weights.depthwise(&name(number, "depthwise"), spec.expanded, spec.side)?;
+        // The squeezed blocks with hard swish apply it after the weighing.
+        let gate = if spec.squeezed > 0 && spec.activation == HardSwish { HardSwish } else { Linear };
+        let direct = if gate == HardSwish { Linear } else { spec.activation };
+        let (shape, expanded) = match (spec.side, spec.stride) {
+            (3, 1) => (DepthwiseShape::Three, Map::padded(together, side, side, 1, 3)),
+            (3, _) => (DepthwiseShape::ThreeByTwo, Map::split(together, side, side, 1, 3)),
+            (_, 1) => (DepthwiseShape::Five, Map::padded(together, side, side, 2, 5)),
+            (_, _) => (DepthwiseShape::FiveByTwo, Map::split(together, side, side, 2, 5)),
+        };
+        let side = side.div_ceil(spec.stride);
+        Ok(Self {
+            expanded,
+            depthwise: Depthwise::new(shape, &layer.weights, &layer.bias, direct),
+            filtered: Map::dense(spec.expanded, side, side),
+            attention: Attention::new(weights, number, spec, gate)?,
+        })
+    }
+
+    /// Filters what has been written to `expanded`.
+    fn run(&mut self) -> PointwiseInput<'_> {
         let sums = self.attention.as_mut().map(|a| a.sums.as_mut_slice());
         self.depthwise.run(&self.expanded, &mut self.filtered, sums);
+        self.weighed()
+    }
+
+    /// Filters what `expand` makes of `input`.
+    fn run_on(&mut self, expand: &Pointwise, input: &mut PointwiseInput<'_>) -> PointwiseInput<'_> {
+        let sums = self.attention.as_mut().map(|a| a.sums.as_mut_slice());
+        expand.run_into(input, &mut self.expanded, &self.depthwise, &mut self.filtered, sums);
+        self.weighed()
+    }
+
+    /// What was filtered and the factors of its channels.
+    fn weighed(&mut self) -> PointwiseInput<'_> {
+        let map = &mut self.filtered;
         let gate = self.attention.as_mut().map(|a| {
-            let (columns, pixels) = (self.filtered.width, self.filtered.width * self.filtered.height);
+            let (columns, pixels) = (map.width, map.width * map.height);
             (a.squeeze.factors(&a.sums, columns, pixels), a.activation)
         });
-        let residual = self.is_residual.then_some(&*input);
-        self.project.run(PointwiseInput { map: &mut self.filtered, more: None, gate, residual }, out);
+        PointwiseInput { map, more: None, gate, residual: None }
     }
 }
 
@@ -174,13 +200,17 @@ impl Attention {
             return Ok(None);
         }
         let (channels, hidden) = (spec.expanded, spec.squeezed);
-        let squeeze = weights.layer(&format!("backbone.{number}.squeeze"), &[hidden, channels])?;
-        let excite = weights.layer(&format!("backbone.{number}.excite"), &[channels, hidden])?;
+        let squeeze = weights.layer(&name(number, "squeeze"), &[hidden, channels])?;
+        let excite = weights.layer(&name(number, "excite"), &[channels, hidden])?;
         let squeeze = SqueezeExcite::new(&squeeze.weights, &squeeze.bias, &excite.weights, &excite.bias);
         Ok(Some(Self { squeeze, sums: vec![0.0; channels * LANES], activation }))
     }
 }
 
-fn pointwise(layer: Layer, activation: Activation) -> Pointwise {
+fn name(number: usize, layer: &str) -> String {
+    format!("backbone.{number}.{layer}")
+}
+
+fn pointwise(layer: &Layer, activation: Activation) -> Pointwise {
     Pointwise::new(&layer.weights, &layer.bias, activation)
 }

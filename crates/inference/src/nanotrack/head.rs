@@ -9,7 +9,7 @@
 use super::backbone::FEATURES;
 use super::weights::{Layer, Weights};
 use crate::Result;
-use crate::kernels::{Activation, Depthwise, DepthwiseShape, Map, Pointwise, PointwiseInput};
+use crate::kernels::{Activation, Depthwise, DepthwiseShape, Map, Pointwise, PointwiseInput, TOGETHER};
 
 /// Rows and columns of the template's features.
 pub const TEMPLATE_SIDE: usize = 8;
@@ -31,10 +31,12 @@ pub struct Branch {
     attention: Attention,
     pixelwise: Pixelwise,
     correlation: Correlation,
-    reduce: Pointwise,
-    tower: Vec<(Depthwise, Pointwise)>,
-    padded: Map,
-    dense: Map,
+    /// The reduction and the tower: a layer that mixes the channels and one that filters each.
+    stages: Vec<(Pointwise, Depthwise)>,
+    output: Pointwise,
+    mixed: Map,
+    /// What one stage gives and the next one reads, by turns.
+    filtered: [Map; 2],
     answer: Map,
 }
 
@@ -60,7 +62,7 @@ pub struct Comparison {
 /// The comparison pixel by pixel.
 #[derive(Debug, Clone)]
 struct Pixelwise {
-    filtered: Map,
+    compared: Map,
     /// The 2 × 2 filters as trained, before the channels are weighed.
     trained: Vec<f32>,
     depthwise: Depthwise,
@@ -71,7 +73,7 @@ struct Pixelwise {
 #[derive(Debug, Clone)]
 struct Correlation {
     search: Pointwise,
-    padded: Map,
+    mixed: Map,
     out: Map,
 }
 
@@ -99,25 +101,25 @@ impl Branch {
         let reduce = weights.pointwise(&of("reduce"), TEMPLATE_PIXELS + FEATURES, FEATURES)?;
         let from_pixels = mix.then(&reduce.columns(0, TEMPLATE_PIXELS));
         let from_channels = reduce.columns(TEMPLATE_PIXELS, TEMPLATE_PIXELS + FEATURES).unbiased();
-        let mut tower = Vec::with_capacity(TOWER);
+        let mut mix = from_pixels.beside(&from_channels);
+        let mut stages = Vec::with_capacity(TOWER);
         for n in 0..TOWER {
             let filter = weights.depthwise(&of(&format!("tower.{n}.depthwise")), FEATURES, 3)?;
-            let mut mix = square(&format!("tower.{n}.pointwise"))?;
-            if n + 1 == TOWER {
-                mix = mix.then(&weights.pointwise(&of("output"), FEATURES, outputs)?);
-            }
             let filter = Depthwise::new(DepthwiseShape::Three, &filter.weights, &filter.bias, Activation::Relu6);
-            tower.push((filter, pointwise(&mix)));
+            stages.push((pointwise(&mix), filter));
+            mix = square(&format!("tower.{n}.pointwise"))?;
         }
+        let output = mix.then(&weights.pointwise(&of("output"), FEATURES, outputs)?);
+        let filtered = Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE);
         Ok(Self {
             layers,
             attention: Attention::new(weights, name)?,
             pixelwise: Pixelwise::new(weights.depthwise(&of("pixelwise.depthwise"), TEMPLATE_PIXELS, 2)?),
             correlation: Correlation::new(&square("correlation.search")?),
-            reduce: pointwise(&from_pixels.beside(&from_channels)),
-            tower,
-            padded: Map::padded(FEATURES, ANSWER_SIDE, ANSWER_SIDE, 1, 3),
-            dense: Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE),
+            stages,
+            output: pointwise(&output),
+            mixed: Map::padded(TOGETHER, ANSWER_SIDE, ANSWER_SIDE, 1, 3),
+            filtered: [filtered.clone(), filtered],
             answer: Map::dense(outputs, ANSWER_SIDE, ANSWER_SIDE),
         })
     }
@@ -149,14 +151,19 @@ impl Branch {
         let factors = self.attention.factors(&template.pixel_layer, means);
         self.pixelwise.run(&template.pixels, features, factors);
         self.correlation.run(&template.middle, features);
-        let more = Some(&self.correlation.out);
-        let input = PointwiseInput { map: &mut self.pixelwise.out, more, gate: None, residual: None };
-        self.reduce.run(input, &mut self.padded);
-        for (n, (filter, mix)) in self.tower.iter().enumerate() {
-            filter.run(&self.padded, &mut self.dense, None);
-            let out = if n + 1 == TOWER { &mut self.answer } else { &mut self.padded };
-            mix.run(PointwiseInput::plain(&mut self.dense), out);
+        let [mut from, mut to] = self.filtered.each_mut();
+        for (n, (mix, filter)) in self.stages.iter().enumerate() {
+            let mut input = match n {
+                0 => PointwiseInput {
+                    more: Some(&self.correlation.out),
+                    ..PointwiseInput::plain(&mut self.pixelwise.out)
+                },
+                _ => PointwiseInput::plain(from),
+            };
+            mix.run_into(&mut input, &mut self.mixed, filter, to, None);
+            std::mem::swap(&mut from, &mut to);
         }
+        self.output.run(PointwiseInput::plain(from), &mut self.answer);
         &self.answer
     }
 }
@@ -164,7 +171,7 @@ impl Branch {
 impl Pixelwise {
     fn new(filter: Layer) -> Self {
         Self {
-            filtered: Map::padded(TEMPLATE_PIXELS, SEARCH_SIDE, SEARCH_SIDE, 0, 2),
+            compared: Map::padded(TOGETHER, SEARCH_SIDE, SEARCH_SIDE, 0, 2),
             depthwise: Depthwise::new(DepthwiseShape::Two, &filter.weights, &filter.bias, Activation::Relu6),
             trained: filter.weights,
             out: Map::dense(TEMPLATE_PIXELS, ANSWER_SIDE, ANSWER_SIDE),
@@ -172,13 +179,13 @@ impl Pixelwise {
     }
 
     fn run(&mut self, pixels: &Pointwise, features: &mut Map, factors: &[f32]) {
-        pixels.run(PointwiseInput::plain(features), &mut self.filtered);
         // A channel's factor times its pixels is the factor times its filter.
         let filters = self.depthwise.weights_mut().chunks_exact_mut(4).zip(self.trained.chunks_exact(4));
         for ((now, trained), factor) in filters.zip(factors) {
             now.iter_mut().zip(trained).for_each(|(n, t)| *n = t * factor);
         }
-        self.depthwise.run(&self.filtered, &mut self.out, None);
+        let mut input = PointwiseInput::plain(features);
+        pixels.run_into(&mut input, &mut self.compared, &self.depthwise, &mut self.out, None);
     }
 }
 
@@ -186,14 +193,13 @@ impl Correlation {
     fn new(search: &Layer) -> Self {
         Self {
             search: pointwise(search),
-            padded: Map::padded(FEATURES, SEARCH_SIDE, SEARCH_SIDE, 1, KERNEL_SIDE),
+            mixed: Map::padded(TOGETHER, SEARCH_SIDE, SEARCH_SIDE, 1, KERNEL_SIDE),
             out: Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE),
         }
     }
 
     fn run(&mut self, middle: &Depthwise, features: &mut Map) {
-        self.search.run(PointwiseInput::plain(features), &mut self.padded);
-        middle.run(&self.padded, &mut self.out, None);
+        self.search.run_into(&mut PointwiseInput::plain(features), &mut self.mixed, middle, &mut self.out, None);
     }
 }
 
