@@ -7,11 +7,11 @@ use std::time::Instant;
 fn main() {
     let rounds: usize = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(300);
     let mut network = NanoTrackV3::new().expect("the weights are built in");
-    let pixel = |x: usize, y: usize| [(x * 7 % 256) as f32, (y * 5 % 256) as f32, ((x + y) * 3 % 256) as f32];
+    let values: [fn(usize, usize) -> usize; 3] = [|x, _| x * 7, |_, y| y * 5, |x, y| (x + y) * 3];
     for (patch, side) in [(Patch::Template, 127), (Patch::Search, 255)] {
         for y in 0..side {
-            let row: Vec<[f32; 3]> = (0..side).map(|x| pixel(x, y)).collect();
-            network.write_row(patch, y, &row);
+            let planes = values.map(|value| (0..side).map(|x| (value(x, y) % 256) as f32).collect::<Vec<f32>>());
+            network.write_row(patch, y, planes.each_ref().map(Vec::as_slice));
         }
     }
     let features = network.template_features();

@@ -16,13 +16,34 @@ pub struct Window {
     pub height: i64,
 }
 
+/// A row in three planes.
+type Planes<T> = [Vec<T>; 3];
+
 /// Scratch.
 #[derive(Debug, Clone, Default)]
 pub struct Resampler {
-    columns: Vec<Tap>,
+    columns: Columns,
     /// The two rows of the image between which a row lies, resampled horizontally, with their numbers in the window.
-    rows: [(i64, Vec<[i32; 3]>); 2],
-    pixels: Vec<[f32; 3]>,
+    rows: [(i64, Planes<i32>); 2],
+    pixels: Planes<f32>,
+}
+
+/// Which pixels of a row go into each sample. Where the window reaches over the image, a row is continued by two pixels
+/// of the fill on that side, to which all others there are equal.
+#[derive(Debug, Clone, Default)]
+struct Columns {
+    /// First pixel of the row that is looked at, counted from the first of the image.
+    start: i64,
+    /// How many pixels are looked at.
+    len: usize,
+    /// For each sample the first of its two pixels, counted in bytes from `start`, and the weight of the second.
+    offsets: Vec<usize>,
+    weights: Vec<i32>,
+    /// A row with its continuation.
+    strip: Vec<u8>,
+    /// For each sample four bytes from its first and from its second pixel on.
+    firsts: Vec<u32>,
+    seconds: Vec<u32>,
 }
 
 /// Two neighbours and the weight of the second, in 1/2048.
@@ -59,75 +80,116 @@ fn place(i: usize, samples: usize, side: i64) -> f64 {
 }
 
 impl Resampler {
-    /// Resamples `window` of `image` to `columns` × `rows` and hands over row after row; what lies outside the image is `fill`.
+    /// Resamples `window` of `image` to `columns` × `rows` and hands over row after row in three planes, in the order of
+    /// the image's channels; what lies outside the image is `fill`.
     pub fn resample(
         &mut self,
         image: ImageView<'_, Rgb8>,
         window: Window,
         (columns, rows): (usize, usize),
         fill: Rgb8,
-        mut row: impl FnMut(usize, &mut [[f32; 3]]),
+        mut row: impl FnMut(usize, [&mut [f32]; 3]),
     ) {
-        self.columns.clear();
-        self.columns.extend((0..columns).map(|i| Tap::across(i, columns, window.width)));
-        self.columns.iter_mut().for_each(|tap| {
-            tap.first += window.left;
-            tap.second += window.left;
-        });
-        self.rows.iter_mut().for_each(|(number, row)| {
+        self.columns.place(window, columns, image.width());
+        for (number, planes) in &mut self.rows {
             *number = -1;
-            row.resize(columns, [0; 3]);
-        });
-        self.pixels.resize(columns, [0.0; 3]);
+            planes.iter_mut().for_each(|plane| plane.resize(columns, 0));
+        }
+        self.pixels.iter_mut().for_each(|plane| plane.resize(columns, 0.0));
         for y in 0..rows {
             let tap = Tap::down(y, rows, window.height);
-            self.make_row(image, window.top, tap.first, tap.second, fill);
-            blend(&self.rows[0].1, &self.rows[1].1, tap.weight, &mut self.pixels);
-            row(y, &mut self.pixels);
+            self.make_rows(image, window.top, (tap.first, tap.second), fill);
+            let [(_, upper), (_, lower)] = &self.rows;
+            for ((upper, lower), out) in upper.iter().zip(lower).zip(&mut self.pixels) {
+                blend(upper, lower, tap.weight, out);
+            }
+            row(y, self.pixels.each_mut().map(Vec::as_mut_slice));
         }
     }
 
     /// Makes rows `first` and `second` of the window the two rows that are kept.
-    fn make_row(&mut self, image: ImageView<'_, Rgb8>, top: i64, first: i64, second: i64, fill: Rgb8) {
+    fn make_rows(&mut self, image: ImageView<'_, Rgb8>, top: i64, (first, second): (i64, i64), fill: Rgb8) {
         if self.rows[1].0 == first {
             self.rows.swap(0, 1);
         }
-        for (slot, number) in [(0, first), (1, second)] {
-            if self.rows[slot].0 != number {
+        for ((kept, planes), number) in self.rows.iter_mut().zip([first, second]) {
+            if *kept != number {
                 let y = usize::try_from(top + number).ok().filter(|&y| y < image.height());
-                let source = y.map_or(&[][..], |y| image.row(y));
-                resample(source, &self.columns, fill, &mut self.rows[slot].1);
-                self.rows[slot].0 = number;
+                self.columns.resample(y.map_or(&[][..], |y| image.row(y)), fill, planes);
+                *kept = number;
             }
         }
     }
 }
 
-/// A row at the taps, whose places rise, times 2048; pixels that `source` has not are `fill`.
-fn resample(source: &[Rgb8], taps: &[Tap], fill: Rgb8, out: &mut [[i32; 3]]) {
-    let (Some(leftmost), Some(rightmost)) = (taps.first(), taps.last()) else { return };
-    if leftmost.first >= 0 && rightmost.second < source.len() as i64 {
-        weigh(taps, |x| source[x as usize], out);
-    } else {
-        weigh(taps, |x| usize::try_from(x).ok().and_then(|x| source.get(x)).copied().unwrap_or(fill), out);
+impl Columns {
+    /// Pixels of the fill on either side of a row.
+    const MARGIN: i64 = 2;
+
+    /// For `samples` samples of `window`, in rows of `width` pixels.
+    fn place(&mut self, window: Window, samples: usize, width: usize) {
+        let taps = (0..samples).map(|i| Tap::across(i, samples, window.width));
+        let pixel = |tap: Tap| (window.left + tap.first).clamp(-Self::MARGIN, width as i64);
+        self.start = taps.clone().next().map_or(0, pixel);
+        // The second pixel is the next one; at the right border, where there is none, it has no weight.
+        self.len = taps.clone().next_back().map_or(0, |tap| (pixel(tap) - self.start) as usize + 2);
+        self.offsets.clear();
+        self.offsets.extend(taps.clone().map(|tap| 3 * (pixel(tap) - self.start) as usize));
+        self.weights.clear();
+        self.weights.extend(taps.map(|tap| tap.weight));
+        self.firsts.resize(samples, 0);
+        self.seconds.resize(samples, 0);
+    }
+
+    /// A row, or that of the fill if it is empty, at the samples, times 2048.
+    fn resample(&mut self, row: &[Rgb8], fill: Rgb8, out: &mut Planes<i32>) {
+        let inside = usize::try_from(self.start).ok().and_then(|start| row.get(start..start + self.len + 1));
+        let bytes = match inside {
+            Some(inside) => inside.as_flattened(),
+            None => {
+                self.continue_row(row, fill);
+                &self.strip
+            }
+        };
+        let pairs = self.firsts.iter_mut().zip(&mut self.seconds);
+        for ((first, second), &offset) in pairs.zip(&self.offsets) {
+            let Some(two) = bytes[offset..].first_chunk::<7>() else {
+                unreachable!("a row has a byte behind the two pixels of its last sample")
+            };
+            let [a, b, c, d, e, f, g] = *two;
+            (*first, *second) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([d, e, f, g]));
+        }
+        for (c, out) in out.iter_mut().enumerate() {
+            weigh(&self.firsts, &self.seconds, &self.weights, 8 * c as u32, out);
+        }
+    }
+
+    /// Writes the part of the row that is looked at, with what continues it, to `strip`.
+    fn continue_row(&mut self, row: &[Rgb8], fill: Rgb8) {
+        let pixels = self.len + 1;
+        let inside = |x: i64| x.clamp(0, row.len() as i64) as usize;
+        let of_row = &row[inside(self.start)..inside(self.start + pixels as i64)];
+        let before = usize::try_from(-self.start).unwrap_or(0).min(pixels);
+        self.strip.clear();
+        (0..before).for_each(|_| self.strip.extend_from_slice(&fill));
+        self.strip.extend_from_slice(of_row.as_flattened());
+        (before + of_row.len()..pixels).for_each(|_| self.strip.extend_from_slice(&fill));
     }
 }
 
-#[inline(always)]
-fn weigh(taps: &[Tap], pixel: impl Fn(i64) -> Rgb8, out: &mut [[i32; 3]]) {
-    for (out, tap) in out.iter_mut().zip(taps) {
-        let (a, b) = (pixel(tap.first), pixel(tap.second));
-        for c in 0..3 {
-            out[c] = i32::from(a[c]) * (ONE - tap.weight) + i32::from(b[c]) * tap.weight;
-        }
+/// One channel, `shift` bits into the pixels, of all samples.
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
+fn weigh(firsts: &[u32], seconds: &[u32], weights: &[i32], shift: u32, out: &mut [i32]) {
+    for (((out, first), second), weight) in out.iter_mut().zip(firsts).zip(seconds).zip(weights) {
+        let level = |pixel: &u32| (pixel >> shift & 255) as i32;
+        *out = level(first) * ONE + (level(second) - level(first)) * weight;
     }
 }
 
 /// The row between two that are resampled horizontally.
 #[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
-fn blend(upper: &[[i32; 3]], lower: &[[i32; 3]], weight: i32, out: &mut [[f32; 3]]) {
-    let sums = upper.as_flattened().iter().zip(lower.as_flattened());
-    for (out, (&upper, &lower)) in out.as_flattened_mut().iter_mut().zip(sums) {
+fn blend(upper: &[i32], lower: &[i32], weight: i32, out: &mut [f32]) {
+    for (out, (&upper, &lower)) in out.iter_mut().zip(upper.iter().zip(lower)) {
         *out = between(upper, lower, weight) as f32;
     }
 }

@@ -20,8 +20,8 @@ fn pixel(x: i64, y: i64) -> [f32; 3] {
 
 fn write(network: &mut NanoTrackV3, patch: Patch, side: i64, shift: i64) {
     for y in 0..side {
-        let row: Vec<[f32; 3]> = (0..side).map(|x| pixel(x + shift, y + shift)).collect();
-        network.write_row(patch, y as usize, &row);
+        let planes = [0, 1, 2].map(|c| (0..side).map(|x| pixel(x + shift, y + shift)[c]).collect::<Vec<f32>>());
+        network.write_row(patch, y as usize, planes.each_ref().map(Vec::as_slice));
     }
 }
 
@@ -80,8 +80,8 @@ fn networks_do_not_disturb_each_other() {
     };
     for y in 0..255 {
         for (network, shift) in [(&mut a, 0), (&mut b, 32)] {
-            let row: Vec<[f32; 3]> = (0..255).map(|x| pixel(x + shift, y + shift)).collect();
-            network.write_row(Patch::Search, y as usize, &row);
+            let planes = [0, 1, 2].map(|c| (0..255).map(|x| pixel(x + shift, y + shift)[c]).collect::<Vec<f32>>());
+            network.write_row(Patch::Search, y as usize, planes.each_ref().map(Vec::as_slice));
         }
     }
     let moved = std::thread::spawn(move || answer(&mut b));

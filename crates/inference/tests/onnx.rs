@@ -44,9 +44,10 @@ fn with_shape(options: &OnnxOptions, side: usize) -> OnnxOptions {
 
 fn write(network: &mut dyn SiameseNetwork, patch: Patch, side: usize) {
     for y in 0..side {
-        let pixel = |x: usize| [(x * 3 % 256) as f32, (y * 2 % 256) as f32, ((x * y / 40) % 256) as f32];
-        let row: Vec<[f32; 3]> = (0..side).map(pixel).collect();
-        network.write_row(patch, y, &row);
+        let plane =
+            |value: fn(usize, usize) -> usize| (0..side).map(|x| (value(x, y) % 256) as f32).collect::<Vec<_>>();
+        let planes = [plane(|x, _| x * 3), plane(|_, y| y * 2), plane(|x, y| x * y / 40)];
+        network.write_row(patch, y, planes.each_ref().map(Vec::as_slice));
     }
 }
 

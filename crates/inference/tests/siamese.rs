@@ -82,13 +82,17 @@ fn a_search_allocates_nothing() {
     assert!(!peaks.is_empty());
 }
 
+fn pixels(planes: [&mut [f32]; 3]) -> Vec<[f32; 3]> {
+    (0..planes[0].len()).map(|x| planes.each_ref().map(|plane| plane[x])).collect()
+}
+
 #[test]
 fn what_is_outside_the_frame_has_the_mean_color() {
     let frame = frame(4, 2, |x, y| [10 * x as u8, 100 + y as u8, 7]);
     let region = Region::around(Point::new(2.0, 1.0), 6.0);
     assert_eq!(region.ltwh(), (-1, -2, 6, 6));
     let mut rows = vec![Vec::new(); 6];
-    Cropper::default().crop(frame.color(), region, 6, [1, 2, 3], |y, row| rows[y] = row.to_vec());
+    Cropper::default().crop(frame.color(), region, 6, [1, 2, 3], |y, planes| rows[y] = pixels(planes));
     let fill = [1.0, 2.0, 3.0];
     for y in [0, 1, 4, 5] {
         assert_eq!(rows[y], [fill; 6], "row {y}");
@@ -125,8 +129,8 @@ fn resampling_is_bilinear_in_whole_grey_levels() {
     let region = Region::around(Point::new(2.0, 2.0), 4.0);
     assert_eq!(region.ltwh(), (0, 0, 4, 4));
     for samples in [2usize, 3, 7, 8] {
-        Cropper::default().crop(frame.color(), region, samples, [0; 3], |y, row| {
-            for (x, pixel) in row.iter().enumerate() {
+        Cropper::default().crop(frame.color(), region, samples, [0; 3], |y, planes| {
+            for (x, pixel) in pixels(planes).into_iter().enumerate() {
                 let at = |i: usize| ((i as f64 + 0.5) * 4.0 / samples as f64 - 0.5).clamp(0.0, 3.0);
                 let want = [60.0 * at(x), 60.0 * at(y), 15.0 * (at(x) + 4.0 * at(y))];
                 for c in 0..3 {
@@ -155,7 +159,7 @@ fn resampling_gives_the_grey_levels_of_opencv() {
     let region = Region::around(Point::new(2.0, 2.0), 4.0);
     for want in [&of_three[..], &of_seven[..]] {
         let mut last = Vec::new();
-        Cropper::default().crop(frame.color(), region, want.len(), [0; 3], |_, row| last = row.to_vec());
+        Cropper::default().crop(frame.color(), region, want.len(), [0; 3], |_, planes| last = pixels(planes));
         assert_eq!(last, want.iter().map(|p| p.map(|v: i32| v as f32)).collect::<Vec<_>>());
     }
 }

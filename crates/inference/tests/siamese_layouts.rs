@@ -184,15 +184,15 @@ fn networks_are_put_together_by_their_shapes() {
     let both = told(&[LARGE, SMALL], &[&n(2), &n(1), &n(2)]);
     let mut one = OnnxSiamese::new(None, both, None, &AnswerCoding::Centres).unwrap();
     assert_eq!((one.sides().template, one.sides().search, one.sides().answer), (8, 16, 5));
-    one.write_row(pursuit_inference::nanotrack::Patch::Template, 0, &[[7.0; 3]; 8]);
+    one.write_row(pursuit_inference::nanotrack::Patch::Template, 0, [&[7.0; 8]; 3]);
     let features = one.embed().unwrap();
     assert_eq!((features.len(), features[0]), (3 * 64, 7.0));
     one.set_template(&features).unwrap();
     assert!(one.set_template(&features[1..]).is_err());
-    one.write_row(pursuit_inference::nanotrack::Patch::Search, 0, &[[5.0; 3]; 16]);
+    one.write_row(pursuit_inference::nanotrack::Patch::Search, 0, [&[5.0; 16]; 3]);
     // A clone shares the session and not the images.
     let mut other = one.clone();
-    other.write_row(pursuit_inference::nanotrack::Patch::Search, 0, &[[1.0; 3]; 16]);
+    other.write_row(pursuit_inference::nanotrack::Patch::Search, 0, [&[1.0; 16]; 3]);
     let answer = one.search().unwrap();
     assert_eq!((answer.scores[0], answer.distances[0], answer.distances[50]), (13.0, 12.0, 14.0));
     assert_eq!(other.search().unwrap().scores[0], 9.0);

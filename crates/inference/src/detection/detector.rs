@@ -130,11 +130,11 @@ impl ObjectDetector {
             ChannelOrder::Rgb => [0, 1, 2],
             ChannelOrder::Bgr => [2, 1, 0],
         };
-        resampler.resample(image, window, (width, height), [config.fill; 3], |y, pixels| {
+        resampler.resample(image, window, (width, height), [config.fill; 3], |y, planes| {
             let start = (top + y) * columns + left;
             for (c, plane) in input.chunks_exact_mut(columns * rows).enumerate().take(3) {
                 let to = plane.get_mut(start..start + width).unwrap_or_default();
-                to.iter_mut().zip(pixels.iter()).for_each(|(to, pixel)| *to = normal(pixel[channels[c]], c));
+                to.iter_mut().zip(&*planes[channels[c]]).for_each(|(to, &pixel)| *to = normal(pixel, c));
             }
         });
     }

@@ -66,11 +66,11 @@ impl NanoTrackV3 {
         })
     }
 
-    /// Writes row `y` of one of the images; each pixel is blue, green and red from 0 to 255. They are written
+    /// Writes row `y` of one of the images in three planes, blue, green and red, from 0 to 255. They are written
     /// for every look anew: once an image has been looked at, another network may write its own in its place.
     ///
     /// Rows and columns beyond the image are ignored.
-    pub fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+    pub fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
         self.written[patch as usize] = true;
         let engine = self.engine();
         let image = match patch {
@@ -78,7 +78,7 @@ impl NanoTrackV3 {
             Patch::Search => engine.search.image_mut(),
         };
         if y < image.height {
-            write_row(image, y, pixels);
+            write_row(image, y, planes);
         }
     }
 
@@ -190,16 +190,20 @@ impl Engine {
     }
 }
 
-/// Spreads interleaved pixels over the planes of even and odd columns.
-fn write_row(image: &mut Map, y: usize, pixels: &[[f32; 3]]) {
+/// Sorts a row's even and odd columns apart.
+fn write_row(image: &mut Map, y: usize, planes: [&[f32]; 3]) {
     let Columns::Split { half } = image.columns else { return };
     let (width, pitch) = (image.width, image.pitch);
-    let row = image.row_mut(y);
-    let pixels = &pixels[..pixels.len().min(width)];
-    for (c, plane) in row.chunks_exact_mut(pitch).enumerate() {
+    let row = image.row_mut(y).chunks_exact_mut(pitch);
+    for (to, plane) in row.zip(planes) {
+        let (pairs, last) = plane[..plane.len().min(width)].as_chunks::<2>();
         // One column of padding stands before the image, so that its first column is an odd one.
-        let (evens, odds) = plane.split_at_mut(half);
-        odds.iter_mut().zip(pixels.iter().step_by(2)).for_each(|(to, p)| *to = p[c]);
-        evens[1..].iter_mut().zip(pixels.iter().skip(1).step_by(2)).for_each(|(to, p)| *to = p[c]);
+        let (evens, odds) = to.split_at_mut(half);
+        for (([odd, even], to_odd), to_even) in pairs.iter().zip(&mut *odds).zip(&mut evens[1..]) {
+            (*to_odd, *to_even) = (*odd, *even);
+        }
+        if let ([last], Some(to)) = (last, odds.get_mut(pairs.len())) {
+            *to = *last;
+        }
     }
 }

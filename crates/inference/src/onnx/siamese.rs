@@ -145,15 +145,13 @@ impl SiameseNetwork for OnnxSiamese {
         self.sides
     }
 
-    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
         let (image, side) = match patch {
             Patch::Template => (&mut self.template, self.sides.template),
             Patch::Search => (&mut self.search, self.sides.search),
         };
-        for (c, plane) in image.chunks_exact_mut(side * side).enumerate() {
-            for (to, pixel) in plane.iter_mut().skip(y * side).zip(pixels.iter().take(side)) {
-                *to = pixel[c];
-            }
+        for (image, plane) in image.chunks_exact_mut(side * side).zip(planes) {
+            image.iter_mut().skip(y * side).take(side).zip(plane).for_each(|(to, pixel)| *to = *pixel);
         }
     }
 

@@ -47,15 +47,15 @@ impl Region {
 pub struct Cropper(Resampler);
 
 impl Cropper {
-    /// Resamples `region` of `image` to `samples` × `samples` and hands over row after row; what lies outside the image
-    /// is `fill`.
+    /// Resamples `region` of `image` to `samples` × `samples` and hands over row after row in three planes, in the order
+    /// of the image's channels; what lies outside the image is `fill`.
     pub fn crop(
         &mut self,
         image: ImageView<'_, Rgb8>,
         region: Region,
         samples: usize,
         fill: Rgb8,
-        row: impl FnMut(usize, &mut [[f32; 3]]),
+        row: impl FnMut(usize, [&mut [f32]; 3]),
     ) {
         let Region { left, top, width, height } = region;
         let window = Window { left, top, width, height };

@@ -26,8 +26,8 @@ pub trait SiameseNetwork: Send {
     /// Sides of its images and of its answer.
     fn sides(&self) -> Sides;
 
-    /// Takes row `y` of an image: normalised pixels, channels in the network's order.
-    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]);
+    /// Takes row `y` of an image, a plane a channel: normalised pixels, channels in the network's order.
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]);
 
     /// The features of the template image that has been written.
     ///
@@ -54,8 +54,8 @@ impl SiameseNetwork for NanoTrackV3 {
         Sides { template: Self::TEMPLATE_SIDE, search: Self::SEARCH_SIDE, answer: Self::ANSWER_SIDE }
     }
 
-    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
-        Self::write_row(self, patch, y, pixels);
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
+        Self::write_row(self, patch, y, planes);
     }
 
     fn embed(&mut self) -> Result<Vec<f32>> {
@@ -85,8 +85,8 @@ impl SiameseNetwork for Box<dyn SiameseNetwork> {
         (**self).sides()
     }
 
-    fn write_row(&mut self, patch: Patch, y: usize, pixels: &[[f32; 3]]) {
-        (**self).write_row(patch, y, pixels);
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
+        (**self).write_row(patch, y, planes);
     }
 
     fn embed(&mut self) -> Result<Vec<f32>> {

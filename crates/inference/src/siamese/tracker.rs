@@ -143,14 +143,16 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         let (mean, deviation) = (config.mean(), config.deviation());
         let is_plain = mean == [0.0; 3] && deviation == [1.0; 3];
         let swap = config.channels() == ChannelOrder::Bgr;
-        cropper.crop(frame.color(), region, samples, exemplar.fill, |y, row| {
+        cropper.crop(frame.color(), region, samples, exemplar.fill, |y, mut planes| {
             if swap {
-                row.iter_mut().for_each(|p| p.swap(0, 2));
+                planes.swap(0, 2);
             }
             if !is_plain {
-                row.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = (p[c] - mean[c]) / deviation[c]));
+                for (c, plane) in planes.iter_mut().enumerate() {
+                    plane.iter_mut().for_each(|p| *p = (*p - mean[c]) / deviation[c]);
+                }
             }
-            network.write_row(patch, y, row);
+            network.write_row(patch, y, planes.each_ref().map(|plane| &**plane));
         });
     }
 }
