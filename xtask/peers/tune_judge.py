@@ -9,7 +9,7 @@ What a sequence is called says where it is from (OTB_, TLD_, VOT_, ...; thermal 
 
 The tracker runs over each sequence (what a former call left in DIR is used again); what both witnesses said of each box is
 read from `trajectory.jsonl`. A logistic regression predicts whether a box overlaps the truth by one half. Every sequence
-counts by the square root of its length. Printed: the weights of the fit to all, their spread over the folds, and, by fits
+counts by the square root of its length. Printed: the weights of the fit to all, their spread over the folds, those fitted without each source, and, by fits
 to the other sources, the log loss, the calibration error and the errors at several thresholds.
 """
 import argparse, csv, json, os, subprocess
@@ -138,10 +138,13 @@ def main():
         w = fit(x[sources != held], y[sources != held], weight[sources != held])
         left_out[sources == held] = 1 / (1 + np.exp(-(x[sources == held] @ w[:-1] + w[-1])))
         folds.append(w)
+    names = lambda order: ['network' if n == 'score' else n for n in [*order, 'bias']]
     order = [f for f in features if f != 'overlap'] + ['overlap'] * ('overlap' in features)
     print(f'{len(y)} boxes of {len(found)} sequences from {", ".join(sorted(set(sources)))}; {y.mean():.3f} right')
-    for name, w, low, high in zip([*order, 'bias'], fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
-        print(f'  judge.{"network" if name == "score" else name} = {w:.3f}   ({low:.3f} to {high:.3f})')
+    for name, w, low, high in zip(names(order), fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
+        print(f'  judge.{name} = {w:.3f}   ({low:.3f} to {high:.3f})')
+    for held, fold in zip(sorted(set(sources)), folds):
+        print(f'  without {held}: ' + ' '.join(f'--set judge.{name}={w:.3f}' for name, w in zip(names(order), fold)))
     report(left_out, y, absent, weight)
 
 
