@@ -241,7 +241,8 @@ pub fn recipes(names: &[String], parameters: &toml::Table) -> Result<Vec<Box<dyn
     Ok(recipes.collect::<Result<_, _>>()?)
 }
 
-/// Reads `KEY=VALUE`; the value is read as TOML (`3`, `0.5`, `true`, `[1, 2]`, `"word"`) and, failing that, as a word.
+/// Reads `KEY=VALUE`; the value is read as TOML (`3`, `0.5`, `true`, `[1, 2]`, `"word"`) and, failing that, as a number
+/// (`.5`, which TOML does not know) or a word.
 ///
 /// # Errors
 /// [`RunError::Usage`] without `=` or without a key.
@@ -254,7 +255,9 @@ pub fn parse_setting(text: &str) -> Result<(String, toml::Value), RunError> {
         .parse::<toml::Table>()
         .ok()
         .and_then(|mut t| if t.len() == 1 { t.remove("v") } else { None });
-    Ok((key.to_owned(), as_toml.unwrap_or_else(|| toml::Value::String(value.to_owned()))))
+    let as_number = || value.parse().ok().filter(|v: &f64| v.is_finite()).map(toml::Value::Float);
+    let value = as_toml.or_else(as_number).unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    Ok((key.to_owned(), value))
 }
 
 /// Reads `left,top,width,height` in pixels.
@@ -281,6 +284,7 @@ mod tests {
     fn settings_are_toml_or_words() {
         assert_eq!(parse_setting("a=3").unwrap(), ("a".into(), toml::Value::Integer(3)));
         assert_eq!(parse_setting("a = 0.5").unwrap(), ("a".into(), toml::Value::Float(0.5)));
+        assert_eq!(parse_setting("a=-.5").unwrap(), ("a".into(), toml::Value::Float(-0.5)));
         assert_eq!(parse_setting("color=orange").unwrap(), ("color".into(), "orange".into()));
         assert_eq!(parse_setting("x=a\nb=1").unwrap().1, toml::Value::String("a\nb=1".into()));
         assert!(parse_setting("color").is_err() && parse_setting("=3").is_err());
