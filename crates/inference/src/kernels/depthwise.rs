@@ -60,8 +60,8 @@ impl Depthwise {
     /// column (modulo sixteen): of maps at most sixteen columns wide, or whole sixteens.
     pub fn run(&self, input: &Map, out: &mut Map, sums: Option<&mut [f32]>) {
         debug_assert_eq!(input.channels, self.bias.len());
-        let mut sums = cleared(sums);
-        dispatch!(Level::new(), simd => channels(simd, self, 0..self.bias.len(), input, out, &mut sums));
+        let sums = cleared(sums);
+        dispatch!(Level::new(), simd => channels(simd, self, 0..self.bias.len(), input, out, sums));
     }
 
     const fn is_strided(&self) -> bool {

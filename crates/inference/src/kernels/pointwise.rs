@@ -83,14 +83,14 @@ impl Pointwise {
     ) {
         debug_assert_eq!((between.channels, out.channels), (PANEL, self.outputs));
         self.check(input, between);
-        let mut sums = depthwise::cleared(sums);
+        let sums = depthwise::cleared(sums);
         dispatch!(Level::new(), simd => {
             let rows = 0..between.height;
             gate(simd, input, rows.clone());
             for n in 0..self.bias.len() {
                 panel(simd, self, input, n, rows.clone(), between, 0);
                 let channels = n * PANEL..((n + 1) * PANEL).min(self.outputs);
-                depthwise::channels(simd, next, channels, between, out, &mut sums);
+                depthwise::channels(simd, next, channels, between, out, sums);
             }
         });
     }
