@@ -3,9 +3,10 @@
 
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{Frame, Image};
+use pursuit_inference::nanotrack::Patch;
 use pursuit_inference::onnx::OnnxSiamese;
 use pursuit_inference::siamese::{
-    Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseTracker,
+    Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseTracker, Sides,
 };
 use pursuit_inference::{Network, Port, Result};
 
@@ -99,6 +100,105 @@ fn stretched_windows_keep_the_targets_place_and_size_whatever_its_shape() {
     near(found.unwrap().bbox, BBox::from_center_size(Point::new(320.0, 240.0), 30.0, 100.0), 1e-4);
 }
 
+/// SiamFC in small: the response is how like the template's pixels a part of the search image is.
+#[derive(Clone)]
+struct Alike {
+    template: Vec<f32>,
+    search: Vec<f32>,
+    known: Vec<f32>,
+    scores: Vec<f32>,
+}
+
+impl Alike {
+    const TEMPLATE: usize = 16;
+    const SEARCH: usize = 32;
+    const ANSWER: usize = 17;
+
+    fn new() -> Self {
+        let blank = |side: usize| vec![0.0; 3 * side * side];
+        let template = blank(Self::TEMPLATE);
+        Self {
+            known: template.clone(),
+            template,
+            search: blank(Self::SEARCH),
+            scores: vec![0.0; Self::ANSWER * Self::ANSWER],
+        }
+    }
+}
+
+impl SiameseNetwork for Alike {
+    fn sides(&self) -> Sides {
+        Sides { template: Self::TEMPLATE, search: Self::SEARCH, answer: Self::ANSWER }
+    }
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
+        let (image, side) = match patch {
+            Patch::Template => (&mut self.template, Self::TEMPLATE),
+            Patch::Search => (&mut self.search, Self::SEARCH),
+        };
+        for (c, plane) in planes.into_iter().enumerate() {
+            image[(c * side + y) * side..][..side].copy_from_slice(plane);
+        }
+    }
+    fn embed(&mut self) -> Result<Vec<f32>> {
+        Ok(self.template.clone())
+    }
+    fn set_template(&mut self, features: &[f32]) -> Result<()> {
+        self.known.copy_from_slice(features);
+        Ok(())
+    }
+    fn search(&mut self) -> Result<Answer<'_>> {
+        for (i, score) in self.scores.iter_mut().enumerate() {
+            let (top, left) = (i / Self::ANSWER, i % Self::ANSWER);
+            let difference = |k: usize| {
+                let (c, y, x) = (k / 256, k / 16 % 16, k % 16);
+                (self.known[k] - self.search[(c * Self::SEARCH + top + y) * Self::SEARCH + left + x]).abs()
+            };
+            *score = 3.0 - (0..768).map(difference).sum::<f32>() / 768.0 / 10.0;
+        }
+        Ok(Answer { scores: &self.scores, distances: &[] })
+    }
+}
+
+#[test]
+fn a_network_that_scores_alone_is_asked_at_several_scales() {
+    let text = "template_side_px = 16\nsearch_side_px = 32\nanswer_side = 17\nstride_px = 1.0\nchannels = 'rgb'\nwindow = 0.1\n\
+                scores = 'sigmoid'\ncontext = 0.0\npenalty = 0.2\nrate = 0.6\nmin_side_px = 2.0\n\
+                answer = { scores = { step = 1.1, scales = 3, enlarged = 8 } }";
+    let config: SiameseConfig = toml::from_str(text).unwrap();
+    assert_eq!(Decoder::new(config.clone()).begin_scales().count(), 3);
+    // A target of 48 px with a smooth picture of its own, at `middle`, `times` as large.
+    let frame = |middle: Point, times: f64| {
+        let pixel = |x: usize, y: usize| {
+            let (u, v) = ((x as f64 - middle.x) / times, (y as f64 - middle.y) / times);
+            let inside = u.abs() < 24.0 && v.abs() < 24.0;
+            let wave = |a: f64, b: f64| (128.0 + 120.0 * (a * u).sin() * (b * v).cos()) as u8;
+            if inside { [wave(0.11, 0.17), wave(0.23, 0.07), wave(0.05, 0.29)] } else { [40, 90, 60] }
+        };
+        Frame::new(0, 0.0, Image::from_fn(240, 200, pixel).unwrap())
+    };
+    let start = Point::new(100.0, 90.0);
+    let bbox = BBox::from_center_size(start, 48.0, 48.0);
+    let mut tracker = SiameseTracker::new(Alike::new(), config, &frame(start, 1.0), bbox).unwrap();
+    for (to, times) in [(start, 1.0), (Point::new(112.0, 81.0), 1.0), (Point::new(93.0, 99.0), 1.1), (start, 1.0 / 1.1)]
+    {
+        let found = tracker.locate(&frame(to, times), start, (48.0, 48.0)).unwrap().unwrap();
+        assert!(found.bbox.center().distance(to) < 1.5, "{to:?}, {times}: {found:?}");
+        assert!((found.raw.width() - 48.0 * times).abs() < 1e-9, "{times}: {found:?}");
+        assert!((found.bbox.width() - 48.0 * (0.4 + 0.6 * times)).abs() < 1e-9, "{times}: {found:?}");
+        assert!(found.score > 0.8 && found.score < 0.96, "{found:?}");
+        let mut peaks = Vec::new();
+        tracker.peaks(start, (48.0, 48.0), 0.8, &mut peaks);
+        assert!(peaks[0].bbox.center().distance(to) < 4.0, "{peaks:?}");
+    }
+    // Gone: nothing is like it.
+    let empty = Frame::new(0, 0.0, Image::filled(240, 200, [250, 5, 250]).unwrap());
+    assert!(tracker.locate(&empty, start, (48.0, 48.0)).unwrap().unwrap().score < 0.05);
+    let counted = allocation_counter::measure(|| {
+        let _ = tracker.locate(&empty, start, (48.0, 48.0));
+    });
+    assert_eq!(counted.count_total, 0);
+}
+
 #[test]
 fn senseless_layouts_are_refused() {
     let wrong = |text: &str, words: &str| {
@@ -110,6 +210,13 @@ fn senseless_layouts_are_refused() {
     wrong("answer = { anchors = { ratios = [], scales = [8.0] } }", "1 to 64 anchors");
     wrong("answer = { anchors = { ratios = [1.0, 0.0], scales = [8.0] } }", "positive ratios");
     wrong("answer = 'corners'", "corners");
+    for senseless in [
+        "step = 1.0, scales = 3, enlarged = 16",
+        "step = 1.04, scales = 2, enlarged = 16",
+        "step = 1.04, scales = 3, enlarged = 0",
+    ] {
+        wrong(&format!("answer = {{ scores = {{ {senseless} }} }}"), "an odd number of scales");
+    }
     wrong("extent = 0.0", "`extent`");
     wrong("search_context = -1.0", "`search_context`");
 }
@@ -184,15 +291,15 @@ fn networks_are_put_together_by_their_shapes() {
     let both = told(&[LARGE, SMALL], &[&n(2), &n(1), &n(2)]);
     let mut one = OnnxSiamese::new(None, both, None, &AnswerCoding::Centres).unwrap();
     assert_eq!((one.sides().template, one.sides().search, one.sides().answer), (8, 16, 5));
-    one.write_row(pursuit_inference::nanotrack::Patch::Template, 0, [&[7.0; 8]; 3]);
+    one.write_row(Patch::Template, 0, [&[7.0; 8]; 3]);
     let features = one.embed().unwrap();
     assert_eq!((features.len(), features[0]), (3 * 64, 7.0));
     one.set_template(&features).unwrap();
     assert!(one.set_template(&features[1..]).is_err());
-    one.write_row(pursuit_inference::nanotrack::Patch::Search, 0, [&[5.0; 16]; 3]);
+    one.write_row(Patch::Search, 0, [&[5.0; 16]; 3]);
     // A clone shares the session and not the images.
     let mut other = one.clone();
-    other.write_row(pursuit_inference::nanotrack::Patch::Search, 0, [&[1.0; 16]; 3]);
+    other.write_row(Patch::Search, 0, [&[1.0; 16]; 3]);
     let answer = one.search().unwrap();
     assert_eq!((answer.scores[0], answer.distances[0], answer.distances[50]), (13.0, 12.0, 14.0));
     assert_eq!(other.search().unwrap().scores[0], 9.0);
@@ -208,11 +315,14 @@ fn networks_are_put_together_by_their_shapes() {
     assert!(three(&anchors, &[&n(4), &n(8)]).is_ok());
     assert!(three(&anchors, &[&n(2), &n(8)]).is_ok());
     assert!(three(&AnswerCoding::Distances, &[&n(4), &n(2)]).is_ok());
+    let scores = AnswerCoding::Scores { step: 1.0375, scales: 3, enlarged: 16 };
+    assert!(three(&scores, &[&n(1)]).is_ok());
     for (coding, outputs) in [
         (&anchors, vec![n(4), n(2)]),
         (&AnswerCoding::Distances, vec![n(4)]),
         (&AnswerCoding::Centres, vec![n(1), n(2)]),
         (&AnswerCoding::Distances, vec![n(4), [1, 2, 6, 6]]),
+        (&scores, vec![n(2)]),
     ] {
         let outputs: Vec<&[usize]> = outputs.iter().map(|o| &o[..]).collect();
         let error = three(coding, &outputs).unwrap_err().to_string();

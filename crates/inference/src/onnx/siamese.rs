@@ -43,7 +43,7 @@ impl OnnxSiamese {
     /// From one network (template image and search image to answer), two (template; search image and template's features to
     /// answer), or three (template; search image; both features to answer). Images are one of three planes. The answer has an
     /// output for the scores and, by `coding`, one of four planes an anchor, or one of two planes for sizes before one of two for
-    /// offsets.
+    /// offsets, or no other.
     ///
     /// # Errors
     /// [`InferenceError::Model`] if their inputs and outputs do not fit together.
@@ -114,6 +114,7 @@ fn outputs(network: &dyn Network, coding: &AnswerCoding) -> Result<(usize, Vec<u
     };
     let anchors = coding.anchors();
     let found = match coding {
+        AnswerCoding::Scores { .. } => planes(1).next().map(|scores| (scores, Vec::new())),
         AnswerCoding::Centres => {
             let pairs: Vec<usize> = planes(2).collect();
             planes(1).next().filter(|_| pairs.len() == 2).map(|scores| (scores, pairs))

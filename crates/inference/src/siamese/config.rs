@@ -53,6 +53,17 @@ pub enum AnswerCoding {
         /// Sizes in strides, > 0.
         scales: Vec<f64>,
     },
+    /// One score a point and no box, of `scales` windows of which each is `step` times as large as the one before, the middle one as
+    /// ever; responses are enlarged `enlarged` times before their peak is sought: SiamFC. The target keeps its shape, and its
+    /// size follows the best window's by `rate`.
+    Scores {
+        /// Above 1, at most 2.
+        step: f64,
+        /// Odd, 1 to 9.
+        scales: usize,
+        /// 1 to 32.
+        enlarged: usize,
+    },
     /// One score, width and height by the side of the search image, and the middle relative to the point, in strides, counted
     /// from the point's upper left: VitTrack.
     Centres,
@@ -298,7 +309,17 @@ impl TryFrom<Raw> for SiameseConfig {
             }
             _ => true,
         };
-        let checks: [(bool, &'static str, String, &'static str); 15] = [
+        let scales = match &raw.answer {
+            AnswerCoding::Scores { step, scales, enlarged } => {
+                (*step > 1.0 && *step <= 2.0)
+                    && (1..=9).contains(scales)
+                    && scales % 2 == 1
+                    && (1..=32).contains(enlarged)
+                    && raw.scores != ScoreCoding::Softmax
+            }
+            _ => true,
+        };
+        let checks: [(bool, &'static str, String, &'static str); 16] = [
             ((1..=1024).contains(&least), "template_side_px", least.to_string(), "from 1 to 1024"),
             (
                 (least.max(1)..=1024).contains(&raw.search_side_px),
@@ -329,6 +350,12 @@ impl TryFrom<Raw> for SiameseConfig {
             (within(raw.search_context, 8.0), "search_context", raw.search_context.to_string(), "from 0 to 8"),
             (positive(raw.extent) && raw.extent <= 8.0, "extent", raw.extent.to_string(), "above 0 and at most 8"),
             (anchors, "answer", format!("{:?}", raw.answer), "1 to 64 anchors of positive ratios and scales"),
+            (
+                scales,
+                "answer",
+                format!("{:?}", raw.answer),
+                "a step above 1 and at most 2, an odd number of scales up to 9, enlarged 1 to 32 times; scores a sigmoid or a probability",
+            ),
         ];
         match checks.into_iter().find(|(good, ..)| !good) {
             Some((_, name, value, range)) => Err(InferenceError::Config { name, value, range }),

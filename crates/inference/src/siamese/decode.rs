@@ -1,3 +1,4 @@
+use super::scales::ScaleSearch;
 use super::{Answer, AnswerCoding, CropShape, ScoreCoding, SiameseConfig};
 use pursuit_geometry::{BBox, Point, Size};
 use std::f64::consts::TAU;
@@ -11,6 +12,8 @@ pub struct Decoder {
     /// Width and height of each anchor in pixels of the search image.
     anchors: Vec<(f64, f64)>,
     points: Vec<Candidate>,
+    /// Of networks that give no boxes.
+    scales: Option<ScaleSearch>,
 }
 
 /// What one point of the answer proposes.
@@ -70,7 +73,11 @@ impl Decoder {
             }
             _ => Vec::new(),
         };
-        Self { config, window, anchors, points: vec![Candidate::default(); n * n] }
+        let scales = match config.answer() {
+            AnswerCoding::Scores { enlarged, .. } => Some(ScaleSearch::new(n, *enlarged)),
+            _ => None,
+        };
+        Self { config, window, anchors, points: vec![Candidate::default(); n * n], scales }
     }
 
     /// The configuration.
@@ -144,6 +151,59 @@ impl Decoder {
         })
     }
 
+    /// Forgets the windows added so far. How many times larger than usual those are that a network without boxes is asked about, the
+    /// usual one first; that one alone of other networks.
+    pub fn begin_scales(&mut self) -> impl Iterator<Item = f64> + use<> {
+        self.scales.iter_mut().for_each(ScaleSearch::begin);
+        let (step, scales) = match self.config.answer() {
+            AnswerCoding::Scores { step, scales, .. } => (*step, *scales),
+            _ => (1.0, 1),
+        };
+        (0..scales as i32).map(move |k| step.powi(if k % 2 == 0 { k / 2 } else { -(k / 2) - 1 }))
+    }
+
+    /// Takes the answer about a window `factor` times as large as usual for a target of `width` × `height` pixels.
+    pub fn add_scale(&mut self, answer: Answer<'_>, factor: f64, (width, height): (f64, f64)) {
+        let (across, down) = self.scale(width, height);
+        let Self { config, points, scales: Some(scales), .. } = self else { return };
+        let penalty = (-(factor.max(1.0 / factor) - 1.0) * config.penalty()).exp();
+        if !scales.add(answer, factor, penalty) {
+            return;
+        }
+        let n = config.answer_side();
+        let at = |k: usize| (k as f64 - (n - 1) as f64 / 2.0) * config.stride_px() * factor;
+        for (i, (point, &response)) in points.iter_mut().zip(answer.scores).enumerate() {
+            let score = probability(config, f64::from(response));
+            let (width, height) = (width * across * factor, height * down * factor);
+            *point = Candidate { score, x: at(i % n), y: at(i / n), width, height, penalty, rank: penalty * score };
+        }
+    }
+
+    /// As [`locate`](Self::locate), by the best of the scales that were added.
+    pub fn locate_at_scale(&self, center: Point, (width, height): (f64, f64), size: Size) -> Option<Location> {
+        let scale = self.scale(width, height);
+        let config = &self.config;
+        let found = self.scales.as_ref()?.peak(config.window())?;
+        let moved = |shift: f64, scale: f64| shift * config.stride_px() * found.factor / scale;
+        let middle = Point::new(
+            (center.x + moved(found.shift.0, scale.0)).clamp(0.0, size.width as f64),
+            (center.y + moved(found.shift.1, scale.1)).clamp(0.0, size.height as f64),
+        );
+        let growth = 1.0 - config.rate() + config.rate() * found.factor;
+        let limit = |side: f64, most: usize| side.min(most as f64).max(config.min_side_px());
+        Some(Location {
+            bbox: BBox::from_center_size(
+                middle,
+                limit(width * growth, size.width),
+                limit(height * growth, size.height),
+            ),
+            raw: BBox::from_center_size(middle, width * found.factor, height * found.factor),
+            score: probability(config, found.response),
+            penalty: found.penalty,
+            point: found.point,
+        })
+    }
+
     /// The scores of the last answer, row by row.
     pub fn scores(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.points.iter().map(|p| p.score)
@@ -173,7 +233,7 @@ impl Decoder {
 
     /// Fills in every point for a target whose size in the search image is `width` × `height`: of several anchors the best.
     fn decode(&mut self, answer: Answer<'_>, width: f64, height: f64) {
-        let Self { config, window, anchors, points } = self;
+        let Self { config, window, anchors, points, .. } = self;
         let n = config.answer_side();
         let (count, kinds) = (n * n, config.answer().anchors());
         let target = padded_side(width, height);
@@ -226,6 +286,14 @@ impl Decoder {
 fn in_frame(point: &Candidate, center: Point, (across, down): (f64, f64)) -> BBox {
     let middle = Point::new(center.x + point.x / across, center.y + point.y / down);
     BBox::from_center_size(middle, point.width / across, point.height / down)
+}
+
+/// What a single number a point stands for.
+fn probability(config: &SiameseConfig, number: f64) -> f64 {
+    match config.scores() {
+        ScoreCoding::Probability => number,
+        ScoreCoding::Softmax | ScoreCoding::Sigmoid => sigmoid(number),
+    }
 }
 
 /// √((w + (w + h) / 2) (h + (w + h) / 2)).

@@ -10,6 +10,7 @@ mod crop;
 mod decode;
 mod description;
 mod network;
+mod scales;
 mod tracker;
 
 pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig};

@@ -1,4 +1,6 @@
-use super::{ChannelOrder, CropShape, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork};
+use super::{
+    AnswerCoding, ChannelOrder, CropShape, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork,
+};
 use crate::nanotrack::Patch;
 use crate::{InferenceError, Result};
 use pursuit_geometry::{BBox, Point};
@@ -102,6 +104,14 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         let extent = self.decoder.search_extent(size.0, size.1);
         if !(bbox.is_finite() && extent.0.is_finite() && extent.1.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
+        }
+        if let AnswerCoding::Scores { .. } = self.config().answer() {
+            for factor in self.decoder.begin_scales() {
+                let extent = (extent.0 * factor, extent.1 * factor);
+                self.crop(frame, self.region(center, extent), Patch::Search);
+                self.decoder.add_scale(self.network.search()?, factor, size);
+            }
+            return Ok(self.decoder.locate_at_scale(center, size, frame.size()));
         }
         self.crop(frame, self.region(center, extent), Patch::Search);
         let answer = self.network.search()?;
