@@ -200,3 +200,69 @@ fn blend(upper: &[i32], lower: &[i32], weight: i32, out: &mut [f32]) {
 const fn between(upper: i32, lower: i32, weight: i32) -> i32 {
     ((((upper >> 4) * (ONE - weight)) >> 16) + (((lower >> 4) * weight) >> 16) + 2) >> 2
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_imaging::Image;
+
+    /// One sample, pixel by pixel.
+    fn sample(
+        image: ImageView<'_, Rgb8>,
+        window: Window,
+        samples: usize,
+        (x, y): (usize, usize),
+        fill: Rgb8,
+    ) -> [f32; 3] {
+        let (across, down) = (Tap::across(x, samples, window.width), Tap::down(y, samples, window.height));
+        let pixel = |x: i64, y: i64| {
+            let inside = |v: i64, most: usize| usize::try_from(v).ok().filter(|&v| v < most);
+            let (x, y) = (inside(window.left + x, image.width()), inside(window.top + y, image.height()));
+            x.zip(y).map_or(fill, |(x, y)| image.row(y)[x])
+        };
+        std::array::from_fn(|c| {
+            let row = |y: i64| {
+                let [a, b] = [across.first, across.second].map(|x| i32::from(pixel(x, y)[c]));
+                a * (ONE - across.weight) + b * across.weight
+            };
+            between(row(down.first), row(down.second), down.weight) as f32
+        })
+    }
+
+    #[test]
+    fn windows_anywhere_are_what_their_pixels_make_them() {
+        let mut resampler = Resampler::default();
+        for (width, height) in [(13, 9), (1, 1), (2, 40)] {
+            let pixel = |x: usize, y: usize| [(x * 37 + y * 11) as u8, (x * x + 90 * y) as u8, (200 + x * 5 * y) as u8];
+            let image = Image::from_fn(width, height, pixel).unwrap();
+            let fill = [7, 99, 201];
+            for (left, top, side) in [
+                (0, 0, 9),
+                (2, 1, 5),
+                (-3, -2, 8),
+                (9, 6, 7),
+                (-20, -30, 60),
+                (-1, -1, 2),
+                (-2, 0, 3),
+                (12, 8, 1),
+                (13, 9, 4),
+                (500, 0, 9),
+                (0, -500, 9),
+                (-1_000_000_000_000, 3, 1_000_000),
+                (-400_000, -400_000, 1_000_000),
+                (5, 5, 1),
+            ] {
+                let window = Window { left, top, width: side, height: side };
+                for samples in [1, 2, 5, 16, 33] {
+                    resampler.resample(image.view(), window, (samples, samples), fill, |y, planes| {
+                        for x in 0..samples {
+                            let want = sample(image.view(), window, samples, (x, y), fill);
+                            let got = planes.each_ref().map(|plane| plane[x]);
+                            assert_eq!(got, want, "{width} x {height}, {window:?}, sample {x}, {y} of {samples}");
+                        }
+                    });
+                }
+            }
+        }
+    }
+}
