@@ -217,6 +217,13 @@ fn senseless_layouts_are_refused() {
     ] {
         wrong(&format!("answer = {{ scores = {{ {senseless} }} }}"), "an odd number of scales");
     }
+    let large = "answer = { scores = { step = 1.04, scales = 3, enlarged = 32 } }";
+    let config = |side: usize| {
+        let rest = "template_side_px = 127\nsearch_side_px = 255\nchannels = 'bgr'\nwindow = 0.0\nstride_px = 8.0\nscores = 'sigmoid'\n\
+                    context = 0.5\npenalty = 0.0\nrate = 1.0\n";
+        toml::from_str::<SiameseConfig>(&format!("{rest}answer_side = {side}\n{large}"))
+    };
+    assert!(config(32).is_ok() && config(33).unwrap_err().to_string().contains("at most 1024"));
     wrong("extent = 0.0", "`extent`");
     wrong("search_context = -1.0", "`search_context`");
 }

@@ -61,7 +61,7 @@ pub enum AnswerCoding {
         step: f64,
         /// Odd, 1 to 9.
         scales: usize,
-        /// 1 to 32.
+        /// 1 to 32, to at most 1024 rows and columns.
         enlarged: usize,
     },
     /// One score, width and height by the side of the search image, and the middle relative to the point, in strides, counted
@@ -315,6 +315,7 @@ impl TryFrom<Raw> for SiameseConfig {
                     && (1..=9).contains(scales)
                     && scales % 2 == 1
                     && (1..=32).contains(enlarged)
+                    && raw.answer_side.saturating_mul(*enlarged) <= 1024
                     && raw.scores != ScoreCoding::Softmax
             }
             _ => true,
@@ -354,7 +355,7 @@ impl TryFrom<Raw> for SiameseConfig {
                 scales,
                 "answer",
                 format!("{:?}", raw.answer),
-                "a step above 1 and at most 2, an odd number of scales up to 9, enlarged 1 to 32 times; scores a sigmoid or a probability",
+                "a step above 1 and at most 2, an odd number of scales up to 9, enlarged 1 to 32 times to at most 1024; scores a sigmoid or a probability",
             ),
         ];
         match checks.into_iter().find(|(good, ..)| !good) {

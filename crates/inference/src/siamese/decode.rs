@@ -288,10 +288,10 @@ fn in_frame(point: &Candidate, center: Point, (across, down): (f64, f64)) -> BBo
     BBox::from_center_size(middle, point.width / across, point.height / down)
 }
 
-/// What a single number a point stands for.
+/// What a single number a point stands for; what enlarging makes of probabilities may lie beyond 0 and 1.
 fn probability(config: &SiameseConfig, number: f64) -> f64 {
     match config.scores() {
-        ScoreCoding::Probability => number,
+        ScoreCoding::Probability => number.clamp(0.0, 1.0),
         ScoreCoding::Softmax | ScoreCoding::Sigmoid => sigmoid(number),
     }
 }
