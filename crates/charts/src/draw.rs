@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn thinning_keeps_the_ends_and_extremes_of_every_column() {
+    fn thinned_columns_keep_ends_and_extremes() {
         let many: Vec<(f64, f64)> = (0..1000).map(|i| (f64::from(i) / 1000.0, f64::from(i * 7919 % 1000))).collect();
         let kept = thinned(many.clone());
         assert!(kept.len() <= 8, "{kept:?}");

@@ -80,7 +80,7 @@ mod tests {
     const BOUNDS: Area = [0.0, 0.0, 400.0, 300.0];
 
     #[test]
-    fn a_lone_name_stands_to_the_right_unless_the_border_is_near() {
+    fn a_lone_name_stands_right_inside_the_border() {
         assert_eq!(place(&[(100.0, 100.0, "kcf")], BOUNDS), [(110.0, 104.0, "start")]);
         assert_eq!(place(&[(395.0, 100.0, "kcf")], BOUNDS), [(385.0, 104.0, "end")]);
         assert_eq!(area((100.0, 50.0, "middle"), 20.0), [90.0, 40.5, 110.0, 53.0]);

@@ -55,7 +55,7 @@ fn a_file_has_its_title_legend_and_style() {
 }
 
 #[test]
-fn where_there_is_nothing_to_draw_there_is_no_file() {
+fn nothing_to_draw_leaves_no_file() {
     let folder = std::env::temp_dir().join(format!("pursuit-charts-{}", std::process::id()));
     let empty = chart(Series::points("p", Color::Truth, vec![(f64::NAN, 1.0)]));
     assert!(empty.is_empty() && empty.to_svg().is_none());
@@ -68,7 +68,7 @@ fn where_there_is_nothing_to_draw_there_is_no_file() {
 }
 
 #[test]
-fn named_dots_have_their_names_beside_them_and_no_legend() {
+fn named_dots_need_no_legend() {
     let svg = chart(Series::named("kcf", Color::Number(0), vec![(0.5, 0.5)]))
         .with(Series::named("mosse", Color::Number(1), vec![(0.5, 0.52)]))
         .to_svg()

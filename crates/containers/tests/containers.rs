@@ -26,7 +26,7 @@ fn movie(bytes: &[u8]) -> Result<Movie> {
 }
 
 #[test]
-fn an_mp4_comes_back_with_its_samples_times_and_parameters() {
+fn mp4_round_trip_keeps_samples_times_and_parameters() {
     let times: Vec<f64> = (0..23).map(|k| 7.0 + f64::from(k) * 0.04 + if k > 11 { 0.5 } else { 0.0 }).collect();
     let bytes = mp4(&times);
     let Movie { mut input, track, flaw } = movie(&bytes).unwrap();
@@ -48,7 +48,7 @@ fn an_mp4_comes_back_with_its_samples_times_and_parameters() {
 }
 
 #[test]
-fn times_that_stand_still_go_on_by_a_tick_and_keyframes_fall_due() {
+fn repeated_times_advance_and_keyframes_fall_due() {
     let samples = movie(&mp4(&[1.0, 1.0, 0.5, f64::NAN, 2.0])).unwrap().track.samples;
     let times: Vec<i64> = samples.iter().map(|s| s.composition_time).collect();
     assert_eq!(times, [0, 1, 2, 3, 90_000]);
@@ -60,7 +60,7 @@ fn times_that_stand_still_go_on_by_a_tick_and_keyframes_fall_due() {
 }
 
 #[test]
-fn a_file_cut_anywhere_gives_the_fragments_it_has_or_says_what_is_missing() {
+fn cut_files_give_whole_fragments_or_clear_errors() {
     let bytes = mp4(&(0..40).map(|k| f64::from(k) * 0.04).collect::<Vec<_>>());
     let header = bytes.windows(4).position(|w| w == b"moof").unwrap() - 4;
     let mut seen = 0;
@@ -97,7 +97,7 @@ fn the_index_names_where_to_enter() {
 }
 
 #[test]
-fn a_first_picture_without_parameters_and_a_full_disk_are_told() {
+fn missing_parameters_and_full_disks_are_errors() {
     let mut storage = Cursor::new(Vec::new());
     let error = Writer::new(64, 48, 0.0).add(&EncodedSample::default(), 0.0, &mut storage).unwrap_err();
     assert!(matches!(&error, ContainerError::Unwritable { reason } if reason.contains("parameter sets")), "{error}");
@@ -126,7 +126,7 @@ fn avi_reader(bytes: &[u8]) -> Result<AviReader> {
 }
 
 #[test]
-fn an_avi_gives_the_chunks_of_its_video_and_time_goes_by_the_empty_ones() {
+fn empty_avi_chunks_count_as_time() {
     let bytes = avi(b"MJPG", &[&[1, 2, 3], &[], &[4; 6]]);
     let mut reader = avi_reader(&bytes).unwrap();
     let stream = reader.stream();
@@ -206,7 +206,7 @@ const JPEG: [u8; 22] =
     [0xFF, 0xD8, 0xFF, 0xE1, 0, 6, 0xFF, 0xD8, 0xFF, 0xD9, 0xFF, 0xDA, 0, 2, 7, 0xFF, 0, 8, 0xFF, 0xD0, 0xFF, 0xD9];
 
 #[test]
-fn jpegs_are_told_apart_and_thumbnails_do_not_end_them() {
+fn jpegs_are_split_despite_thumbnails() {
     let stream = [&b"\r\n"[..], &JPEG, b"\n\xFF\n", &JPEG, b"rest"].concat();
     let mut reader = &stream[..];
     for _ in 0..2 {

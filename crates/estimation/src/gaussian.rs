@@ -19,33 +19,19 @@ use crate::{EstimationError, Innovation, LinearMeasurement, Result, Transition};
 ///
 /// The covariance is always finite and exactly symmetric; [`Gaussian::new`] asks for it to be positive definite.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+#[serde(remote = "Gaussian")]
 pub struct Gaussian<const N: usize> {
     mean: SVector<f64, N>,
     covariance: SMatrix<f64, N, N>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Gaussian")]
-struct Raw<const N: usize> {
-    mean: SVector<f64, N>,
-    covariance: SMatrix<f64, N, N>,
-}
+crate::checked!([const N: usize] Gaussian<N>);
 
-impl<const N: usize> From<Gaussian<N>> for Raw<N> {
-    fn from(belief: Gaussian<N>) -> Self {
-        Self { mean: belief.mean, covariance: belief.covariance }
-    }
-}
-
-impl<const N: usize> TryFrom<Raw<N>> for Gaussian<N> {
-    type Error = EstimationError;
-
+impl<const N: usize> Gaussian<N> {
     // A stored belief may be singular (a noise-free model predicts such), so semi-definite is enough here.
-    fn try_from(raw: Raw<N>) -> Result<Self> {
-        require_finite("the mean", &raw.mean)?;
-        Ok(Self { mean: raw.mean, covariance: require_semi_definite("the covariance", &raw.covariance)? })
+    fn restored(self) -> Result<Self> {
+        require_finite("the mean", &self.mean)?;
+        Ok(Self { covariance: require_semi_definite("the covariance", &self.covariance)?, ..self })
     }
 }
 

@@ -25,6 +25,7 @@
 //! An error, whatever its kind, leaves the belief as it was.
 
 pub mod association;
+mod checked;
 pub mod consistency;
 mod correction;
 mod error;
@@ -36,6 +37,7 @@ mod matrix;
 mod measurement;
 pub mod motion;
 pub mod nonlinear;
+mod odds;
 pub mod papers;
 pub mod particle;
 pub mod point;
@@ -49,6 +51,7 @@ pub use gaussian::Gaussian;
 pub use imm::{Embedded, Extended, Imm, Mode, Sojourn, Switching, UnscentedMode};
 pub use measurement::{Innovation, LinearMeasurement};
 pub use nalgebra;
+pub use odds::{logit, sigmoid};
 pub use papers::{gao2007, qu2010, zhai2024, zhu2014};
 pub use rand_pcg;
 pub use transition::{MotionModel, Transition};

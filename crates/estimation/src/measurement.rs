@@ -8,33 +8,20 @@ use crate::{EstimationError, Result};
 
 /// A linear sensor: `z = H x + v`, `v ~ N(0, R)`, of `M` values of a state of `N` components.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw<M, N>", into = "Raw<M, N>")]
+#[serde(remote = "LinearMeasurement")]
 pub struct LinearMeasurement<const M: usize, const N: usize> {
     matrix: SMatrix<f64, M, N>,
     noise: SMatrix<f64, M, M>,
     /// The components read, where every row of `H` reads one component as it is and `R` is diagonal.
+    #[serde(skip)]
     direct: Option<[usize; M]>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "LinearMeasurement")]
-struct Raw<const M: usize, const N: usize> {
-    matrix: SMatrix<f64, M, N>,
-    noise: SMatrix<f64, M, M>,
-}
+crate::checked!([const M: usize, const N: usize] LinearMeasurement<M, N>);
 
-impl<const M: usize, const N: usize> From<LinearMeasurement<M, N>> for Raw<M, N> {
-    fn from(sensor: LinearMeasurement<M, N>) -> Self {
-        Self { matrix: sensor.matrix, noise: sensor.noise }
-    }
-}
-
-impl<const M: usize, const N: usize> TryFrom<Raw<M, N>> for LinearMeasurement<M, N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<M, N>) -> Result<Self> {
-        Self::new(raw.matrix, raw.noise)
+impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.matrix, self.noise)
     }
 }
 
@@ -115,40 +102,26 @@ const ROOT_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// What a measurement said that the belief did not expect: residual `ν = z − H x`, covariance `S = H P Hᵀ + R`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "RawInnovation<M>", into = "RawInnovation<M>")]
+#[serde(remote = "Innovation")]
 pub struct Innovation<const M: usize> {
     residual: SVector<f64, M>,
-    /// `S = L D Lᵀ`: `D` on the diagonal, `L` below it.
+    /// `S = L D Lᵀ`: `D` on the diagonal, `L` below it. Stored as such, because a sharp `S` is regular only in this form.
     factor: SMatrix<f64, M, M>,
 }
 
-/// What is stored: the factor, because a sharp `S` is regular only in this form.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Innovation")]
-struct RawInnovation<const M: usize> {
-    residual: SVector<f64, M>,
-    factor: SMatrix<f64, M, M>,
-}
+crate::checked!([const M: usize] Innovation<M>);
 
-impl<const M: usize> From<Innovation<M>> for RawInnovation<M> {
-    fn from(innovation: Innovation<M>) -> Self {
-        Self { residual: innovation.residual, factor: innovation.factor }
-    }
-}
-
-impl<const M: usize> TryFrom<RawInnovation<M>> for Innovation<M> {
-    type Error = EstimationError;
-
-    fn try_from(raw: RawInnovation<M>) -> Result<Self> {
-        require_finite("the innovation", &raw.residual)?;
-        require_finite("the factor of the innovation covariance", &raw.factor)?;
+impl<const M: usize> Innovation<M> {
+    fn restored(self) -> Result<Self> {
+        require_finite("the innovation", &self.residual)?;
+        require_finite("the factor of the innovation covariance", &self.factor)?;
         for row in 0..M {
-            let pivot = raw.factor[(row, row)];
+            let pivot = self.factor[(row, row)];
             if pivot <= 0.0 {
                 return Err(EstimationError::SingularInnovation { row, pivot });
             }
         }
-        Ok(Self { residual: raw.residual, factor: raw.factor.lower_triangle() })
+        Ok(Self { factor: self.factor.lower_triangle(), ..self })
     }
 }
 

@@ -10,12 +10,13 @@ use crate::{EstimationError, Result};
 
 /// One step of linear motion: `x ← F x + B u + w`, `w ~ N(0, Q)`.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+#[serde(remote = "Transition")]
 pub struct Transition<const N: usize> {
     matrix: SMatrix<f64, N, N>,
     noise: SMatrix<f64, N, N>,
     offset: SVector<f64, N>,
     /// What the others say, for speed.
+    #[serde(skip)]
     shear: Option<Shear<N>>,
 }
 
@@ -25,26 +26,11 @@ impl<const N: usize> PartialEq for Transition<N> {
     }
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Transition")]
-struct Raw<const N: usize> {
-    matrix: SMatrix<f64, N, N>,
-    noise: SMatrix<f64, N, N>,
-    offset: SVector<f64, N>,
-}
+crate::checked!([const N: usize] Transition<N>);
 
-impl<const N: usize> From<Transition<N>> for Raw<N> {
-    fn from(step: Transition<N>) -> Self {
-        Self { matrix: step.matrix, noise: step.noise, offset: step.offset }
-    }
-}
-
-impl<const N: usize> TryFrom<Raw<N>> for Transition<N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<N>) -> Result<Self> {
-        Self::new(raw.matrix, raw.noise)?.with_offset(raw.offset)
+impl<const N: usize> Transition<N> {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.matrix, self.noise)?.with_offset(self.offset)
     }
 }
 
@@ -59,7 +45,7 @@ impl<const N: usize> Transition<N> {
         Ok(Self::sound(matrix, noise, SVector::zeros()))
     }
 
-    /// A step whose parts were looked at.
+    /// A step from parts that are known to be finite and sound.
     #[inline]
     fn sound(matrix: SMatrix<f64, N, N>, noise: SMatrix<f64, N, N>, offset: SVector<f64, N>) -> Self {
         Self { matrix, noise, offset, shear: Shear::of(&matrix, &noise, &offset) }

@@ -6,7 +6,7 @@ mod common;
 
 use common::{assert_close, assert_near};
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use pursuit_estimation::association::{Cost, JointParams, JointProbabilities, NearestNeighbours, unmatched};
+use pursuit_estimation::association::{Cost, Distances, JointParams, JointProbabilities, NearestNeighbours, unmatched};
 use pursuit_estimation::consistency::{Gate, chi_square_cumulative};
 use pursuit_estimation::motion::ConstantVelocity;
 use pursuit_estimation::{EstimationError, Gaussian, LinearMeasurement, MotionModel};
@@ -55,6 +55,79 @@ fn likelihood_does_not_favour_the_ignorant() {
     let density = (-2.0_f64).exp() / std::f64::consts::TAU;
     // Equal where λ (1 − P_D) = P_D N(ν).
     assert!(edge(density * 9.0 * 0.99, 0.9) && !edge(density * 9.0 * 1.01, 0.9));
+}
+
+#[test]
+fn most_pairs_come_first_then_the_likeliest() {
+    // Alone the near target is much likelier to have the near detection, but then the far one would go without.
+    let targets = [at(0.0, 0.0, 1.0), at(2.0, 0.0, 1.0)];
+    let detections = [vector![0.5, 0.0], vector![-2.5, 0.0]];
+    let mut most = NearestNeighbours::new(gate(), Cost::MostPairs).unwrap();
+    assert_eq!(most.associate(&targets, &detections).unwrap(), [Some(1), Some(0)]);
+    // Both pair once; a target known well is likelier to be where it is expected.
+    let targets = [at(0.0, 0.0, 3.0), at(0.2, 0.0, 1.0)];
+    assert_eq!(most.associate(&targets, &detections[..1]).unwrap(), [None, Some(0)]);
+    assert_eq!(most.associate::<2>(&[], &detections).unwrap(), []);
+}
+
+/// Every injective assignment there is: the most pairs, then the least cost.
+fn most_then_least(costs: &[Vec<f64>], row: usize, taken: u32) -> (usize, f64) {
+    let Some(own) = costs.get(row) else { return (0, 0.0) };
+    let mut best = most_then_least(costs, row + 1, taken);
+    for (column, cost) in own.iter().enumerate().filter(|(c, cost)| taken >> c & 1 == 0 && cost.is_finite()) {
+        let (pairs, sum) = most_then_least(costs, row + 1, taken | 1 << column);
+        if pairs + 1 > best.0 || (pairs + 1 == best.0 && sum + cost < best.1) {
+            best = (pairs + 1, sum + cost);
+        }
+    }
+    best
+}
+
+#[test]
+fn no_other_way_makes_more_or_likelier_pairs() {
+    let mut most = NearestNeighbours::new(gate(), Cost::MostPairs).unwrap();
+    let mut distances = Distances::new();
+    for problem in 0..300_u32 {
+        let (rows, columns) = (1 + problem as usize % 4, 1 + problem as usize / 4 % 5);
+        // A number in [-40, 60), a third of all pairs forbidden.
+        let cost = |t: usize, d: usize| {
+            let hash = (problem * 64 + (t * 8 + d) as u32 + 1).wrapping_mul(2_654_435_761) >> 8;
+            if hash.is_multiple_of(3) { f64::INFINITY } else { f64::from(hash % 1000) / 10.0 - 40.0 }
+        };
+        distances.fill(&vec![at(0.0, 0.0, 1.0); rows], &vec![vector![0.0, 0.0]; columns]).unwrap();
+        let pairs = || (0..rows).flat_map(|t| (0..columns).map(move |d| (t, d)));
+        pairs().filter(|(t, d)| cost(*t, *d).is_infinite()).for_each(|(t, d)| distances.add(t, d, f64::INFINITY));
+        let found = most.assign(&distances, cost).unwrap();
+        let each: Vec<f64> = (0..).zip(found).filter_map(|(t, d)| Some(cost(t, (*d)?))).collect();
+        let costs: Vec<Vec<f64>> = (0..rows).map(|t| (0..columns).map(|d| cost(t, d)).collect()).collect();
+        let (pairs, least) = most_then_least(&costs, 0, 0);
+        assert_eq!(each.len(), pairs, "problem {problem}");
+        assert_near("cost", each.iter().sum(), least, 1e-9);
+    }
+}
+
+#[test]
+fn further_evidence_joins_the_distances() {
+    let targets = [at(0.0, 0.0, 1.0), at(1.0, 0.0, 1.0)];
+    let detections = [vector![0.4, 0.0]];
+    let mut distances = Distances::new();
+    distances.fill(&targets, &detections).unwrap();
+    assert_eq!((distances.targets(), distances.detections()), (2, 1));
+    assert_near("distance", distances.squared(1, 0), 0.36, 1e-12);
+    assert_eq!((distances.squared(0, 1), distances.squared(2, 0)), (f64::INFINITY, f64::INFINITY));
+    let mut nearest = NearestNeighbours::new(gate(), Cost::MostPairs).unwrap();
+    assert_eq!(nearest.assign(&distances, |_, _| 0.0).unwrap(), [Some(0), None]);
+    assert_eq!(nearest.assign(&distances, |t, _| if t == 0 { 1.0 } else { 0.0 }).unwrap(), [None, Some(0)]);
+    let params = JointParams { detection_probability: 0.9, clutter_density: 0.01, gate: gate(), most_events: 100 };
+    let joint = JointProbabilities::new(params).unwrap();
+    let plain = joint.among(&distances, |_, _| 0.0).unwrap();
+    assert_eq!(plain, joint.of(&targets, &detections).unwrap());
+    // Minus twice the logarithm of a likelihood ratio, inside the gate or beside it, says the same.
+    let beside = joint.among(&distances, |t, _| if t == 0 { 2.0 } else { 0.0 }).unwrap();
+    distances.add(0, 0, 2.0);
+    assert_eq!(beside, joint.among(&distances, |_, _| 0.0).unwrap());
+    distances.add(0, 0, f64::INFINITY);
+    assert_eq!(nearest.assign(&distances, |_, _| 0.0).unwrap(), [None, Some(0)]);
 }
 
 #[test]

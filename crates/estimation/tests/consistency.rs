@@ -12,6 +12,7 @@ use pursuit_estimation::motion::{
 };
 use pursuit_estimation::particle::{ParticleFilter, ParticleOptions};
 use pursuit_estimation::{Gaussian, LinearMeasurement, MotionModel};
+use pursuit_testkit::SplitMix;
 
 const RUNS: u64 = 1000;
 const STEPS: usize = 30;
@@ -99,11 +100,7 @@ fn a_wrong_model_is_caught() {
 
 /// A number spread evenly over decades, from a counter: no state to carry.
 fn spread(counter: u64, low: f64, high: f64) -> f64 {
-    let mut x = counter.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    let unit = ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-    (low.ln() + (high / low).ln() * unit).exp()
+    (low.ln() + (high / low).ln() * SplitMix::after(counter).unit()).exp()
 }
 
 /// Symmetric to the bit; every variance positive; no eigenvalue of the correlations below zero beyond rounding.

@@ -19,6 +19,7 @@
 //! ```
 
 mod bbox;
+pub mod camera;
 mod polygon;
 mod transform;
 mod truth;

@@ -1,4 +1,5 @@
 use crate::{PublishError, Result};
+use pursuit_address::{AddressError, Locator, Server};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -103,43 +104,31 @@ pub struct Broker {
 }
 
 impl Broker {
-    /// Reads `SCHEME://HOST[:PORT][/PREFIX]`; a user and a password do not belong here.
+    /// Reads `SCHEME://[USER[:PASSWORD]@]HOST[:PORT][/PREFIX]`.
     ///
     /// # Errors
     /// [`PublishError::Address`] saying what is wrong.
-    pub fn parse(address: &str) -> Result<Self> {
+    pub fn parse(address: impl Into<Locator>) -> Result<Self> {
+        let address = address.into();
         let wrong = |reason: String| PublishError::Address { reason };
-        let Some((scheme, rest)) = address.split_once("://") else {
-            return Err(wrong("the broker's address has no scheme".to_owned()));
-        };
-        let scheme = match scheme {
+        let of_address = |error: AddressError| wrong(format!("the broker's address {error}"));
+        let scheme = match address.scheme().ok_or(AddressError::Scheme).map_err(of_address)? {
             "mqtt" => Scheme::Mqtt,
             "mqtts" => Scheme::Mqtts,
             "nats" => Scheme::Nats,
             "tls" => Scheme::Tls,
             other => return Err(wrong(format!("there are no brokers of the kind `{other}`"))),
         };
-        if let Some(at) = rest.find(['?', '#']) {
-            return Err(wrong(format!("`{}` has no meaning in a broker's address", &rest[at..=at])));
+        let server = address.server().map_err(of_address)?;
+        if let Some(sign) = server.query.chars().next() {
+            return Err(wrong(format!("`{sign}` has no meaning in a broker's address")));
         }
-        let (authority, prefix) = rest.split_once('/').unwrap_or((rest, ""));
-        let (host, port) = match authority.rsplit_once(':') {
-            Some((host, port)) if !port.ends_with(']') => {
-                let port = port.parse().ok().filter(|port| *port > 0);
-                (host, port.ok_or_else(|| wrong("the port of the broker's address is no number up to 65535".into()))?)
-            }
-            _ => (authority, scheme.default_port()),
-        };
-        let bare = host.strip_prefix('[').and_then(|h| h.strip_suffix(']')).unwrap_or(host);
-        if bare.is_empty() || bare.contains(['@', '[', ']']) || bare.contains(char::is_whitespace) {
-            return Err(wrong("the broker's address has no host".to_owned()));
-        }
-        if bare == host && host.contains(':') {
-            return Err(wrong("an IPv6 address stands in brackets, for example mqtt://[::1]".to_owned()));
-        }
-        let prefix = prefix.trim_end_matches('/');
+        let prefix = server.path.trim_end_matches('/');
         let prefix = if prefix.is_empty() { None } else { Some(checked(prefix, scheme).map_err(wrong)?) };
-        Ok(Self { scheme, host: host.to_owned(), port, prefix, login: None, ca_file: None })
+        let login = address.login().map(|(user, password)| Login { user, password: password.unwrap_or_default() });
+        let port = server.port.unwrap_or(scheme.default_port());
+        let host = Server { port: None, ..server }.to_string();
+        Ok(Self { scheme, host, port, prefix, login, ca_file: None })
     }
 }
 
@@ -191,6 +180,7 @@ mod tests {
         assert_eq!(read("mqtt://[::1]:9/yard"), (Scheme::Mqtt, "[::1]".into(), 9, "yard".into()));
         assert_eq!(read("mqtt://house/a..b"), (Scheme::Mqtt, "house".into(), 1883, "a..b".into()));
         assert_eq!(read("nats://house/a/b.c"), (Scheme::Nats, "house".into(), 4222, "a/b.c".into()));
+        assert_eq!(read("nats://me:s/e@cret@house/a"), (Scheme::Nats, "house".into(), 4222, "a".into()));
         assert_eq!(read("tls://[::1]"), (Scheme::Tls, "[::1]".into(), 4222, String::new()));
     }
 
@@ -221,7 +211,7 @@ mod tests {
             let error = Broker::parse(bad).unwrap_err().to_string();
             assert!(error.contains(word), "{bad}: {error}");
         }
-        assert!(Broker::parse(&format!("mqtt://h/{}", "a".repeat(300))).is_err());
+        assert!(Broker::parse(format!("mqtt://h/{}", "a".repeat(300))).is_err());
     }
 
     #[test]
@@ -241,8 +231,8 @@ mod tests {
 
     #[test]
     fn a_password_is_not_shown() {
-        let login = Some(Login { user: "me".into(), password: "sesame".into() });
-        let broker = Broker { login, ..Broker::parse("mqtt://house").unwrap() };
+        let broker = Broker::parse("mqtt://me:sesame@house").unwrap();
+        assert_eq!(broker.login, Some(Login { user: "me".into(), password: "sesame".into() }));
         assert_eq!(broker.to_string(), "mqtt://me@house:1883");
         assert!(!format!("{broker:?}").contains("sesame"));
         let login = Some(Login { user: String::new(), password: "token".into() });

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_broken_connection_did_not_take_comes_first() {
+    fn undelivered_messages_come_first() {
         let queue = queue(3);
         queue.extend(2..4);
         queue.put_back(vec![message("n", "0"), message("n", "1")]);

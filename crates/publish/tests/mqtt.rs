@@ -12,7 +12,7 @@ use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
 use std::collections::BTreeSet;
 
 fn broker(port: u16) -> Broker {
-    Broker::parse(&format!("mqtt://127.0.0.1:{port}")).unwrap()
+    Broker::parse(format!("mqtt://127.0.0.1:{port}")).unwrap()
 }
 
 /// Leaves something for listeners that come.
@@ -24,7 +24,7 @@ fn marker(port: u16) {
 }
 
 #[test]
-fn everything_arrives_once_and_in_order_with_every_quality_of_service() {
+fn messages_arrive_once_in_order_at_every_quality() {
     for qos in [Qos::AtMostOnce, Qos::AtLeastOnce, Qos::ExactlyOnce] {
         let Some(mosquitto) = Mosquitto::open() else { return };
         let listener = mosquitto.listen(&[]);
@@ -48,7 +48,7 @@ fn everything_arrives_once_and_in_order_with_every_quality_of_service() {
 }
 
 #[test]
-fn a_broker_that_is_killed_and_returns_gets_the_newest_and_what_is_retained() {
+fn returning_brokers_get_newest_and_retained_messages() {
     let Some(mut mosquitto) = Mosquitto::open() else { return };
     let early = mosquitto.listen(&[]);
     let gate = Gate::to(mosquitto.port);
@@ -117,8 +117,8 @@ fn servers_that_are_no_brokers_hold_nothing_up() {
 }
 
 #[test]
-fn an_end_without_a_broker_does_not_wait_long() {
-    publishers::an_end_without_a_broker_does_not_wait_long(broker);
+fn ending_without_broker_is_quick() {
+    publishers::ending_without_broker_is_quick(broker);
 }
 
 #[cfg(not(feature = "tls"))]
@@ -153,7 +153,7 @@ mod tls {
         };
         let secure = |ca: &str| Broker {
             ca_file: Some(file(ca)),
-            ..Broker::parse(&format!("mqtts://localhost:{}", mosquitto.port)).unwrap()
+            ..Broker::parse(format!("mqtts://localhost:{}", mosquitto.port)).unwrap()
         };
         let listener = mosquitto.listen(&["--cafile", file("ca.crt").to_str().unwrap()]);
         let mut right = publisher(secure("ca.crt"), options(), Qos::AtLeastOnce);
@@ -173,7 +173,7 @@ mod tls {
         // A broker that speaks no TLS.
         let plain = Broker {
             ca_file: Some(file("ca.crt")),
-            ..Broker::parse(&format!("mqtts://localhost:{}", server(b"\x20\x02\x00\x00"))).unwrap()
+            ..Broker::parse(format!("mqtts://localhost:{}", server(b"\x20\x02\x00\x00"))).unwrap()
         };
         let mut publisher = publisher(plain, options(), Qos::AtLeastOnce);
         let counts = publisher.finish();

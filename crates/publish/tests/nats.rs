@@ -17,7 +17,7 @@ use std::time::Duration;
 const QUALITIES: [Qos; 2] = [Qos::AtMostOnce, Qos::AtLeastOnce];
 
 fn broker(port: u16) -> Broker {
-    Broker::parse(&format!("nats://127.0.0.1:{port}")).unwrap()
+    Broker::parse(format!("nats://127.0.0.1:{port}")).unwrap()
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn everything_arrives_once_and_in_order() {
 }
 
 #[test]
-fn what_is_retained_is_said_again_with_every_sign_of_life_until_it_is_forgotten() {
+fn retained_messages_are_repeated_until_forgotten() {
     let Some(nats) = NatsServer::open() else { return };
     let early = nats.listen();
     let options = Options { keep_alive: Duration::from_secs(1), ..options() };
@@ -60,7 +60,7 @@ fn what_is_retained_is_said_again_with_every_sign_of_life_until_it_is_forgotten(
 }
 
 #[test]
-fn a_server_that_is_killed_and_returns_gets_the_newest_and_what_is_retained() {
+fn returning_servers_get_newest_and_retained_messages() {
     for qos in QUALITIES {
         let Some(mut nats) = NatsServer::open() else { return };
         let early = nats.listen();
@@ -97,7 +97,7 @@ fn a_server_that_is_killed_and_returns_gets_the_newest_and_what_is_retained() {
 
 #[test]
 #[cfg(unix)]
-fn a_server_that_stands_still_is_noticed_and_memory_stays_bounded() {
+fn stalled_servers_are_noticed_in_bounded_memory() {
     let Some(nats) = NatsServer::open() else { return };
     let listener = nats.listen();
     let mut publisher = publisher(broker(nats.port), Options { capacity: 100, ..options() }, Qos::AtLeastOnce);
@@ -161,7 +161,7 @@ fn users() -> Option<NatsServer> {
 }
 
 #[test]
-fn a_server_that_allows_no_inbox_still_gets_everything() {
+fn servers_without_inbox_get_everything() {
     let Some(nats) = users() else { return };
     let listener = nats.listen_as("\"user\":\"all\",\"pass\":\"pw\",");
     let mut publisher =
@@ -174,7 +174,7 @@ fn a_server_that_allows_no_inbox_still_gets_everything() {
 }
 
 #[test]
-fn what_a_user_may_not_publish_is_said_and_counted() {
+fn forbidden_messages_are_reported_and_counted() {
     let Some(nats) = users() else { return };
     let with =
         |user: &str| publisher(Broker { login: login(user, "pw"), ..broker(nats.port) }, options(), Qos::AtMostOnce);
@@ -205,8 +205,8 @@ fn servers_that_are_no_brokers_hold_nothing_up() {
 }
 
 #[test]
-fn an_end_without_a_server_does_not_wait_long() {
-    publishers::an_end_without_a_broker_does_not_wait_long(broker);
+fn ending_without_server_is_quick() {
+    publishers::ending_without_broker_is_quick(broker);
 }
 
 /// What the guide says of whoever wants retained messages: a stream of the server keeps the last of each subject.
@@ -240,7 +240,7 @@ fn what_this_build_lacks_is_said() {
 }
 
 #[test]
-fn tls_that_a_server_demands_and_the_address_does_not_is_said() {
+fn demanded_tls_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     if !common::certificates(folder.path()) {
         return;
@@ -270,7 +270,7 @@ fn only_certificates_of_the_authority_named_are_trusted() {
     let Some(nats) = NatsServer::start(|_| with_tls(folder.path(), true)) else { return };
     let secure = |ca: &str, port: u16| Broker {
         ca_file: Some(file(ca)),
-        ..Broker::parse(&format!("tls://localhost:{port}")).unwrap()
+        ..Broker::parse(format!("tls://localhost:{port}")).unwrap()
     };
     let listener = nats.listen();
     let mut right = publisher(secure("ca.crt", nats.port), options(), Qos::AtLeastOnce);

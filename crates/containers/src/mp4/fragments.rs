@@ -34,7 +34,7 @@ pub(super) struct Fragments {
 }
 
 /// Where the next run's data lies, and what its samples have in common.
-struct Place {
+struct RunPosition {
     defaults: Defaults,
     base: u64,
     data: u64,
@@ -67,7 +67,7 @@ impl Fragments {
         Ok(Some(place.data))
     }
 
-    fn place(&self, tfhd: &[u8], moof_start: u64, previous_end: u64) -> Option<(u32, Place)> {
+    fn place(&self, tfhd: &[u8], moof_start: u64, previous_end: u64) -> Option<(u32, RunPosition)> {
         let (_, flags, mut fields) = full(tfhd)?;
         let id = fields.u32()?;
         let mut defaults = self.defaults;
@@ -84,10 +84,10 @@ impl Fragments {
         if flags & 0x10 != 0 {
             defaults.size = fields.u32()?;
         }
-        Some((id, Place { defaults, base, data: base }))
+        Some((id, RunPosition { defaults, base, data: base }))
     }
 
-    fn add_run(&mut self, trun: &[u8], ours: bool, place: &mut Place) -> Result<()> {
+    fn add_run(&mut self, trun: &[u8], ours: bool, place: &mut RunPosition) -> Result<()> {
         let Some((_, flags, mut fields)) = full(trun) else { return Ok(()) };
         let Some(count) = fields.u32() else { return Ok(()) };
         if flags & 0x01 != 0 {

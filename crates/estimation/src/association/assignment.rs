@@ -167,10 +167,7 @@ mod tests {
 
     /// A number in [0, 1) from a counter.
     fn number(counter: u64) -> f64 {
-        let mut x = counter.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        pursuit_testkit::SplitMix::after(counter).unit()
     }
 
     /// The least cost of rows from `row` on, by trying everything.

@@ -84,19 +84,31 @@ impl JointProbabilities {
         expected: &[Gaussian<M>],
         detections: &[SVector<f64, M>],
     ) -> Result<Probabilities> {
-        let params = &self.params;
         let mut distances = Distances::new();
         distances.fill(expected, detections)?;
-        let inside = chi_square_cumulative(M as f64, params.gate.threshold)?;
+        self.among(&distances, |_, _| 0.0)
+    }
+
+    /// The same of `distances` that were measured before; `extra` is what speaks against a pair inside the gate besides, in the
+    /// unit of squared distances (minus twice the logarithm of a likelihood ratio).
+    ///
+    /// # Errors
+    /// Where there are too many joint events, as in [`of`](Self::of).
+    pub fn among(&self, distances: &Distances, extra: impl Fn(usize, usize) -> f64) -> Result<Probabilities> {
+        let params = &self.params;
+        let components = distances.components as f64;
+        let inside = chi_square_cumulative(components, params.gate.threshold)?;
         let missed = 1.0 - params.detection_probability * inside;
-        let width = detections.len() + 1;
-        let mut weights = vec![0.0; expected.len() * width];
+        let width = distances.detections() + 1;
+        let mut weights = vec![0.0; distances.targets() * width];
         for (target, row) in weights.chunks_exact_mut(width).enumerate() {
             let base = (params.detection_probability / params.clutter_density).ln()
-                - 0.5 * (distances.log_determinants[target] + M as f64 * std::f64::consts::TAU.ln());
-            let squared = &distances.squared[target * detections.len()..][..detections.len()];
-            let logs =
-                squared.iter().map(|s| if *s <= params.gate.threshold { base - 0.5 * s } else { f64::NEG_INFINITY });
+                - 0.5 * (distances.log_determinants[target] + components * std::f64::consts::TAU.ln());
+            let logs = (0..distances.detections()).map(|detection| {
+                let squared = distances.squared(target, detection);
+                let admitted = squared <= params.gate.threshold;
+                if admitted { base - 0.5 * (squared + extra(target, detection)) } else { f64::NEG_INFINITY }
+            });
             // Every event has one factor of each target, so that these may be scaled: none overflows.
             let highest = logs.clone().fold(missed.ln(), f64::max);
             row[0] = (missed.ln() - highest).exp();

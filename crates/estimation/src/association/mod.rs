@@ -34,21 +34,30 @@ pub fn unmatched(matches: &[Option<usize>], detections: usize) -> impl Iterator<
     (0..detections).filter(|index| !matches.contains(&Some(*index)))
 }
 
-/// Distance squared of every detection to every expected measurement, target by target, and `ln det S` of each target.
-#[derive(Debug, Clone)]
-struct Distances {
+/// How far every detection is from what is expected of every target: `νᵀ S⁻¹ ν`, and `ln det S` of each target. What else is
+/// known of a pair is added by [`add`](Self::add); the associators read it. Keeps its memory from one frame to the next.
+#[derive(Debug, Clone, Default)]
+pub struct Distances {
     squared: Vec<f64>,
     log_determinants: Vec<f64>,
+    detections: usize,
+    components: usize,
 }
 
 impl Distances {
-    const fn new() -> Self {
-        Self { squared: Vec::new(), log_determinants: Vec::new() }
+    /// Of no targets.
+    pub const fn new() -> Self {
+        Self { squared: Vec::new(), log_determinants: Vec::new(), detections: 0, components: 0 }
     }
 
-    fn fill<const M: usize>(&mut self, expected: &[Gaussian<M>], detections: &[SVector<f64, M>]) -> Result<()> {
+    /// Measures every detection against every expected measurement.
+    ///
+    /// # Errors
+    /// Where a detection is not finite or a covariance is singular.
+    pub fn fill<const M: usize>(&mut self, expected: &[Gaussian<M>], detections: &[SVector<f64, M>]) -> Result<()> {
         self.squared.clear();
         self.log_determinants.clear();
+        (self.detections, self.components) = (detections.len(), M);
         for detection in detections {
             require_finite("a detection", detection)?;
         }
@@ -58,5 +67,29 @@ impl Distances {
             self.squared.extend(detections.iter().map(|z| mahalanobis_squared(&lower, &(z - target.mean()))));
         }
         Ok(())
+    }
+
+    /// How many targets there are.
+    pub fn targets(&self) -> usize {
+        self.log_determinants.len()
+    }
+
+    /// How many detections there are.
+    pub const fn detections(&self) -> usize {
+        self.detections
+    }
+
+    /// The squared distance of a pair; infinite where there is no such pair.
+    pub fn squared(&self, target: usize, detection: usize) -> f64 {
+        let at = target * self.detections + detection;
+        self.squared.get(at).copied().filter(|_| detection < self.detections).unwrap_or(f64::INFINITY)
+    }
+
+    /// Adds what else speaks against a pair, in the unit of squared distances; infinite forbids it.
+    pub fn add(&mut self, target: usize, detection: usize, squared: f64) {
+        let at = target * self.detections + detection;
+        if let Some(sum) = self.squared.get_mut(at).filter(|_| detection < self.detections) {
+            *sum += squared;
+        }
     }
 }

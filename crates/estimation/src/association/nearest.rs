@@ -15,6 +15,8 @@ pub enum Cost {
     /// gate holds a detection of its own gets one. A target that is little known has short distances, and takes detections
     /// from those that are known well.
     Distance,
+    /// As many pairs as the gate allows; of all ways to make them the most likely one (`νᵀ S⁻¹ ν + ln det S`).
+    MostPairs,
     /// The negative logarithm of the likelihood, against that of clutter (Blackman and Popoli 1999, 6.4): a detection costs
     /// `−ln(P_D N(ν; 0, S) / λ)` and a target without one `−ln(1 − P_D)`.
     Likelihood {
@@ -57,27 +59,46 @@ impl NearestNeighbours {
         expected: &[Gaussian<M>],
         detections: &[SVector<f64, M>],
     ) -> Result<&[Option<usize>]> {
-        let Self { gate, cost, distances, assignment } = self;
-        distances.fill(expected, detections)?;
-        let squared = |target: usize, detection: usize| distances.squared[target * detections.len() + detection];
-        let admitted = |target, detection| squared(target, detection) <= gate.threshold;
-        match *cost {
-            Cost::Distance => assignment.solve(
-                expected.len(),
-                detections.len(),
-                |t, d| if admitted(t, d) { squared(t, d) } else { f64::INFINITY },
-                |_| gate.threshold,
-            ),
-            Cost::Likelihood { detection_probability, clutter_density } => {
-                let base = (clutter_density / detection_probability).ln() + 0.5 * M as f64 * std::f64::consts::TAU.ln();
-                let likely = |t: usize, d| base + 0.5 * (squared(t, d) + distances.log_determinants[t]);
-                assignment.solve(
-                    expected.len(),
-                    detections.len(),
-                    |t, d| if admitted(t, d) { likely(t, d) } else { f64::INFINITY },
-                    |_| -(-detection_probability).ln_1p(),
-                )
-            }
+        self.distances.fill(expected, detections)?;
+        assign(&mut self.assignment, self.gate, self.cost, &self.distances, |_, _| 0.0)
+    }
+
+    /// The same of `distances` that were measured before; `extra` is what a pair inside the gate costs besides.
+    ///
+    /// # Errors
+    /// Where a distance or an extra cost is not a number.
+    pub fn assign(&mut self, distances: &Distances, extra: impl Fn(usize, usize) -> f64) -> Result<&[Option<usize>]> {
+        assign(&mut self.assignment, self.gate, self.cost, distances, extra)
+    }
+}
+
+fn assign<'a>(
+    assignment: &'a mut Assignment,
+    gate: Gate,
+    cost: Cost,
+    distances: &Distances,
+    extra: impl Fn(usize, usize) -> f64,
+) -> Result<&'a [Option<usize>]> {
+    let (targets, detections) = (distances.targets(), distances.detections());
+    let squared = |t, d| Some(distances.squared(t, d)).filter(|s| *s <= gate.threshold);
+    let unlikely = |t: usize, d| squared(t, d).map(|s| s + distances.log_determinants[t] + extra(t, d));
+    match cost {
+        Cost::Distance => {
+            let cost = |t, d| squared(t, d).map_or(f64::INFINITY, |s| s + extra(t, d));
+            assignment.solve(targets, detections, cost, |_| gate.threshold)
+        }
+        Cost::MostPairs => {
+            let pairs = (0..targets).flat_map(|t| (0..detections).map(move |d| (t, d)));
+            let range = pairs.filter_map(|(t, d)| unlikely(t, d)).fold(0.0, |most, cost: f64| cost.abs().max(most));
+            // To leave one target out costs more than any number of pairs.
+            let alone = (2.0 * range + 1.0) * (targets + 1) as f64;
+            assignment.solve(targets, detections, |t, d| unlikely(t, d).unwrap_or(f64::INFINITY), |_| alone)
+        }
+        Cost::Likelihood { detection_probability, clutter_density } => {
+            let clutter = (clutter_density / detection_probability).ln();
+            let base = clutter + 0.5 * distances.components as f64 * std::f64::consts::TAU.ln();
+            let cost = |t, d| unlikely(t, d).map_or(f64::INFINITY, |u| base + 0.5 * u);
+            assignment.solve(targets, detections, cost, |_| -(-detection_probability).ln_1p())
         }
     }
 }

@@ -5,38 +5,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::require;
 use crate::matrix::{require_semi_definite, sandwich, symmetrise, times_vector};
-use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Transition};
+use crate::{Gaussian, Innovation, LinearMeasurement, Result, Transition};
 
 /// Measurement noise learnt from post-fit residuals `ε = z − H x⁺`: `R̂ = E[ε εᵀ] + H P⁺ Hᵀ` (Wang 2000; Mohamed and
 /// Schwarz 1999), averaged exponentially. A sum of positive terms, so `R̂` never turns indefinite.
 ///
 /// Learn this **or** [`ProcessNoiseScaling`] from one innovation sequence, not both fast: each explains the other's surprise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "RawMeasurement<M>", into = "RawMeasurement<M>")]
+#[serde(remote = "MeasurementNoiseAdaptation")]
 pub struct MeasurementNoiseAdaptation<const M: usize> {
     weight: f64,
     noise: SMatrix<f64, M, M>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "MeasurementNoiseAdaptation")]
-struct RawMeasurement<const M: usize> {
-    weight: f64,
-    noise: SMatrix<f64, M, M>,
-}
+crate::checked!([const M: usize] MeasurementNoiseAdaptation<M>);
 
-impl<const M: usize> From<MeasurementNoiseAdaptation<M>> for RawMeasurement<M> {
-    fn from(learnt: MeasurementNoiseAdaptation<M>) -> Self {
-        Self { weight: learnt.weight, noise: learnt.noise }
-    }
-}
-
-impl<const M: usize> TryFrom<RawMeasurement<M>> for MeasurementNoiseAdaptation<M> {
-    type Error = EstimationError;
-
-    fn try_from(raw: RawMeasurement<M>) -> Result<Self> {
-        Self::new(raw.noise, raw.weight)
+impl<const M: usize> MeasurementNoiseAdaptation<M> {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.noise, self.weight)
     }
 }
 
@@ -78,7 +64,7 @@ impl<const M: usize> MeasurementNoiseAdaptation<M> {
 /// Process noise scaled so that innovations are as large as predicted (Ding et al. 2007): with `C` the averaged `ν νᵀ`,
 /// `Q` is multiplied by `tr(C − R) / tr(H P⁻ Hᵀ)`, damped by a square root and clamped. The shape of `Q` stays.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "RawProcess", into = "RawProcess")]
+#[serde(remote = "ProcessNoiseScaling")]
 pub struct ProcessNoiseScaling {
     weight: f64,
     limits: (f64, f64),
@@ -87,34 +73,17 @@ pub struct ProcessNoiseScaling {
     predicted: f64,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "ProcessNoiseScaling")]
-struct RawProcess {
-    weight: f64,
-    limits: (f64, f64),
-    scale: f64,
-    measured: f64,
-    predicted: f64,
-}
+crate::checked!(ProcessNoiseScaling);
 
-impl From<ProcessNoiseScaling> for RawProcess {
-    fn from(it: ProcessNoiseScaling) -> Self {
-        Self { weight: it.weight, limits: it.limits, scale: it.scale, measured: it.measured, predicted: it.predicted }
-    }
-}
-
-impl TryFrom<RawProcess> for ProcessNoiseScaling {
-    type Error = EstimationError;
-
-    fn try_from(raw: RawProcess) -> Result<Self> {
-        let fresh = Self::new(raw.weight, raw.limits)?;
+impl ProcessNoiseScaling {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.weight, self.limits)?;
         // A scale starts at one and is clamped from the first innovation on.
-        let (low, high) = (raw.limits.0.min(1.0), raw.limits.1.max(1.0));
-        require("the scale", raw.scale, (low..=high).contains(&raw.scale), "within its limits")?;
-        require("the average innovation", raw.measured, true, "finite")?;
-        require("the average foreseen", raw.predicted, true, "finite")?;
-        Ok(Self { scale: raw.scale, measured: raw.measured, predicted: raw.predicted, ..fresh })
+        let (low, high) = (self.limits.0.min(1.0), self.limits.1.max(1.0));
+        require("the scale", self.scale, (low..=high).contains(&self.scale), "within its limits")?;
+        require("the average innovation", self.measured, true, "finite")?;
+        require("the average foreseen", self.predicted, true, "finite")?;
+        Ok(self)
     }
 }
 

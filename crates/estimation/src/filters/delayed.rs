@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{require, require_time_step};
@@ -79,52 +80,33 @@ struct Entry<const M: usize, const N: usize> {
 ///
 /// Exact for any lag inside the history. The history is allocated once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(
-    try_from = "Raw<Model, M, N>",
-    into = "Raw<Model, M, N>",
-    bound(serialize = "Model: Clone + Serialize", deserialize = "Model: Deserialize<'de>")
-)]
+#[serde(remote = "Replay", bound = "Model: Serialize + DeserializeOwned")]
 pub struct Replay<Model, const M: usize, const N: usize> {
     model: Model,
     depth: usize,
     entries: VecDeque<Entry<M, N>>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Replay")]
-struct Raw<Model, const M: usize, const N: usize> {
-    model: Model,
-    depth: usize,
-    entries: Vec<Entry<M, N>>,
-}
+crate::checked!([Model: Serialize + DeserializeOwned, const M: usize, const N: usize] Replay<Model, M, N>);
 
-impl<Model, const M: usize, const N: usize> From<Replay<Model, M, N>> for Raw<Model, M, N> {
-    fn from(replay: Replay<Model, M, N>) -> Self {
-        Self { model: replay.model, depth: replay.depth, entries: replay.entries.into() }
-    }
-}
-
-impl<Model, const M: usize, const N: usize> TryFrom<Raw<Model, M, N>> for Replay<Model, M, N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<Model, M, N>) -> Result<Self> {
-        require_depth(raw.depth)?;
-        let got = raw.entries.len();
-        if !(1..=raw.depth + 1).contains(&got) {
-            let expected = got.clamp(1, raw.depth + 1);
+impl<Model, const M: usize, const N: usize> Replay<Model, M, N> {
+    fn restored(self) -> Result<Self> {
+        require_depth(self.depth)?;
+        let got = self.entries.len();
+        if !(1..=self.depth + 1).contains(&got) {
+            let expected = got.clamp(1, self.depth + 1);
             return Err(EstimationError::Length { what: "entries of a history", got, expected });
         }
-        for entry in &raw.entries {
+        for (entry, next) in self.entries.iter().zip(self.entries.iter().skip(1).chain(self.entries.back())) {
             require("the time of an entry", entry.time_s, true, "finite")?;
             if let Some((_, value)) = &entry.reading {
                 require_finite("a measurement of a history", value)?;
             }
+            if next.time_s < entry.time_s {
+                return Err(EstimationError::TimeStep { dt_s: next.time_s - entry.time_s });
+            }
         }
-        if let Some(pair) = raw.entries.windows(2).find(|pair| pair[1].time_s < pair[0].time_s) {
-            return Err(EstimationError::TimeStep { dt_s: pair[1].time_s - pair[0].time_s });
-        }
-        Ok(Self { model: raw.model, depth: raw.depth, entries: raw.entries.into() })
+        Ok(self)
     }
 }
 

@@ -16,7 +16,7 @@ const LONGEST: usize = 4096;
 /// filter [`Gaussian::linearized_extended`] and [`Gaussian::linearized_unscented`] give the step. Memory is allocated while
 /// the first `lag` steps come and not after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+#[serde(remote = "FixedLag")]
 pub struct FixedLag<const N: usize> {
     lag: usize,
     start: Gaussian<N>,
@@ -24,34 +24,16 @@ pub struct FixedLag<const N: usize> {
     steps: VecDeque<(Transition<N>, Gaussian<N>)>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "FixedLag")]
-struct Raw<const N: usize> {
-    lag: usize,
-    start: Gaussian<N>,
-    steps: Vec<(Transition<N>, Gaussian<N>)>,
-}
+crate::checked!([const N: usize] FixedLag<N>);
 
-impl<const N: usize> From<FixedLag<N>> for Raw<N> {
-    fn from(smoother: FixedLag<N>) -> Self {
-        Self { lag: smoother.lag, start: smoother.start, steps: smoother.steps.into() }
-    }
-}
-
-impl<const N: usize> TryFrom<Raw<N>> for FixedLag<N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<N>) -> Result<Self> {
-        let empty = Self::new(raw.lag, raw.start)?;
-        if raw.steps.len() > raw.lag {
-            return Err(EstimationError::Length {
-                what: "steps kept by a fixed-lag smoother",
-                got: raw.steps.len(),
-                expected: raw.lag,
-            });
+impl<const N: usize> FixedLag<N> {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.lag, self.start)?;
+        let (got, expected) = (self.steps.len(), self.lag);
+        if got > expected {
+            return Err(EstimationError::Length { what: "steps kept by a fixed-lag smoother", got, expected });
         }
-        Ok(Self { steps: raw.steps.into(), ..empty })
+        Ok(self)
     }
 }
 

@@ -10,45 +10,27 @@ use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, Result, Tr
 
 /// A Gaussian belief held as a mean and the lower triangular factor `L` of its covariance `L Lᵀ`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+#[serde(remote = "SquareRoot")]
 pub struct SquareRoot<const N: usize> {
     mean: SVector<f64, N>,
     factor: SMatrix<f64, N, N>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "SquareRoot")]
-struct Raw<const N: usize> {
-    mean: SVector<f64, N>,
-    factor: SMatrix<f64, N, N>,
-}
+crate::checked!([const N: usize] SquareRoot<N>);
 
-impl<const N: usize> From<SquareRoot<N>> for Raw<N> {
-    fn from(belief: SquareRoot<N>) -> Self {
-        Self { mean: belief.mean, factor: belief.factor }
-    }
-}
-
-impl<const N: usize> TryFrom<Raw<N>> for SquareRoot<N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<N>) -> Result<Self> {
-        require_finite("the mean", &raw.mean)?;
-        require_finite("the factor of the covariance", &raw.factor)?;
+impl<const N: usize> SquareRoot<N> {
+    fn restored(self) -> Result<Self> {
+        require_finite("the mean", &self.mean)?;
+        require_finite("the factor of the covariance", &self.factor)?;
         for row in 0..N {
-            require(
-                "a diagonal entry of the factor",
-                raw.factor[(row, row)],
-                raw.factor[(row, row)] >= 0.0,
-                "zero or more",
-            )?;
+            let pivot = self.factor[(row, row)];
+            require("a diagonal entry of the factor", pivot, pivot >= 0.0, "zero or more")?;
             for column in row + 1..N {
-                let entry = raw.factor[(row, column)];
+                let entry = self.factor[(row, column)];
                 require("an entry above the factor's diagonal", entry, entry == 0.0, "zero")?;
             }
         }
-        Ok(Self { mean: raw.mean, factor: raw.factor })
+        Ok(self)
     }
 }
 

@@ -35,31 +35,17 @@ use crate::{EstimationError, Result};
 
 /// A recorded track: times in seconds, rising, and what was measured at each; `None` where nothing was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw<M>", into = "Raw<M>")]
+#[serde(remote = "Recording")]
 pub struct Recording<const M: usize> {
     times_s: Vec<f64>,
     values: Vec<Option<SVector<f64, M>>>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Recording")]
-struct Raw<const M: usize> {
-    times_s: Vec<f64>,
-    values: Vec<Option<SVector<f64, M>>>,
-}
+crate::checked!([const M: usize] Recording<M>);
 
-impl<const M: usize> From<Recording<M>> for Raw<M> {
-    fn from(track: Recording<M>) -> Self {
-        Self { times_s: track.times_s, values: track.values }
-    }
-}
-
-impl<const M: usize> TryFrom<Raw<M>> for Recording<M> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<M>) -> Result<Self> {
-        Self::new(raw.times_s, raw.values)
+impl<const M: usize> Recording<M> {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.times_s, self.values)
     }
 }
 

@@ -21,27 +21,16 @@ pub(super) fn require_distribution(name: &'static str, values: &[f64]) -> Result
 
 /// The probabilities `π_ij` that a target in mode `i` is in mode `j` after one step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "RawSwitching<K>", into = "RawSwitching<K>")]
+#[serde(remote = "Switching", transparent)]
 pub struct Switching<const K: usize> {
     matrix: SMatrix<f64, K, K>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Switching")]
-struct RawSwitching<const K: usize>(SMatrix<f64, K, K>);
+crate::checked!([const K: usize] Switching<K>);
 
-impl<const K: usize> From<Switching<K>> for RawSwitching<K> {
-    fn from(switching: Switching<K>) -> Self {
-        Self(switching.matrix)
-    }
-}
-
-impl<const K: usize> TryFrom<RawSwitching<K>> for Switching<K> {
-    type Error = EstimationError;
-
-    fn try_from(raw: RawSwitching<K>) -> Result<Self> {
-        Self::per_step(raw.0)
+impl<const K: usize> Switching<K> {
+    fn restored(self) -> Result<Self> {
+        Self::per_step(self.matrix)
     }
 }
 

@@ -39,61 +39,52 @@ const MODEL: EstimationError = EstimationError::NotFinite { what: "a particle mo
 
 /// A belief as weighted samples of a state of `N` components.
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(try_from = "Raw<N>", into = "Raw<N>")]
+#[serde(remote = "ParticleFilter")]
 pub struct ParticleFilter<const N: usize> {
     options: ParticleOptions,
     states: Vec<SVector<f64, N>>,
-    /// Logarithms of the weights and the weights; both normalised.
-    log_weights: Vec<f64>,
+    /// The weights and their logarithms; both normalised.
     weights: Vec<f64>,
+    #[serde(with = "logarithms")]
+    log_weights: Vec<f64>,
     generator: Pcg64Mcg,
     /// Scratch, not state: so that no step allocates.
+    #[serde(skip)]
     drawn: Vec<usize>,
+    #[serde(skip)]
     next: Vec<SVector<f64, N>>,
+    #[serde(skip)]
     likelihoods: Vec<f64>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "ParticleFilter")]
-struct Raw<const N: usize> {
-    options: ParticleOptions,
-    states: Vec<SVector<f64, N>>,
-    weights: Vec<f64>,
-    /// `None` for −∞, which not every format can write.
-    log_weights: Vec<Option<f64>>,
-    generator: Pcg64Mcg,
-}
+crate::checked!([const N: usize] ParticleFilter<N>);
 
-impl<const N: usize> From<ParticleFilter<N>> for Raw<N> {
-    fn from(filter: ParticleFilter<N>) -> Self {
-        let finite = |value: f64| value.is_finite().then_some(value);
-        Self {
-            options: filter.options,
-            states: filter.states,
-            weights: filter.weights,
-            log_weights: filter.log_weights.into_iter().map(finite).collect(),
-            generator: filter.generator,
-        }
-    }
-}
-
-impl<const N: usize> TryFrom<Raw<N>> for ParticleFilter<N> {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw<N>) -> Result<Self> {
-        let mut filter = Self::with_generator(raw.states, raw.options, raw.generator)?;
-        filter.expect_length(raw.weights.len())?;
-        filter.expect_length(raw.log_weights.len())?;
-        super::resampling::require_weights(&raw.weights)?;
-        filter.log_weights.clear();
-        filter.log_weights.extend(raw.log_weights.iter().map(|value| value.unwrap_or(f64::NEG_INFINITY)));
-        for (&weight, log_weight) in raw.weights.iter().zip(&filter.log_weights) {
+impl<const N: usize> ParticleFilter<N> {
+    fn restored(self) -> Result<Self> {
+        let mut filter = Self::with_generator(self.states, self.options, self.generator)?;
+        filter.expect_length(self.weights.len())?;
+        filter.expect_length(self.log_weights.len())?;
+        super::resampling::require_weights(&self.weights)?;
+        for (&weight, log_weight) in self.weights.iter().zip(&self.log_weights) {
             let agree = (weight - log_weight.exp()).abs() <= 1e-9;
             require("the logarithm of a weight", weight, agree, "that of its weight")?;
         }
-        filter.weights = raw.weights;
+        (filter.weights, filter.log_weights) = (self.weights, self.log_weights);
         Ok(filter)
+    }
+}
+
+/// Logarithms are stored as options: not every format can write −∞.
+mod logarithms {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(logs: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(logs.iter().map(|log| log.is_finite().then_some(*log)))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+        let logs = Vec::<Option<f64>>::deserialize(deserializer)?;
+        Ok(logs.into_iter().map(|log| log.unwrap_or(f64::NEG_INFINITY)).collect())
     }
 }
 

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::{PointFilter, PointStart};
 use crate::error::require_time_step;
 use crate::papers::zhu2014::{HalfIntervalFilter, Zhu2014Params};
-use crate::{EstimationError, Gaussian, Innovation, Result};
+use crate::{Gaussian, Innovation, Result};
 
 /// [`HalfIntervalFilter`] with the patent's time unit, the frame, given in seconds: `Zhu2014Params` mean what they say
 /// there (velocities in px a frame) whatever the frame rate. Steps longer than a frame are steps of several frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "HalfIntervalPoint")]
 pub struct HalfIntervalPoint {
     params: Zhu2014Params,
     frame_s: f64,
@@ -20,28 +20,12 @@ pub struct HalfIntervalPoint {
     filter: HalfIntervalFilter,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "HalfIntervalPoint")]
-struct Raw {
-    params: Zhu2014Params,
-    frame_s: f64,
-    start: PointStart,
-    filter: HalfIntervalFilter,
-}
+crate::checked!(HalfIntervalPoint);
 
-impl From<HalfIntervalPoint> for Raw {
-    fn from(it: HalfIntervalPoint) -> Self {
-        Self { params: it.params, frame_s: it.frame_s, start: it.start, filter: it.filter }
-    }
-}
-
-impl TryFrom<Raw> for HalfIntervalPoint {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw) -> Result<Self> {
-        require_time_step(raw.frame_s)?;
-        Ok(Self { params: raw.params, frame_s: raw.frame_s, start: raw.start, filter: raw.filter })
+impl HalfIntervalPoint {
+    fn restored(self) -> Result<Self> {
+        require_time_step(self.frame_s)?;
+        Ok(self)
     }
 }
 

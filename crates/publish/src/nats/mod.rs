@@ -4,7 +4,7 @@
 //! to the connection's own inbox: when that comes back, the server has taken what went before. What MQTT retains is said again
 //! with every sign of life.
 
-mod news;
+mod notices;
 mod session;
 
 use crate::address::{Broker, Login};
@@ -12,7 +12,7 @@ use crate::link::{Failure, Link, PATIENCE_S, Wire};
 use crate::publisher::Options;
 use crate::{PublishError, Result};
 use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions, ServerAddr, ServerError};
-use news::News;
+use notices::Notices;
 use session::Session;
 use std::error::Error;
 use std::io;
@@ -53,7 +53,7 @@ impl Nats {
         })
     }
 
-    fn options(&self, news: watch::Sender<News>) -> ConnectOptions {
+    fn options(&self, notices: watch::Sender<Notices>) -> ConnectOptions {
         let is_first = AtomicBool::new(true);
         let options = ConnectOptions::new()
             .name("pursuit")
@@ -68,7 +68,7 @@ impl Nats {
                 false => NEVER,
             })
             .event_callback(move |event| {
-                news.send_modify(|news| news.note(event));
+                notices.send_modify(|notices| notices.note(event));
                 std::future::ready(())
             });
         let options = match &self.login {
@@ -129,9 +129,9 @@ impl Wire for Nats {
     type Connection = Session;
 
     async fn connect(&self, link: &Link<'_>) -> std::result::Result<Session, Failure> {
-        let news = watch::Sender::new(News::default());
-        let told = news.subscribe();
-        let client = self.options(news).connect(self.server.clone()).await;
+        let notices = watch::Sender::new(Notices::default());
+        let told = notices.subscribe();
+        let client = self.options(notices).connect(self.server.clone()).await;
         Session::begin(client.map_err(|error| self.explain(&error))?, told, link).await
     }
 }

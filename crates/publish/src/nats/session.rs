@@ -1,7 +1,7 @@
 //! A connection that has come about.
 
 use super::PATIENCE;
-use super::news::News;
+use super::notices::Notices;
 use crate::link::{Connection, Failure, Link, PATIENCE_S};
 use crate::{Message, Qos};
 use async_nats::{Client, Subscriber};
@@ -34,7 +34,7 @@ pub(crate) struct Session {
     /// Where the server is asked; none where it does not allow that.
     inbox: Option<String>,
     echo: Subscriber,
-    news: watch::Receiver<News>,
+    notices: watch::Receiver<Notices>,
     /// Messages handed over that are not confirmed, the oldest first.
     held: VecDeque<Held>,
     /// How many of them each question without an answer is about, and how many came after the last.
@@ -47,14 +47,14 @@ pub(crate) struct Session {
 
 impl Session {
     /// Says that the publisher is there, and waits until the server has taken that.
-    pub async fn begin(client: Client, news: watch::Receiver<News>, link: &Link<'_>) -> Result<Self, Failure> {
+    pub async fn begin(client: Client, notices: watch::Receiver<Notices>, link: &Link<'_>) -> Result<Self, Failure> {
         let lost = |reason: String| Failure { reason, for_good: false };
         let inbox = client.new_inbox();
         let echo = client.subscribe(inbox.clone()).await.map_err(|e| lost(e.to_string()))?;
         let (held, questions) = (VecDeque::new(), VecDeque::new());
         let (unasked, waits_since, denials) = (0, None, 0);
         let inbox = Some(inbox);
-        let mut session = Self { client, inbox, echo, news, held, questions, unasked, waits_since, denials };
+        let mut session = Self { client, inbox, echo, notices, held, questions, unasked, waits_since, denials };
         session.give(link, link.status("online"), true).await;
         // What the server objects to comes on another way than the answer, and is there at the second one.
         for _ in 0..2 {
@@ -64,7 +64,7 @@ impl Session {
             }
         }
         session.flush_unasked().await.map_err(lost)?;
-        let denied = session.news.borrow().denied.clone();
+        let denied = session.notices.borrow().denied.clone();
         match denied {
             Some(subject) => {
                 let reason = format!("the broker does not allow publishing under `{subject}`");
@@ -113,7 +113,7 @@ impl Session {
         }
         tokio::select! {
             flushed = self.client.flush() => flushed.map_err(|e| e.to_string())?,
-            end = ended(&mut self.news) => return Err(end),
+            end = ended(&mut self.notices) => return Err(end),
             () = tokio::time::sleep(PATIENCE) => return Err(no_answer()),
         }
         self.held.clear();
@@ -131,7 +131,7 @@ impl Session {
             None => Instant::now() + PATIENCE,
         };
         tokio::select! {
-            changed = self.news.changed() => match changed {
+            changed = self.notices.changed() => match changed {
                 Ok(()) => self.heed(link),
                 Err(_) => Err("the library gave it up".to_owned()),
             },
@@ -152,11 +152,11 @@ impl Session {
     }
 
     fn heed(&mut self, link: &Link<'_>) -> Result<(), String> {
-        let news = self.news.borrow_and_update().clone();
-        if let Some(end) = news.end() {
+        let notices = self.notices.borrow_and_update().clone();
+        if let Some(end) = notices.end() {
             return Err(end);
         }
-        if news.denies_inbox && self.inbox.take().is_some() {
+        if notices.denies_inbox && self.inbox.take().is_some() {
             tracing::warn!(
                 "{}: it does not allow `_INBOX.>`, where it would confirm messages; what breaks with a connection is lost",
                 link.report.broker()
@@ -169,18 +169,18 @@ impl Session {
 
     /// Says that something may not be published, once, and counts what was lost by that.
     fn count_denials(&mut self, link: &Link<'_>) {
-        let news = self.news.borrow();
-        if let (Some(subject), 0) = (&news.denied, self.denials) {
+        let notices = self.notices.borrow();
+        if let (Some(subject), 0) = (&notices.denied, self.denials) {
             tracing::warn!("{}: it does not allow publishing under `{subject}`; that is lost", link.report.broker());
         }
-        link.outbox.lose(news.denials - self.denials);
-        self.denials = news.denials;
+        link.outbox.lose(notices.denials - self.denials);
+        self.denials = notices.denials;
     }
 }
 
 /// Why the connection is over, once it is.
-async fn ended(news: &mut watch::Receiver<News>) -> String {
-    let end = news.wait_for(|news| news.is_over).await.ok().and_then(|news| news.end());
+async fn ended(notices: &mut watch::Receiver<Notices>) -> String {
+    let end = notices.wait_for(|notices| notices.is_over).await.ok().and_then(|notices| notices.end());
     end.unwrap_or_else(|| "the library gave it up".to_owned())
 }
 

@@ -58,7 +58,7 @@ pub fn servers_that_are_no_brokers_hold_nothing_up(
     }
 }
 
-pub fn an_end_without_a_broker_does_not_wait_long(broker: impl Fn(u16) -> Broker) {
+pub fn ending_without_broker_is_quick(broker: impl Fn(u16) -> Broker) {
     let mut publisher = publisher(broker(free_port()), options(), Qos::AtMostOnce);
     publisher.extend(0..10);
     // Far less than `linger`: a broker that is not there after one more attempt is given up.

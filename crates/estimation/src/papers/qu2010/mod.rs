@@ -16,33 +16,20 @@ use crate::{EstimationError, Result};
 
 /// Extrapolation of a position from the last two or three, exact for any spacing in time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "Extrapolator")]
 pub struct Extrapolator {
     points: Points,
     /// Times and positions, the latest first.
     seen: [Option<(f64, SVector<f64, 2>)>; 3],
 }
 
-/// What is stored: read back by observing again.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "Extrapolator")]
-struct Raw {
-    points: Points,
-    seen: [Option<(f64, SVector<f64, 2>)>; 3],
-}
+crate::checked!(Extrapolator);
 
-impl From<Extrapolator> for Raw {
-    fn from(it: Extrapolator) -> Self {
-        Self { points: it.points, seen: it.seen }
-    }
-}
-
-impl TryFrom<Raw> for Extrapolator {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw) -> Result<Self> {
-        let mut it = Self::new(raw.points);
-        for (time_s, position_px) in raw.seen.iter().rev().flatten() {
+impl Extrapolator {
+    // What was seen is observed again.
+    fn restored(self) -> Result<Self> {
+        let mut it = Self::new(self.points);
+        for (time_s, position_px) in self.seen.iter().rev().flatten() {
             it.observe(*time_s, position_px)?;
         }
         Ok(it)

@@ -5,10 +5,10 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::{VarianceEstimate, VarianceParams};
+use crate::Result;
 use crate::error::{require, require_time_step};
 use crate::matrix::require_finite;
 use crate::particle::{ParticleFilter, ParticleOptions};
-use crate::{EstimationError, Result};
 
 /// Particles over a position `[x, y]`, equations (22) to (25): `x ← x + v dt + ε`, `ε ~ N(0, s_k)`, with `v` from the last
 /// two estimates and `s_k` from the residuals between what was found and what was predicted.
@@ -16,7 +16,7 @@ use crate::{EstimationError, Result};
 /// One frame is [`predict`](Self::predict), then weighing through [`particles_mut`](Self::particles_mut), then
 /// [`correct`](Self::correct) with the position found.
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "LikelihoodNoiseFilter")]
 pub struct LikelihoodNoiseFilter {
     particles: ParticleFilter<2>,
     variance: VarianceEstimate<2>,
@@ -26,16 +26,16 @@ pub struct LikelihoodNoiseFilter {
     since_s: f64,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "LikelihoodNoiseFilter")]
-struct Raw {
-    particles: ParticleFilter<2>,
-    variance: VarianceEstimate<2>,
-    estimate_px: SVector<f64, 2>,
-    velocity_px_per_s: SVector<f64, 2>,
-    predicted_px: SVector<f64, 2>,
-    since_s: f64,
+crate::checked!(LikelihoodNoiseFilter);
+
+impl LikelihoodNoiseFilter {
+    fn restored(self) -> Result<Self> {
+        require_finite("the estimate", &self.estimate_px)?;
+        require_finite("the velocity", &self.velocity_px_per_s)?;
+        require_finite("the prediction", &self.predicted_px)?;
+        require("the time since the last frame", self.since_s, self.since_s >= 0.0, "zero or more")?;
+        Ok(self)
+    }
 }
 
 impl Clone for LikelihoodNoiseFilter {
@@ -49,38 +49,6 @@ impl Clone for LikelihoodNoiseFilter {
         self.variance = source.variance;
         (self.estimate_px, self.velocity_px_per_s) = (source.estimate_px, source.velocity_px_per_s);
         (self.predicted_px, self.since_s) = (source.predicted_px, source.since_s);
-    }
-}
-
-impl From<LikelihoodNoiseFilter> for Raw {
-    fn from(it: LikelihoodNoiseFilter) -> Self {
-        Self {
-            particles: it.particles,
-            variance: it.variance,
-            estimate_px: it.estimate_px,
-            velocity_px_per_s: it.velocity_px_per_s,
-            predicted_px: it.predicted_px,
-            since_s: it.since_s,
-        }
-    }
-}
-
-impl TryFrom<Raw> for LikelihoodNoiseFilter {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw) -> Result<Self> {
-        require_finite("the estimate", &raw.estimate_px)?;
-        require_finite("the velocity", &raw.velocity_px_per_s)?;
-        require_finite("the prediction", &raw.predicted_px)?;
-        require("the time since the last frame", raw.since_s, raw.since_s >= 0.0, "zero or more")?;
-        Ok(Self {
-            particles: raw.particles,
-            variance: raw.variance,
-            estimate_px: raw.estimate_px,
-            velocity_px_per_s: raw.velocity_px_per_s,
-            predicted_px: raw.predicted_px,
-            since_s: raw.since_s,
-        })
     }
 }
 

@@ -15,39 +15,29 @@ use crate::{EstimationError, Gaussian, Innovation, LinearMeasurement, MotionMode
 
 /// The patent's filter: state `[x, y, vx, vy]`, measured `[x, y]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "HalfIntervalFilter")]
 pub struct HalfIntervalFilter {
     params: Zhu2014Params,
-    measurement: LinearMeasurement<2, 4>,
     belief: Gaussian<4>,
     /// The belief at the last measurement and the time since, for going over the interval again.
     interval: Option<(Gaussian<4>, f64)>,
 }
 
-/// What is stored: read back through the same checks as any outside input.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(rename = "HalfIntervalFilter")]
-struct Raw {
-    params: Zhu2014Params,
-    belief: Gaussian<4>,
-    interval: Option<(Gaussian<4>, f64)>,
-}
+crate::checked!(HalfIntervalFilter);
 
-impl From<HalfIntervalFilter> for Raw {
-    fn from(it: HalfIntervalFilter) -> Self {
-        Self { params: it.params, belief: it.belief, interval: it.interval }
-    }
-}
-
-impl TryFrom<Raw> for HalfIntervalFilter {
-    type Error = EstimationError;
-
-    fn try_from(raw: Raw) -> Result<Self> {
-        if let Some((_, dt_s)) = raw.interval {
+impl HalfIntervalFilter {
+    fn restored(self) -> Result<Self> {
+        if let Some((_, dt_s)) = self.interval {
             require_time_step(dt_s)?;
         }
-        Ok(Self { interval: raw.interval, ..Self::new(raw.params, raw.belief)? })
+        Ok(Self { interval: self.interval, ..Self::new(self.params, self.belief)? })
     }
+}
+
+/// The sensor of positions, by the variance of the parameters.
+fn sensor(params: &Zhu2014Params) -> Result<LinearMeasurement<2, 4>> {
+    let variance = params.measurement_variance_px2;
+    LinearMeasurement::select([0, 1], [variance, variance])
 }
 
 /// What an update found.
@@ -66,9 +56,8 @@ impl HalfIntervalFilter {
     /// Where a parameter is out of range.
     pub fn new(params: Zhu2014Params, belief: Gaussian<4>) -> Result<Self> {
         params.validate()?;
-        let variance = params.measurement_variance_px2;
-        let measurement = LinearMeasurement::select([0, 1], [variance, variance])?;
-        Ok(Self { params, measurement, belief, interval: None })
+        sensor(&params)?;
+        Ok(Self { params, belief, interval: None })
     }
 
     /// The belief now.
@@ -105,8 +94,7 @@ impl HalfIntervalFilter {
     /// # Errors
     /// As [`Gaussian::update`]; the filter is then as it was.
     pub fn update(&mut self, position_px: &SVector<f64, 2>) -> Result<Outcome> {
-        let sensor = self.measurement;
-        self.update_by(&sensor, position_px)
+        self.update_by(&sensor(&self.params)?, position_px)
     }
 
     /// [`update`](Self::update) by a position of this `noise`, px², in place of the parameters'.
@@ -114,7 +102,7 @@ impl HalfIntervalFilter {
     /// # Errors
     /// Where `noise` is no covariance, and as [`Gaussian::update`]; the filter is then as it was.
     pub fn update_with_noise(&mut self, position_px: &SVector<f64, 2>, noise: &SMatrix<f64, 2, 2>) -> Result<Outcome> {
-        self.update_by(&self.measurement.with_noise(*noise)?, position_px)
+        self.update_by(&sensor(&self.params)?.with_noise(*noise)?, position_px)
     }
 
     fn update_by(&mut self, sensor: &LinearMeasurement<2, 4>, position_px: &SVector<f64, 2>) -> Result<Outcome> {

@@ -2,7 +2,7 @@ use async_nats::{Event, ServerError};
 
 /// What the server says beside messages.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct News {
+pub(crate) struct Notices {
     /// Whether the connection is over.
     pub is_over: bool,
     /// What it last objected to.
@@ -14,7 +14,7 @@ pub(crate) struct News {
     pub denies_inbox: bool,
 }
 
-impl News {
+impl Notices {
     pub fn note(&mut self, event: Event) {
         match event {
             Event::Disconnected | Event::Closed => self.is_over = true,
@@ -53,11 +53,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_allowed_is_told_from_other_objections() {
-        let mut news = News::default();
+    fn permission_errors_are_told_apart() {
+        let mut notices = Notices::default();
         let mut say = |text: &str| {
-            news.note(Event::ServerError(ServerError::Other(text.to_owned())));
-            news.clone()
+            notices.note(Event::ServerError(ServerError::Other(text.to_owned())));
+            notices.clone()
         };
         let said = say("Permissions Violation for Publish to \"Yard.status\"");
         assert_eq!((said.denials, said.denied.as_deref(), said.denies_inbox), (1, Some("Yard.status"), false));
@@ -65,7 +65,7 @@ mod tests {
         let said = say("Permissions Violation for Publish to \"_INBOX.x\"");
         assert_eq!((said.denials, said.objection.as_deref()), (1, None));
         assert_eq!(say("Stale Connection").end(), None);
-        news.note(Event::Disconnected);
-        assert_eq!(news.end().as_deref(), Some("the broker says: Stale Connection"));
+        notices.note(Event::Disconnected);
+        assert_eq!(notices.end().as_deref(), Some("the broker says: Stale Connection"));
     }
 }
