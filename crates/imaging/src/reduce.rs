@@ -159,14 +159,11 @@ const fn mean(sum: u32, count: usize) -> u8 {
 mod tests {
     use super::*;
     use crate::{ColorMatrix, ColorRange};
+    use pursuit_testkit::Noise;
 
     fn noise(width: usize, height: usize, seed: u32) -> Image<u8> {
-        let mut state = seed;
-        let next = |_, _| {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-            (state >> 24) as u8
-        };
-        Image::from_fn(width, height, next).unwrap()
+        let mut noise = Noise::new(seed);
+        Image::from_fn(width, height, |_, _| noise.byte()).unwrap()
     }
 
     fn yuv(width: usize, height: usize, range: ColorRange) -> Yuv420 {

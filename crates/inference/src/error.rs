@@ -61,16 +61,9 @@ pub enum InferenceError {
         /// Numbers that were given.
         actual: usize,
     },
-    /// A number of a configuration is out of range.
-    #[error("`{name}` of a Siamese tracker is {value}, which must be {range}")]
-    Config {
-        /// The field.
-        name: &'static str,
-        /// Its value.
-        value: String,
-        /// What it may be.
-        range: &'static str,
-    },
+    /// A value of a configuration cannot be used.
+    #[error(transparent)]
+    Config(#[from] pursuit_parameters::ParameterError),
     /// A box that cannot be followed.
     #[error("a target must be a finite box with an area, not {bbox}")]
     Box {

@@ -197,7 +197,7 @@ fn networks_and_descriptions_that_do_not_fit_are_refused_with_the_mend() {
         ("classes = ['a', \"b\\nc\"]", "line break"),
         (&format!("classes = ['{}']", "a".repeat(65)), "longer than 64"),
         ("image_px = [0, 4]", "`image_px`"),
-        ("deviation = [0.0, 1.0, 1.0]", "`deviation` positive"),
+        ("deviation = [0.0, 1.0, 1.0]", "`deviation`"),
         ("strides = []", "`strides`"),
         ("boxes = 'corners'", "corners"),
     ] {

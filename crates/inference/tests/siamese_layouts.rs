@@ -28,7 +28,7 @@ fn anchors_are_decoded_as_pysot_does() {
     let text = "answer_side = 5\nstride_px = 8.0\nscores = 'softmax'\ncontext = 0.5\npenalty = 0.0\nrate = 1.0\n\
                 answer = { anchors = { ratios = [0.33, 1.0, 3.0], scales = [8.0] } }";
     let config = config(text);
-    assert_eq!(config.answer().anchors(), 3);
+    assert_eq!(config.answer.anchors(), 3);
     let mut decoder = Decoder::new(config);
     // pysot/utils/anchor.py for stride 8, ratios .33, 1, 3, scale 8: 104 x 32, 64 x 64, 32 x 96.
     let (cells, kinds) = (25, 3);
@@ -242,6 +242,7 @@ fn descriptions_name_files_beside_themselves() {
         SiameseDescription::read(&path).unwrap_err().to_string()
     };
     assert!(message(b"search = 'a'\n\nhed = 'b'").contains("line 3: unknown field `hed`"));
+    assert!(message(b"search = 'a'\n[config]\ntemplate_side_px = 127").contains("`config` lacks `search_side_px`"));
     assert!(message(&[0xff; 8]).contains("no text"));
     assert!(message(&vec![b'#'; (1 << 20) + 1]).contains("too long"));
     assert!(SiameseDescription::read(&folder.path().join("none.toml")).unwrap_err().to_string().contains("none.toml"));
@@ -351,7 +352,7 @@ fn a_tracker_goes_through_a_network_of_any_layout() {
     let config: SiameseConfig = toml::from_str(text).unwrap();
     let n = |planes: usize| [1, planes, 5, 5];
     let both = told(&[&[1, 3, 8, 8], &[1, 3, 16, 16]], &[&n(1), &n(2), &n(2)]);
-    let network = OnnxSiamese::new(None, both, None, config.answer()).unwrap();
+    let network = OnnxSiamese::new(None, both, None, &config.answer).unwrap();
     let frame = Frame::new(0, 0.0, Image::filled(64, 48, [0, 0, 0]).unwrap());
     let mut tracker = SiameseTracker::new(network, config, &frame, BBox::from_ltwh(20.0, 20.0, 8.0, 8.0)).unwrap();
     let found = tracker.locate(&frame, Point::new(24.0, 24.0), (8.0, 8.0)).unwrap().unwrap();

@@ -4,6 +4,7 @@
 
 use pursuit_imaging::{Frame, Pixels};
 use pursuit_media::{OpenOptions, Source, open};
+use pursuit_testkit::crc32;
 
 fn main() {
     let input = std::env::args().nth(1).unwrap_or_else(|| "-".to_owned());
@@ -44,11 +45,4 @@ fn hash(frame: &Frame) -> (usize, u32) {
         }
     }
     (bytes.len(), crc32(&bytes))
-}
-
-/// CRC-32 as in PNG and zip, bit by bit with a table.
-fn crc32(bytes: &[u8]) -> u32 {
-    let table: Vec<u32> =
-        (0..256u32).map(|n| (0..8).fold(n, |c, _| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 })).collect();
-    !bytes.iter().fold(!0, |c, &b| table[((c ^ u32::from(b)) & 0xFF) as usize] ^ (c >> 8))
 }

@@ -29,7 +29,7 @@ fn main() -> ExitCode {
         }
     };
     println!("# {} live={} {}", source.info().name, source.info().live, source.info().decoder);
-    let stats = source.stream_stats();
+    let stats = source.info().stream.clone();
     let failure = match Prefetch::new(source, 8) {
         Ok(mut source) => watch(&mut source, seconds(number(0, 1e9))),
         Err(error) => Some(error),

@@ -11,7 +11,7 @@ pub mod output;
 pub mod wrappers;
 
 pub use error::MediaError;
-pub use input::{Locator, OpenOptions, Source, SourceInfo, StopHandle, Truth, open, open_with_depth, with_depth};
+pub use input::{Locator, OpenOptions, Source, SourceInfo, StopHandle, Truth, View, open, open_with_depth, with_depth};
 
 /// The result of a fallible media operation.
 pub type Result<T, E = MediaError> = std::result::Result<T, E>;

@@ -7,6 +7,7 @@ use common::{fixture, open_built_in};
 use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_media::wrappers::write_png;
 use pursuit_media::{MediaError, OpenOptions, Source, open};
+use pursuit_testkit::crc32;
 use std::path::Path;
 
 fn error_of(input: &str) -> String {
@@ -217,12 +218,6 @@ fn png_header(width: u32, height: u32) -> Vec<u8> {
     png.extend(crc.to_be_bytes());
     png.extend(b"\0\0\0\0IDAT\0\0\0\0");
     png
-}
-
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |c, &b| {
-        (0..8).fold(c ^ u32::from(b), |c, _| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 })
-    })
 }
 
 #[test]

@@ -5,8 +5,9 @@
 
 mod common;
 
-use common::{Random, fixture};
+use common::fixture;
 use pursuit_media::fuzz_entry;
+use pursuit_testkit::SplitMix;
 use std::time::Duration;
 
 /// A parser, the fixtures that go through it, and spoiled copies of each.
@@ -25,7 +26,7 @@ const CASES: [Case; 5] = [
 ];
 
 /// Flips bits, overwrites, cuts, repeats and removes pieces: one to four of these.
-fn spoiled(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+fn spoiled(bytes: &[u8], random: &mut SplitMix) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..=random.below(4) {
         if bytes.is_empty() {
@@ -38,7 +39,7 @@ fn spoiled(bytes: &[u8], random: &mut Random) -> Vec<u8> {
         match random.below(7) {
             0 => bytes[at] ^= 1 << random.below(8),
             1 => bytes[at] = [0, 0xFF, 0x7F, 0x80][random.below(4)],
-            2 => bytes[at..end].fill(random.next() as u8),
+            2 => bytes[at..end].fill(random.draw() as u8),
             3 => bytes.truncate(at),
             4 => drop(bytes.drain(at..end)),
             5 => {
@@ -46,14 +47,14 @@ fn spoiled(bytes: &[u8], random: &mut Random) -> Vec<u8> {
                 let to = random.below(bytes.len());
                 bytes.splice(to..to, piece);
             }
-            _ => bytes[at..end].iter_mut().for_each(|b| *b = random.next() as u8),
+            _ => bytes[at..end].iter_mut().for_each(|b| *b = random.draw() as u8),
         }
     }
     bytes
 }
 
 fn run_all() -> usize {
-    let mut random = Random(2026);
+    let mut random = SplitMix(2026);
     let mut decoded = 0;
     for (parse, fixtures, copies) in CASES {
         for name in fixtures {
@@ -94,7 +95,7 @@ fn spoiled_images_never_panic() {
         pursuit_media::wrappers::write_png(&pursuit_imaging::Frame::new(0, 0.0, pixels), &path).unwrap();
         seeds.push(std::fs::read(path).unwrap());
     }
-    let mut random = Random(7);
+    let mut random = SplitMix(7);
     for seed in &seeds {
         (0..300).for_each(|_| _ = fuzz_entry::image(&spoiled(seed, &mut random)));
     }

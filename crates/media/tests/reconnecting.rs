@@ -75,15 +75,7 @@ fn camera(connections: Vec<std::result::Result<Vec<Act>, &'static str>>, patienc
     let (gone, told) = channel();
     let mut scripts: VecDeque<_> = connections.into();
     let make = move |acts: Vec<Act>| Scripted {
-        info: SourceInfo {
-            name: "camera".into(),
-            size: Size::new(16, 16),
-            fps: Some(25.0),
-            frame_count: None,
-            live: true,
-            decoder: "script".into(),
-            truth: None,
-        },
+        info: SourceInfo { fps: Some(25.0), live: true, ..SourceInfo::new("camera", Size::new(16, 16), "script") },
         acts: acts.into(),
         stop: channel(),
         gone: gone.clone(),
@@ -111,7 +103,7 @@ fn patience(stall_ms: u64, reconnect: Reconnect) -> Patience {
 }
 
 fn counts(source: &Reconnecting) -> StreamCounts {
-    source.stream_stats().unwrap().counts()
+    source.info().stream.clone().unwrap().counts()
 }
 
 fn frames(source: &mut dyn Source, count: usize) -> Vec<(u64, f64)> {
@@ -215,7 +207,7 @@ fn stopping_ends_every_wait() {
 fn dropping_it_leaves_no_connection_even_behind_a_queue() {
     let many = (0..100).map(|n| Act::Frame(f64::from(n), 16)).collect();
     let Camera { source, gone } = camera(vec![Ok(many)], patience(60_000, Reconnect::Forever));
-    let stats = source.stream_stats().unwrap();
+    let stats = source.info().stream.clone().unwrap();
     let mut queue = Prefetch::new(Box::new(source), 2).unwrap();
     queue.next_frame().unwrap().unwrap();
     drop(queue);

@@ -54,7 +54,7 @@ fn two_folders_are_paired_by_number_and_the_coding_is_found_out() {
         depths(&root.path().join("b"), [0, 2], plain, code);
         let (a, b) = (root.path().join("a"), root.path().join("b"));
         let mut source = open_with_depth(path(&a), path(&b), &OpenOptions::default()).unwrap();
-        let facts = source.depth_facts().unwrap().clone();
+        let facts = source.info().depth.clone().unwrap();
         assert_eq!((facts.coding, facts.coding_detected), (coding, true));
         assert_eq!((facts.pairing.pairing, facts.pairing.paired, facts.pairing.unpaired), (Pairing::FrameId, 2, 1));
         assert_eq!(first_pixels(&mut *source), [Some(1000), None, Some(1002)]);
@@ -74,7 +74,7 @@ fn what_is_said_counts_more_than_what_is_found() {
         ..DepthOptions::default()
     });
     let mut source = open(path(root.path()), &options).unwrap();
-    assert!(!source.depth_facts().unwrap().coding_detected);
+    assert!(!source.info().depth.as_ref().unwrap().coding_detected);
     let frame = source.next_frame().unwrap().unwrap();
     assert_eq!(frame.depth_mm().unwrap().row(0)[0], 200);
     assert_eq!(frame.camera().unwrap().lens().pinhole_px(frame.size()), [20.0, 21.0, 8.0, 6.0]);
@@ -93,7 +93,7 @@ fn the_princeton_layout_states_its_camera_and_offsets() {
     let json = r#"{"K": [[575.8, 0, 320], [0, 575.8, 240], [0, 0, 1]], "length": 3}"#;
     std::fs::write(root.path().join("frames.json"), json).unwrap();
     let mut source = open(path(root.path()), &OpenOptions::default()).unwrap();
-    let facts = source.depth_facts().unwrap().clone();
+    let facts = source.info().depth.clone().unwrap();
     assert_eq!(facts.intrinsics, Some([575.8, 575.8, 320.0, 240.0]));
     assert!((facts.pairing.largest_offset_s.unwrap() - 0.004).abs() < 1e-9);
     assert_eq!(first_pixels(&mut *source), [Some(1000), Some(1001), Some(1002)]);
@@ -110,7 +110,7 @@ fn depth_that_ends_early_leaves_the_rest_to_the_picture() {
     for input in [root.path().join("a"), root.path().to_owned()] {
         let depth = root.path().join("b");
         let mut source = open_with_depth(path(&input), path(&depth), &OpenOptions::default()).unwrap();
-        let facts = source.depth_facts().unwrap().pairing;
+        let facts = source.info().depth.as_ref().unwrap().pairing;
         assert_eq!((facts.pairing, facts.paired, facts.unpaired), (Pairing::Order, 2, 1));
         assert_eq!(first_pixels(&mut *source), [Some(1000), Some(1001), None]);
     }
@@ -132,7 +132,7 @@ fn depth_of_another_size_wants_to_be_registered() {
         ..DepthOptions::default()
     };
     let mut source = open(path(root.path()), &with(options)).unwrap();
-    assert!(source.depth_facts().unwrap().registered);
+    assert!(source.info().depth.as_ref().unwrap().registered);
     let frame = source.next_frame().unwrap().unwrap();
     assert!(frame.depth_mm().unwrap().rows().flatten().all(|mm| *mm == 1500));
 }
@@ -176,7 +176,7 @@ fn depth_beside_the_picture_is_found_out_on_real_footage() {
             eprintln!("skipped: {name} lies on its picture or not, for want of ../shared/data");
             continue;
         }
-        let facts = |depth| open(path(&folder), &with(depth)).unwrap().depth_facts().unwrap().clone();
+        let facts = |depth| open(path(&folder), &with(depth)).unwrap().info().depth.clone().unwrap();
         let found = facts(DepthOptions::default());
         assert_eq!((found.registered, found.registration_detected), (beside, beside), "{name}");
         let said = facts(DepthOptions { registered: Some(true), ..DepthOptions::default() });

@@ -6,7 +6,7 @@ mod common;
 
 use pursuit_geometry::Size;
 use pursuit_imaging::{Frame, Image, Pixels};
-use pursuit_media::wrappers::{Prefetch, Recorded, Retimed, Throttled, Trimmed, WithDepth, write_png};
+use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Throttled, Trimmed, WithDepth, write_png};
 use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, open};
 
 /// `count` frames of 16-bit grey, 20 ms apart, every pixel the frame's number; can be entered anywhere.
@@ -17,15 +17,8 @@ struct Book {
 }
 
 fn book(count: u64) -> Book {
-    let info = SourceInfo {
-        name: "book".to_owned(),
-        size: Size::new(4, 3),
-        fps: Some(50.0),
-        frame_count: Some(count),
-        live: false,
-        decoder: "test".to_owned(),
-        truth: None,
-    };
+    let (fps, frame_count) = (Some(50.0), Some(count));
+    let info = SourceInfo { fps, frame_count, seekable: true, ..SourceInfo::new("book", Size::new(4, 3), "test") };
     Book { info, next: 0, torn_at: None }
 }
 
@@ -50,10 +43,6 @@ impl Source for Book {
         )))
     }
 
-    fn is_seekable(&self) -> bool {
-        true
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         self.info.check_seek(index)?;
         self.next = index;
@@ -63,6 +52,12 @@ impl Source for Book {
 
 /// A source that takes the default: front to back.
 struct Scroll(Book);
+
+fn scroll() -> Scroll {
+    let mut book = book(20);
+    book.info.seekable = false;
+    Scroll(book)
+}
 
 impl Source for Scroll {
     fn info(&self) -> &SourceInfo {
@@ -84,7 +79,7 @@ fn refused(result: Result<()>, frame: u64) {
 
 /// What every seekable source of 20 frames owes.
 fn goes_anywhere(mut source: impl Source) {
-    assert!(source.is_seekable());
+    assert!(source.info().seekable);
     assert_eq!((index(&mut source), index(&mut source)), (Some(0), Some(1)));
     for to in [7, 3, 3, 0, 19] {
         source.seek(to).unwrap();
@@ -105,6 +100,7 @@ fn sources_and_wrappers_go_anywhere() {
     goes_anywhere(Recorded::new(book(20), |_| Ok(())));
     goes_anywhere(Retimed::new(book(20), 10.0).unwrap());
     goes_anywhere(Throttled::new(book(20), 1e6));
+    goes_anywhere(Faulty::new(book(20), Faults::default()));
     goes_anywhere(Trimmed::new(book(30), 0, Some(19)).unwrap());
     goes_anywhere(WithDepth::new(book(20), book(20)).unwrap());
     for ahead in [1, 8, 100] {
@@ -115,20 +111,20 @@ fn sources_and_wrappers_go_anywhere() {
 #[test]
 fn what_can_only_be_read_from_front_to_back_says_so() {
     let scrolls: Vec<Box<dyn Source>> = vec![
-        Box::new(Scroll(book(20))),
-        Box::new(Recorded::new(Scroll(book(20)), |_| Ok(()))),
-        Box::new(Trimmed::new(Scroll(book(20)), 0, None).unwrap()),
-        Box::new(WithDepth::new(Scroll(book(20)), book(20)).unwrap()),
-        Box::new(WithDepth::new(book(20), Scroll(book(20))).unwrap()),
-        Box::new(Prefetch::new(Box::new(Scroll(book(20))), 4).unwrap()),
+        Box::new(scroll()),
+        Box::new(Recorded::new(scroll(), |_| Ok(()))),
+        Box::new(Trimmed::new(scroll(), 0, None).unwrap()),
+        Box::new(WithDepth::new(scroll(), book(20)).unwrap()),
+        Box::new(WithDepth::new(book(20), scroll()).unwrap()),
+        Box::new(Prefetch::new(Box::new(scroll()), 4).unwrap()),
     ];
     for mut scroll in scrolls {
-        assert!(!scroll.is_seekable());
+        assert!(!scroll.info().seekable);
         assert_eq!(index(&mut scroll), Some(0));
         refused(scroll.seek(0), 0);
         assert_eq!(index(&mut scroll), Some(1));
     }
-    let message = Scroll(book(20)).seek(4).unwrap_err().to_string();
+    let message = scroll().seek(4).unwrap_err().to_string();
     assert_eq!(message, "book cannot go to frame 4: it can only be read from front to back");
 }
 

@@ -4,9 +4,13 @@
 
 use pursuit_geometry::Size;
 use pursuit_imaging::{Frame, Image};
-use pursuit_media::input::StopHandle;
-use pursuit_media::wrappers::{Faults, Faulty, Prefetch, Recorded, Retimed, Strided, Throttled, Trimmed, WithDepth};
-use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, open};
+use pursuit_media::depth::{DepthCoding, DepthFacts, DepthOptions, Pairing, PairingFacts, WithDepthFolder};
+use pursuit_media::input::{Cancel, Frames, StopHandle};
+use pursuit_media::wrappers::{
+    Connect, Faults, Faulty, Patience, Prefetch, Reconnecting, Recorded, Retimed, StreamStats, Strided, Throttled,
+    Trimmed, WithDepth, write_png,
+};
+use pursuit_media::{MediaError, OpenOptions, Result, Source, SourceInfo, Truth, View, open};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -20,9 +24,8 @@ struct Counting {
 }
 
 fn info(count: Option<u64>, live: bool) -> SourceInfo {
-    let name = "counting".to_owned();
-    let decoder = "test".to_owned();
-    SourceInfo { name, size: Size::new(4, 3), fps: Some(50.0), frame_count: count, live, decoder, truth: None }
+    let info = SourceInfo::new("counting", Size::new(4, 3), "test");
+    SourceInfo { fps: Some(50.0), frame_count: count, live, ..info }
 }
 
 fn counting(count: u64) -> Counting {
@@ -342,4 +345,110 @@ fn numbers_pair_frames_and_depth_where_one_of_them_is_damaged() {
 fn depth_of_another_size_is_refused() {
     let small = SourceInfo { size: Size::new(2, 2), ..info(None, false) };
     assert!(WithDepth::new(counting(3), Numbered(small, Vec::new())).is_err());
+}
+
+#[test]
+fn frames_of_a_program_are_a_source() {
+    let made = || (0..4).map(|index| Ok(frame(index)));
+    let mut source = Frames::new("made", made()).unwrap();
+    source.info_mut().fps = Some(50.0);
+    let wanted = SourceInfo { fps: Some(50.0), ..SourceInfo::new("made", Size::new(4, 3), "frames of the program") };
+    assert_eq!(source.info(), &SourceInfo { frame_count: Some(4), ..wanted });
+    assert_eq!(indices(source), (vec![0, 1, 2, 3], None));
+    assert_eq!(Frames::new("made", made().filter(|_| true)).unwrap().info().frame_count, None);
+    let none = Frames::new("made", std::iter::empty()).err().unwrap();
+    assert_eq!(none.to_string(), "cannot read made: it has no frames");
+    // Behind a damaged frame it goes on, behind any other error it does not.
+    let with = |error: MediaError| Frames::new("made", [Ok(frame(0)), Err(error), Ok(frame(2))]).unwrap();
+    let mut damaged = with(MediaError::Damaged { name: "made".into(), frame: 1, reason: "torn".into() });
+    damaged.next_frame().unwrap();
+    assert!(damaged.next_frame().unwrap_err().is_damage());
+    assert_eq!(indices(damaged), (vec![2], None));
+    let broken = with(MediaError::Broken { name: "made".into(), frame: 1, reason: "torn".into() });
+    assert_eq!(indices(broken).1.unwrap().frame(), Some(1));
+}
+
+/// Every fact that a source can know, none of them the one it has by default.
+fn all_facts() -> SourceInfo {
+    let pairing =
+        PairingFacts { pairing: Pairing::Order, paired: 8, unpaired: 2, largest_offset_s: None, mean_offset_s: None };
+    SourceInfo {
+        name: "knowing".to_owned(),
+        size: Size::new(4, 3),
+        fps: Some(50.0),
+        frame_count: Some(10),
+        live: true,
+        decoder: "test".to_owned(),
+        truth: Some(vec![Truth::Absent; 10]),
+        seekable: true,
+        view: Some(View { input: Size::new(64, 48), region: [8, 6, 8, 6], size: [4, 3] }),
+        pixel_aspect: Some((4, 3)),
+        depth: Some(DepthFacts {
+            coding: DepthCoding::Millimetres,
+            coding_detected: true,
+            pairing,
+            registered: true,
+            registration_detected: true,
+            intrinsics: None,
+        }),
+        stream: Some(StreamStats::default()),
+    }
+}
+
+#[test]
+fn wrappers_change_only_their_own_facts() {
+    let all = all_facts();
+    let knowing = || Numbered(all.clone(), Vec::new());
+    let strict = SourceInfo { live: false, ..all.clone() };
+    let by = |n: u64| std::num::NonZeroU64::new(n).unwrap();
+    let front_to_back = Numbered::new(&[]);
+    let connect: Connect =
+        Arc::new(|_: &Cancel| Err(MediaError::Unreadable { name: "gone".into(), reason: "gone".into() }));
+    let reconnecting = Reconnecting::new(Box::new(knowing()), connect, Patience::default()).unwrap();
+    let counted = reconnecting.info().stream.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let millimetres = Frame::new(0, 0.0, Image::filled(4, 3, 500_u16).unwrap());
+    write_png(&millimetres, &folder.path().join("0.png")).unwrap();
+    let paired = WithDepthFolder::new(knowing(), folder.path(), &DepthOptions::default()).unwrap();
+    let facts = paired.info().depth.clone();
+    let table: Vec<(&str, Box<dyn Source>, SourceInfo)> = vec![
+        ("box", Box::new(Box::new(knowing()) as Box<dyn Source>), all.clone()),
+        ("recorded", Box::new(Recorded::new(knowing(), |_| Ok(()))), all.clone()),
+        ("throttled", Box::new(Throttled::new(knowing(), 1.0)), all.clone()),
+        ("faulty", Box::new(Faulty::new(knowing(), Faults::default())), all.clone()),
+        ("prefetch", Box::new(Prefetch::new(Box::new(knowing()), 2).unwrap()), all.clone()),
+        ("depth", Box::new(WithDepth::new(knowing(), knowing()).unwrap()), all.clone()),
+        // Frames get other times.
+        ("retimed", Box::new(Retimed::new(knowing(), 10.0).unwrap()), SourceInfo { fps: Some(10.0), ..all.clone() }),
+        // There are fewer frames; they keep their numbers, so the truth stays.
+        (
+            "trimmed",
+            Box::new(Trimmed::new(knowing(), 2, Some(5)).unwrap()),
+            SourceInfo { frame_count: Some(4), ..all.clone() },
+        ),
+        (
+            "strided",
+            Box::new(Strided::new(knowing(), by(4))),
+            SourceInfo { fps: Some(12.5), frame_count: Some(3), ..all.clone() },
+        ),
+        // It goes where both can go.
+        (
+            "depth from front to back",
+            Box::new(WithDepth::new(knowing(), front_to_back).unwrap()),
+            SourceInfo { seekable: false, ..all.clone() },
+        ),
+        // Its frames have the folder's depth.
+        ("depth folder", Box::new(paired), SourceInfo { depth: facts, ..all.clone() }),
+        // A camera has no end, cannot be entered anywhere, and has its connections counted.
+        (
+            "reconnecting",
+            Box::new(reconnecting),
+            SourceInfo { frame_count: None, seekable: false, stream: counted, ..all.clone() },
+        ),
+    ];
+    for (wrapper, source, wanted) in table {
+        assert_eq!(source.info(), &wanted, "{wrapper}");
+    }
+    let queue = Prefetch::new(Box::new(Numbered(strict.clone(), Vec::new())), 0).unwrap();
+    assert_eq!(queue.info(), &strict);
 }

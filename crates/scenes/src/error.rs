@@ -10,30 +10,9 @@ pub enum SceneError {
         /// All names, separated by commas.
         known: String,
     },
-    /// The scene has no such key.
-    #[error("scene `{scene}` has no key `{key}`; it has: {known}")]
-    UnknownKey {
-        /// The scene.
-        scene: String,
-        /// The key asked for.
-        key: String,
-        /// All keys with their ranges, separated by commas.
-        known: String,
-    },
-    /// A value that the key does not allow.
-    #[error("scene `{scene}`: {key}={value} cannot be used; {key} is {help}, {allowed}")]
-    BadValue {
-        /// The scene.
-        scene: String,
-        /// The key.
-        key: String,
-        /// The value as written.
-        value: String,
-        /// What the key means.
-        help: &'static str,
-        /// What it takes: a range, or a list of words.
-        allowed: String,
-    },
+    /// A parameter that the scene does not have, or does not allow.
+    #[error(transparent)]
+    Parameter(#[from] pursuit_parameters::ParameterError),
     /// A query that does not follow `scene:NAME[?seed=1&key=value]`.
     #[error("`{query}` is no scene query: {reason}; write scene:NAME or scene:NAME?seed=1&key=value")]
     Malformed {

@@ -3,8 +3,7 @@
 //! A [`Scene`] is asked for a moment and answers with a picture and the truth about each target. Nothing is drawn from a
 //! generator that has to be advanced: textures, paths and sensor noise are hashes of what they belong to, so moments can be
 //! rendered in any order, on any thread, and always come out the same. [`scene`] and [`open`] make scenes by name;
-//! [`SCENES`] lists them. [`SceneSource`] makes one an input like
-//! any other. [`ball`] has trajectories without pictures.
+//! [`SCENES`] lists them with their parameters. [`SceneSource`] makes one an input like any other. [`ball`] has trajectories without pictures.
 //!
 //! ```
 //! let scene = pursuit_scenes::open("scene:drift?seed=7&size=24")?;
@@ -30,8 +29,8 @@ pub mod ball;
 mod compose;
 mod error;
 mod hash;
-mod keys;
 mod patches;
+mod plan;
 mod query;
 mod registry;
 mod scene;
@@ -42,7 +41,6 @@ mod texture;
 mod view;
 
 pub use error::SceneError;
-pub use keys::{Key, SceneParams};
 pub use query::{SceneQuery, open, scene};
 pub use registry::{SCENES, SceneEntry, find};
 pub use scene::{Scene, SceneMoment, TargetTruth};

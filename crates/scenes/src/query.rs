@@ -1,12 +1,12 @@
-use crate::keys::SceneParams;
 use crate::{Scene, SceneError, registry};
+use pursuit_parameters::Table;
 use std::str::FromStr;
 
 /// Makes the scene `name`. The same name, seed and parameters always make the same world.
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`], [`SceneError::UnknownKey`] (both list what there is) or [`SceneError::BadValue`].
-pub fn scene(name: &str, seed: u64, params: &SceneParams) -> Result<Box<dyn Scene>, SceneError> {
+/// [`SceneError::UnknownScene`] or [`SceneError::Parameter`]; both say what there is.
+pub fn scene(name: &str, seed: u64, params: &Table) -> Result<Box<dyn Scene>, SceneError> {
     registry::find(name)?.scene(seed, params)
 }
 
@@ -26,8 +26,8 @@ pub struct SceneQuery {
     pub name: String,
     /// The seed, 1 unless given.
     pub seed: u64,
-    /// Values for the scene's keys.
-    pub params: SceneParams,
+    /// Values of the scene's parameters; those left out keep their defaults.
+    pub params: Table,
 }
 
 impl SceneQuery {
@@ -47,7 +47,7 @@ impl FromStr for SceneQuery {
         };
         let (name, pairs) = rest.split_once('?').unwrap_or((rest, ""));
         let entry = registry::find(name)?;
-        let (mut seed, mut params) = (1, SceneParams::new());
+        let (schema, mut seed, mut params) = (entry.schema(), 1, Table::new());
         for pair in pairs.split('&').filter(|p| !p.is_empty()) {
             let Some((key, value)) = pair.split_once('=') else {
                 return Err(malformed(format!("`{pair}` lacks a value")));
@@ -57,8 +57,10 @@ impl FromStr for SceneQuery {
                 seed = whole.map_err(|_| malformed(format!("seed `{value}` is not a whole number from 0 on")))?;
                 continue;
             }
-            let value = entry.key(key)?.parse(name, value)?;
-            if params.insert(key.to_owned(), value).is_some() {
+            // Once written with a hyphen, `look_alike` may still be.
+            let key = key.replace('-', "_");
+            let value = schema.iter().find(|p| p.name == key).map_or_else(|| value.into(), |p| p.kind.read(value));
+            if params.insert(key.clone(), value).is_some() {
                 return Err(malformed(format!("`{key}` is given twice")));
             }
         }

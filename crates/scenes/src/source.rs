@@ -30,13 +30,11 @@ impl SceneSource {
             targets.first().and_then(crate::TargetTruth::visible).map_or(Truth::Absent, Truth::Visible)
         };
         let info = SourceInfo {
-            name: name.into(),
-            size: scene.size(),
             fps: Some(scene.fps()),
             frame_count: Some(end),
-            live: false,
-            decoder: "synthetic scene".to_owned(),
             truth: Some((0..end).map(truth).collect()),
+            seekable: true,
+            ..SourceInfo::new(name, scene.size(), "synthetic scene")
         };
         Self { scene, info, next: 0, begin: 0, end }
     }
@@ -65,10 +63,6 @@ impl Source for SceneSource {
         self.next += 1;
         let time_s = self.scene.frame_time_s(index);
         Ok(Some(self.scene.render(time_s).into_frame(index, time_s, &self.scene.home())))
-    }
-
-    fn is_seekable(&self) -> bool {
-        true
     }
 
     fn seek(&mut self, index: u64) -> pursuit_media::Result<()> {

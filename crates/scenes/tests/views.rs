@@ -66,7 +66,7 @@ fn the_default_view_shows_what_scenes_always_showed() {
 #[test]
 fn a_view_is_a_pure_function_and_the_home_view_is_the_default() {
     for entry in SCENES {
-        let smaller = if entry.key("width").is_ok() { "&width=200&height=150" } else { "" };
+        let smaller = if entry.schema().iter().any(|p| p.name == "width") { "&width=200&height=150" } else { "" };
         let query = format!("scene:{}?seed=3{smaller}", entry.name);
         let (first, second) = (made(&query), made(&query));
         let aimed = first.home().aimed(0.2, -0.1).unwrap().zoomed(0.6).unwrap();

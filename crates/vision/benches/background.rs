@@ -3,6 +3,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use pursuit_imaging::{Image, Rgb8};
+use pursuit_testkit::Noise;
 use pursuit_vision::background::{
     BackgroundModel, FixedBackground, Learning, Mog2, Mog2Params, RunningAverage, RunningAverageParams, TemporalMedian,
     TemporalMedianParams, ThreeFrame,
@@ -10,10 +11,10 @@ use pursuit_vision::background::{
 
 /// Frame `n` of a clip: a gradient with noise of ±8 codes that repeats after 97 frames, and a square that moves.
 fn frame(width: usize, height: usize, n: usize) -> Image<Rgb8> {
-    let mut state = (n % 97) as u32 * 2_654_435_761 + 1;
+    let mut numbers = Noise::new((n % 97) as u32 * 2_654_435_761 + 1);
     let (side, left) = (height / 4, n * 5 % width);
     Image::from_fn(width, height, |x, y| {
-        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let state = numbers.draw();
         let noise = |shift: u32| (((state >> shift) & 15) + ((state >> (shift + 4)) & 15)) as u8 / 2;
         if (left..left + side).contains(&x) && (side..2 * side).contains(&y) {
             return [220 + noise(8), 40 + noise(12), 60 + noise(16)];

@@ -114,6 +114,7 @@ mod tests {
     use proptest::prelude::*;
     use pursuit_geometry::Polygon;
     use pursuit_imaging::Image;
+    use pursuit_testkit::Noise;
 
     include!("../tests/fixtures/contours.rs");
 
@@ -149,11 +150,8 @@ mod tests {
         /// outside is 4-connected), and steps to neighbours only.
         #[test]
         fn outlines_pass_the_outer_border((w, h) in (1usize..16, 1usize..12), seed in any::<u32>()) {
-            let mut state = seed | 1;
-            let image = Image::from_fn(w, h, |_, _| {
-                state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                u8::from((state >> 16) % 9 < 5)
-            }).unwrap();
+            let mut noise = Noise::new(seed | 1);
+            let image = Image::from_fn(w, h, |_, _| u8::from((noise.draw() >> 16) % 9 < 5)).unwrap();
             let mut finder = RegionFinder::default();
             let mut outline = Vec::new();
             for region in finder.find(image.view(), 1) {

@@ -108,7 +108,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_holds_every_point_and_no_smaller_one_does(
+        fn enclosing_shape_is_the_smallest(
             raw in proptest::collection::vec((0i32..40, 0i32..40), 1..30), angle in 0.0..3.2f64,
         ) {
             let hull = hull_of(&raw);

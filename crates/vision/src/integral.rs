@@ -142,6 +142,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use pursuit_imaging::Image;
+    use pursuit_testkit::Noise;
 
     proptest! {
         #[test]
@@ -149,11 +150,8 @@ mod tests {
             (w, h) in (1usize..40, 1usize..30), seed in any::<u32>(), (x, y) in (0usize..40, 0usize..30),
             (ww, wh) in (1usize..40, 1usize..30),
         ) {
-            let mut state = seed | 1;
-            let image = Image::from_fn(w, h, |_, _| {
-                state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                (state >> 24) as u8
-            }).unwrap();
+            let mut noise = Noise::new(seed | 1);
+            let image = Image::from_fn(w, h, |_, _| noise.byte()).unwrap();
             let mut integral = IntegralImage::new();
             integral.build(Image::filled(50, 3, 9).unwrap().view());
             integral.build(image.view());

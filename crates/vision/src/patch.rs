@@ -114,14 +114,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use pursuit_imaging::Image;
+    use pursuit_testkit::Noise;
 
     fn noise(w: usize, h: usize, seed: u32) -> Image<u8> {
-        let mut state = seed | 1;
-        Image::from_fn(w, h, |_, _| {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-            (state >> 24) as u8
-        })
-        .unwrap()
+        let mut noise = Noise::new(seed | 1);
+        Image::from_fn(w, h, |_, _| noise.byte()).unwrap()
     }
 
     /// The slow, obvious twin of the correlation coefficient.

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_is_simple_and_a_pixel_has_no_perimeter() {
+    fn disks_are_simple_and_pixels_lack_perimeter() {
         let disk = features(120, 120, |x, y| (x as f64 - 59.5).hypot(y as f64 - 59.5) < 50.0);
         // The line of steps 1 and √2 round a large disk is 8·(√2 − 1)/π = 1.0548 times as long as the circle.
         assert!(

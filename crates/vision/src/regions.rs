@@ -217,6 +217,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use pursuit_imaging::Image;
+    use pursuit_testkit::Noise;
 
     /// The slow, obvious reference: flood fill from every pixel not yet seen.
     fn slow(mask: &Image<u8>) -> Vec<Vec<(usize, usize)>> {
@@ -248,11 +249,8 @@ mod tests {
     proptest! {
         #[test]
         fn regions_equal_flood_fill((w, h) in (1usize..60, 1usize..25), seed in any::<u32>(), dense in 1u32..9) {
-            let mut state = seed | 1;
-            let mask = Image::from_fn(w, h, |_, _| {
-                state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                u8::from((state >> 16) % 9 < dense)
-            }).unwrap();
+            let mut noise = Noise::new(seed | 1);
+            let mask = Image::from_fn(w, h, |_, _| u8::from((noise.draw() >> 16) % 9 < dense)).unwrap();
             let mut finder = RegionFinder::default();
             let regions = finder.find(mask.view(), 1).to_vec();
             let expected = slow(&mask);
@@ -278,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_spreads_by_a_quarter_of_its_diameter() {
+    fn disks_spread_a_quarter_of_their_diameter() {
         let mask = Image::from_fn(100, 100, |x, y| u8::from((x as f64 - 49.5).hypot(y as f64 - 49.5) < 40.0)).unwrap();
         let region = RegionFinder::default().find(mask.view(), 1)[0];
         let (long, short) = region.axes();

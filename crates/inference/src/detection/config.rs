@@ -1,7 +1,7 @@
 use super::COCO;
 use crate::siamese::ChannelOrder;
 use crate::{InferenceError, Result};
-use serde::{Deserialize, Serialize};
+use pursuit_parameters::{Parameters, choices, parameters};
 use std::io::Read;
 use std::path::Path;
 
@@ -11,70 +11,52 @@ const MOST_CLASSES: usize = 10_000;
 const LONGEST_NAME: usize = 64;
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Where the frame lies in the network's image, which it fills in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Placing {
-    /// In the upper left corner.
-    Corner,
-    /// In the middle.
-    Middle,
+choices! {
+    /// Where the frame lies in the network's image, which it fills in one direction.
+    pub enum Placing {
+        /// In the upper left corner.
+        Corner = "corner",
+        /// In the middle.
+        Middle = "middle",
+    }
 }
 
-/// What the four numbers of a box are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BoxCoding {
-    /// Centre relative to a cell of a grid, in cells, and the logarithm of the size in cells; grids in order of
-    /// [`strides`](DetectionConfig::strides), each row by row. YOLOX as exported.
-    Grid,
-    /// Centre and size in pixels of the network's image.
-    Pixels,
+choices! {
+    /// What the four numbers of a box are.
+    pub enum BoxCoding {
+        /// Centre relative to a cell of a grid, in cells, and the logarithm of the size in cells; grids in order of
+        /// [`strides`](DetectionConfig::strides), each row by row. YOLOX as exported.
+        Grid = "grid",
+        /// Centre and size in pixels of the network's image.
+        Pixels = "pixels",
+    }
 }
 
-/// Everything about a detector that its network does not say. The default is YOLOX as trained on COCO.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DetectionConfig {
-    /// Names of the classes in the network's order, at most 10 000, none twice.
-    pub classes: Vec<String>,
-    /// Width and height of its image in pixels, 1 to 4096, where the file leaves them open.
-    pub image_px: Option<(usize, usize)>,
-    /// Order of its channels.
-    pub channels: ChannelOrder,
-    /// What is subtracted from each channel (in the network's order), in grey levels.
-    pub mean: [f32; 3],
-    /// What each channel is divided by afterwards, > 0.
-    pub deviation: [f32; 3],
-    /// Where the frame lies in its image.
-    pub place: Placing,
-    /// Grey level of what the frame leaves of its image.
-    pub fill: u8,
-    /// What the numbers of a box are.
-    pub boxes: BoxCoding,
-    /// Sides of the grids' cells in pixels of its image, 1 to 1024.
-    pub strides: Vec<usize>,
-    /// Whether the box is followed by how likely it holds anything, by which the classes' scores are multiplied.
-    pub objectness: bool,
-    /// Whether scores are logits; else they are probabilities.
-    pub logits: bool,
-}
-
-impl Default for DetectionConfig {
-    fn default() -> Self {
-        Self {
-            classes: COCO.iter().map(|&name| name.to_owned()).collect(),
-            image_px: None,
-            channels: ChannelOrder::Bgr,
-            mean: [0.0; 3],
-            deviation: [1.0; 3],
-            place: Placing::Corner,
-            fill: 114,
-            boxes: BoxCoding::Grid,
-            strides: vec![8, 16, 32],
-            objectness: true,
-            logits: false,
-        }
+parameters! {
+    /// Everything about a detector that its network does not say. The default is YOLOX as trained on COCO.
+    pub struct DetectionConfig {
+        /// Names of the classes in the network's order, at most 10 000, none twice.
+        pub classes: Vec<String> = COCO.iter().map(|&name| name.to_owned()).collect();
+        /// Width and height of its image, where the file leaves them open.
+        pub image_px: Option<[usize; 2]> = None, in 1..=4096, unit "px";
+        /// Order of its channels.
+        pub channels: ChannelOrder = ChannelOrder::Bgr;
+        /// What is subtracted from each channel (in the network's order).
+        pub mean: [f32; 3] = [0.0; 3], unit "grey levels";
+        /// What each channel is divided by afterwards.
+        pub deviation: [f32; 3] = [1.0; 3], in above(0.0);
+        /// Where the frame lies in its image.
+        pub place: Placing = Placing::Corner;
+        /// Grey level of what the frame leaves of its image.
+        pub fill: u8 = 114;
+        /// What the numbers of a box are.
+        pub boxes: BoxCoding = BoxCoding::Grid;
+        /// Sides of the grids' cells in pixels of its image.
+        pub strides: Vec<usize> = vec![8, 16, 32], in 1..=1024, unit "px";
+        /// Whether the box is followed by how likely it holds anything, by which the classes' scores are multiplied.
+        pub objectness: bool = true;
+        /// Whether scores are logits; else they are probabilities.
+        pub logits: bool = false;
     }
 }
 
@@ -113,7 +95,7 @@ impl DetectionConfig {
     /// # Errors
     /// What is out of range, and the range.
     pub fn check(&self) -> Result<(), String> {
-        let side = |s: usize| (1..=4096).contains(&s);
+        self.validate("config").map_err(|e| e.to_string())?;
         let mut names: Vec<&str> = self.classes.iter().map(String::as_str).collect();
         names.sort_unstable();
         let wrong = |what: &str| Err(what.to_owned());
@@ -130,17 +112,8 @@ impl DetectionConfig {
         if names.iter().any(|n| n.chars().count() > LONGEST_NAME || n.contains(char::is_control)) {
             return Err(format!("a name of `classes` is longer than {LONGEST_NAME} letters or has a line break in it"));
         }
-        if self.image_px.is_some_and(|(width, height)| !side(width) || !side(height)) {
-            return wrong("`image_px` must be two numbers from 1 to 4096");
-        }
-        if !self.mean.iter().all(|m| m.is_finite()) || !self.deviation.iter().all(|d| *d > 0.0 && d.is_finite()) {
-            return wrong("`mean` must be finite and `deviation` positive");
-        }
         if self.boxes == BoxCoding::Grid && !(1..=16).contains(&self.strides.len()) {
             return wrong("`strides` must have 1 to 16 numbers where `boxes` is \"grid\"");
-        }
-        if !self.strides.iter().all(|s| (1..=1024).contains(s)) {
-            return wrong("`strides` must be from 1 to 1024");
         }
         Ok(())
     }

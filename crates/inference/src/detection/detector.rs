@@ -41,7 +41,7 @@ impl ObjectDetector {
     /// As [`onnx::open`], [`DetectionConfig::beside`] and [`new`](Self::new).
     pub fn open(model: &Path, options: &OnnxOptions) -> Result<Self> {
         let config = DetectionConfig::beside(model)?;
-        let options = OnnxOptions { image: options.image.or(config.image_px), ..options.clone() };
+        let options = OnnxOptions { image: options.image.or(config.image_px.map(Into::into)), ..options.clone() };
         Self::new(onnx::open(model, &options)?, config)
     }
 

@@ -71,8 +71,8 @@ impl Pointwise {
     }
 
     /// Computes every row of `out`, a convolution of what this one gives. In between lie no more than the eight channels
-    /// of `between`, laid out as `next` wants them, so that they stay in the nearest cache. `sums` is as in
-    /// [`Depthwise::run`].
+    /// of `between`, laid out as `next` wants them: 13 kB where maps have 16 × 16 pixels, which the nearest cache holds, and
+    /// an eighth or less of all channels where they are larger. `sums` is as in [`Depthwise::run`].
     pub fn run_into(
         &self,
         input: &mut PointwiseInput<'_>,

@@ -2,15 +2,12 @@
 
 use super::*;
 use fearless_simd::{Level, dispatch};
+use pursuit_testkit::Noise;
 
 /// Numbers of both signs without a pattern that a mistake could share.
 fn numbers(count: usize, seed: u32) -> Vec<f32> {
-    let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
-    let mut next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-    };
-    (0..count).map(|_| next()).collect()
+    let mut noise = Noise::new(seed.wrapping_mul(2_654_435_761).wrapping_add(12_345));
+    (0..count).map(|_| (noise.draw() >> 8) as f32 / (1 << 23) as f32 - 1.0).collect()
 }
 
 /// A tensor in channel, row, column order.

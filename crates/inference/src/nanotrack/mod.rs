@@ -16,10 +16,8 @@ use weights::Weights;
 /// one after the other: once a thread has them, nothing is allocated but by [`set_template`](Self::set_template).
 #[derive(Debug, Clone)]
 pub struct NanoTrackV3 {
-    /// Only while it holds an image that has not been looked at.
+    /// Only from the first row of an image until that has been looked at.
     engine: Option<Box<Engine>>,
-    /// Whether the template image and the search image are such.
-    written: [bool; 2],
     score: Comparison,
     boxes: Comparison,
     /// Background and target (2 × 15 × 15), then the four distances (4 × 15 × 15).
@@ -55,23 +53,14 @@ impl NanoTrackV3 {
         let (none, points) = ([0.0; Self::TEMPLATE_LEN], ANSWER_SIDE * ANSWER_SIDE);
         let (score, boxes) = (engine.score.comparison(&none), engine.boxes.comparison(&none));
         engine.put_back();
-        let written = [false; 2];
-        Ok(Self {
-            engine: None,
-            written,
-            score,
-            boxes,
-            scores: vec![0.0; 2 * points],
-            distances: vec![0.0; 4 * points],
-        })
+        Ok(Self { engine: None, score, boxes, scores: vec![0.0; 2 * points], distances: vec![0.0; 4 * points] })
     }
 
-    /// Writes row `y` of one of the images in three planes, blue, green and red, from 0 to 255. They are written
-    /// for every look anew: once an image has been looked at, another network may write its own in its place.
+    /// Writes row `y` of one of the images in three planes, blue, green and red, from 0 to 255. An image is written, looked
+    /// at and forgotten, one after the other: after each look another network may write its own in place of both.
     ///
     /// Rows and columns beyond the image are ignored.
     pub fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
-        self.written[patch as usize] = true;
         let engine = self.engine();
         let image = match patch {
             Patch::Template => engine.template.image_mut(),
@@ -86,8 +75,7 @@ impl NanoTrackV3 {
     pub fn template_features(&mut self) -> Vec<f32> {
         let mut features = vec![0.0; Self::TEMPLATE_LEN];
         self.engine().template.run().copy_to(&mut features);
-        self.written[Patch::Template as usize] = false;
-        self.rest();
+        self.put_back();
         features
     }
 
@@ -96,10 +84,13 @@ impl NanoTrackV3 {
     pub fn set_template(&mut self, features: &[f32]) -> bool {
         let fits = features.len() == Self::TEMPLATE_LEN;
         if fits {
+            let holds_an_image = self.engine.is_some();
             let engine = self.engine();
             let (score, boxes) = (engine.score.comparison(features), engine.boxes.comparison(features));
             (self.score, self.boxes) = (score, boxes);
-            self.rest();
+            if !holds_an_image {
+                self.put_back();
+            }
         }
         fits
     }
@@ -108,12 +99,11 @@ impl NanoTrackV3 {
     /// pixels of the search image (left, top, right, bottom), each 15 × 15.
     pub fn search(&mut self) -> (&[f32], &[f32]) {
         self.engine();
-        let Self { engine, written, score, boxes, scores, distances } = self;
-        written[Patch::Search as usize] = false;
+        let Self { engine, score, boxes, scores, distances } = self;
         if let Some(engine) = engine {
             engine.search((score, boxes), (scores, distances));
         }
-        self.rest();
+        self.put_back();
         (&self.scores, &self.distances)
     }
 
@@ -124,11 +114,9 @@ impl NanoTrackV3 {
         })
     }
 
-    /// The next on this thread may have the layers, unless they hold an image that has not been looked at.
-    fn rest(&mut self) {
-        if self.written == [false; 2]
-            && let Some(engine) = self.engine.take()
-        {
+    /// The next on this thread may have the layers.
+    fn put_back(&mut self) {
+        if let Some(engine) = self.engine.take() {
             engine.put_back();
         }
     }
@@ -145,7 +133,8 @@ struct Engine {
 }
 
 thread_local! {
-    /// That of this thread, while none of its networks holds an image.
+    /// That of this thread, while none of its networks holds an image. It is constants and scratch: what a network answers
+    /// does not depend on who had it before.
     static ENGINE: Cell<Option<Box<Engine>>> = const { Cell::new(None) };
 }
 

@@ -59,23 +59,23 @@ pub struct Peak {
 impl Decoder {
     /// For a configuration.
     pub fn new(config: SiameseConfig) -> Self {
-        let n = config.answer_side();
+        let n = config.answer_side;
         let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / (n - 1) as f64).cos();
         let window = (0..n * n).map(|i| hann(i / n) * hann(i % n)).collect();
-        let anchors = match config.answer() {
+        let anchors = match &config.answer {
             AnswerCoding::Anchors { ratios, scales } => {
                 // Whole pixels before the scale, as networks were trained on.
                 let of = |ratio: f64, scale: f64| {
-                    let width = (config.stride_px() / ratio.sqrt()).floor();
+                    let width = (config.stride_px / ratio.sqrt()).floor();
                     (width * scale, (width * ratio).floor() * scale)
                 };
                 ratios.iter().flat_map(|&r| scales.iter().map(move |&s| of(r, s))).collect()
             }
-            _ => Vec::new(),
+            AnswerCoding::Distances | AnswerCoding::Scores { .. } | AnswerCoding::Centres => Vec::new(),
         };
-        let scales = match config.answer() {
+        let scales = match &config.answer {
             AnswerCoding::Scores { enlarged, .. } => Some(ScaleSearch::new(n, *enlarged)),
-            _ => None,
+            AnswerCoding::Distances | AnswerCoding::Anchors { .. } | AnswerCoding::Centres => None,
         };
         Self { config, window, anchors, points: vec![Candidate::default(); n * n], scales }
     }
@@ -87,30 +87,30 @@ impl Decoder {
 
     /// Width and height of what the template image covers of the frame, in pixels: of a square √((w + p (w + h)) (h + p (w + h))).
     pub fn template_extent(&self, width: f64, height: f64) -> (f64, f64) {
-        let context = self.config.context();
-        if self.config.crop() == CropShape::Stretched {
+        let context = self.config.context;
+        if self.config.crop == CropShape::Stretched {
             return (width * (1.0 + 2.0 * context), height * (1.0 + 2.0 * context));
         }
         let context = context * (width + height);
-        let side = ((width + context) * (height + context)).sqrt() * self.config.extent();
+        let side = ((width + context) * (height + context)).sqrt() * self.config.extent;
         (side, side)
     }
 
     /// Width and height of what the search image covers of the frame, in pixels.
     pub fn search_extent(&self, width: f64, height: f64) -> (f64, f64) {
-        if self.config.crop() == CropShape::Stretched {
-            let times = 1.0 + 2.0 * self.config.search_context();
+        if self.config.crop == CropShape::Stretched {
+            let times = 1.0 + 2.0 * self.config.search_context;
             return (width * times, height * times);
         }
         let (side, _) = self.template_extent(width, height);
-        let side = side * self.config.search_side() as f64 / self.config.template_side() as f64;
+        let side = side * self.config.search_side_px as f64 / self.config.template_side_px as f64;
         (side, side)
     }
 
     /// Pixels of the search image to a pixel of the frame, across and down.
     fn scale(&self, width: f64, height: f64) -> (f64, f64) {
         let (across, down) = self.search_extent(width, height);
-        let side = self.config.search_side() as f64;
+        let side = self.config.search_side_px as f64;
         (side / across, side / down)
     }
 
@@ -135,13 +135,13 @@ impl Decoder {
         let best = best?;
         let point = self.points[best];
         let raw = in_frame(&point, center, scale);
-        let weight = point.penalty * point.score * self.config.rate();
+        let weight = point.penalty * point.score * self.config.rate;
         let smooth = |old: f64, new: f64| old * (1.0 - weight) + new * weight;
-        let limit = |side: f64, most: usize| side.min(most as f64).max(self.config.min_side_px());
+        let limit = |side: f64, most: usize| side.min(most as f64).max(self.config.min_side_px);
         let middle =
             Point::new(raw.center().x.clamp(0.0, size.width as f64), raw.center().y.clamp(0.0, size.height as f64));
         let (width, height) = (smooth(width, raw.width()), smooth(height, raw.height()));
-        let n = self.config.answer_side();
+        let n = self.config.answer_side;
         Some(Location {
             bbox: BBox::from_center_size(middle, limit(width, size.width), limit(height, size.height)),
             raw,
@@ -155,9 +155,9 @@ impl Decoder {
     /// usual one first; that one alone of other networks.
     pub fn begin_scales(&mut self) -> impl Iterator<Item = f64> + use<> {
         self.scales.iter_mut().for_each(ScaleSearch::begin);
-        let (step, scales) = match self.config.answer() {
+        let (step, scales) = match &self.config.answer {
             AnswerCoding::Scores { step, scales, .. } => (*step, *scales),
-            _ => (1.0, 1),
+            AnswerCoding::Distances | AnswerCoding::Anchors { .. } | AnswerCoding::Centres => (1.0, 1),
         };
         (0..scales as i32).map(move |k| step.powi(if k % 2 == 0 { k / 2 } else { -(k / 2) - 1 }))
     }
@@ -166,12 +166,12 @@ impl Decoder {
     pub fn add_scale(&mut self, answer: Answer<'_>, factor: f64, (width, height): (f64, f64)) {
         let (across, down) = self.scale(width, height);
         let Self { config, points, scales: Some(scales), .. } = self else { return };
-        let penalty = (-(factor.max(1.0 / factor) - 1.0) * config.penalty()).exp();
+        let penalty = (-(factor.max(1.0 / factor) - 1.0) * config.penalty).exp();
         if !scales.add(answer, factor, penalty) {
             return;
         }
-        let n = config.answer_side();
-        let at = |k: usize| (k as f64 - (n - 1) as f64 / 2.0) * config.stride_px() * factor;
+        let n = config.answer_side;
+        let at = |k: usize| (k as f64 - (n - 1) as f64 / 2.0) * config.stride_px * factor;
         for (i, (point, &response)) in points.iter_mut().zip(answer.scores).enumerate() {
             let score = probability(config, f64::from(response));
             let (width, height) = (width * across * factor, height * down * factor);
@@ -183,14 +183,14 @@ impl Decoder {
     pub fn locate_at_scale(&self, center: Point, (width, height): (f64, f64), size: Size) -> Option<Location> {
         let scale = self.scale(width, height);
         let config = &self.config;
-        let found = self.scales.as_ref()?.peak(config.window())?;
-        let moved = |shift: f64, scale: f64| shift * config.stride_px() * found.factor / scale;
+        let found = self.scales.as_ref()?.peak(config.window)?;
+        let moved = |shift: f64, scale: f64| shift * config.stride_px * found.factor / scale;
         let middle = Point::new(
             (center.x + moved(found.shift.0, scale.0)).clamp(0.0, size.width as f64),
             (center.y + moved(found.shift.1, scale.1)).clamp(0.0, size.height as f64),
         );
-        let growth = 1.0 - config.rate() + config.rate() * found.factor;
-        let limit = |side: f64, most: usize| side.min(most as f64).max(config.min_side_px());
+        let growth = 1.0 - config.rate + config.rate * found.factor;
+        let limit = |side: f64, most: usize| side.min(most as f64).max(config.min_side_px);
         Some(Location {
             bbox: BBox::from_center_size(
                 middle,
@@ -213,7 +213,7 @@ impl Decoder {
     /// emptied first, and comes back best first.
     pub fn peaks(&self, center: Point, (width, height): (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
         let scale = self.scale(width, height);
-        let n = self.config.answer_side();
+        let n = self.config.answer_side;
         peaks.clear();
         for (i, point) in self.points.iter().enumerate() {
             let (row, column) = (i / n, i % n);
@@ -234,41 +234,44 @@ impl Decoder {
     /// Fills in every point for a target whose size in the search image is `width` × `height`: of several anchors the best.
     fn decode(&mut self, answer: Answer<'_>, width: f64, height: f64) {
         let Self { config, window, anchors, points, .. } = self;
-        let n = config.answer_side();
-        let (count, kinds) = (n * n, config.answer().anchors());
+        let n = config.answer_side;
+        let (count, kinds) = (n * n, config.answer.anchors());
         let target = padded_side(width, height);
         let middle = (n / 2) as f64;
-        let side = config.search_side() as f64;
+        let side = config.search_side_px as f64;
         let Answer { scores, distances } = answer;
         for (i, point) in points.iter_mut().enumerate() {
-            let at = |k: usize| (k as f64 - middle) * config.stride_px();
+            let at = |k: usize| (k as f64 - middle) * config.stride_px;
             let mut best: Option<Candidate> = None;
             for kind in 0..kinds {
                 let number = |from: &[f32], plane: usize| {
                     from.get((plane * kinds + kind) * count + i).map_or(f64::NAN, |&v| f64::from(v))
                 };
-                let score = match config.scores() {
+                let score = match config.scores {
                     ScoreCoding::Softmax => sigmoid(number(scores, 1) - number(scores, 0)),
                     ScoreCoding::Sigmoid => sigmoid(number(scores, 0)),
                     ScoreCoding::Probability => number(scores, 0),
                 };
                 let [a, b, c, d] = [0, 1, 2, 3].map(|plane| number(distances, plane));
-                let (x, y, wide, high) = match (config.answer(), anchors.get(kind)) {
+                let (x, y, wide, high) = match (&config.answer, anchors.get(kind)) {
                     (AnswerCoding::Anchors { .. }, Some(&(w, h))) => {
                         (at(i % n) + a * w, at(i / n) + b * h, c.exp() * w, d.exp() * h)
                     }
                     // Relative to the middle of the image, as everything here.
                     (AnswerCoding::Centres, _) => {
-                        let place = |k: usize, offset: f64| (k as f64 + offset) * config.stride_px() - side / 2.0;
+                        let place = |k: usize, offset: f64| (k as f64 + offset) * config.stride_px - side / 2.0;
                         (place(i % n, c), place(i / n, d), a * side, b * side)
                     }
-                    _ => (at(i % n) + (c - a) / 2.0, at(i / n) + (d - b) / 2.0, a + c, b + d),
+                    (AnswerCoding::Distances | AnswerCoding::Scores { .. }, _)
+                    | (AnswerCoding::Anchors { .. }, None) => {
+                        (at(i % n) + (c - a) / 2.0, at(i / n) + (d - b) / 2.0, a + c, b + d)
+                    }
                 };
                 let change = |r: f64| r.max(1.0 / r);
                 let scale = change(padded_side(wide, high) / target);
                 let ratio = change((width / height) / (wide / high));
-                let penalty = (-(ratio * scale - 1.0) * config.penalty()).exp();
-                let share = config.window();
+                let penalty = (-(ratio * scale - 1.0) * config.penalty).exp();
+                let share = config.window;
                 let rank = penalty * score * (1.0 - share) + window[i] * share;
                 let sound = wide > 0.0 && high > 0.0 && (x + y + wide + high + score).is_finite();
                 let rank = if sound { rank } else { f64::NAN };
@@ -290,7 +293,7 @@ fn in_frame(point: &Candidate, center: Point, (across, down): (f64, f64)) -> BBo
 
 /// What a single number a point stands for; what enlarging makes of probabilities may lie beyond 0 and 1.
 fn probability(config: &SiameseConfig, number: f64) -> f64 {
-    match config.scores() {
+    match config.scores {
         ScoreCoding::Probability => number.clamp(0.0, 1.0),
         ScoreCoding::Softmax | ScoreCoding::Sigmoid => sigmoid(number),
     }

@@ -1,6 +1,7 @@
-use super::SiameseConfig;
+use super::{SiameseConfig, SiameseParams};
 use crate::onnx::{self, OnnxOptions, OnnxSiamese};
 use crate::{InferenceError, Result};
+use pursuit_parameters::{Table, Value};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,12 @@ impl SiameseDescription {
         let text = String::from_utf8(bytes).ok().filter(|text| text.len() as u64 <= MOST_BYTES);
         let text =
             text.ok_or_else(|| wrong("it is no text, or too long; name the TOML file, not the network".into()))?;
+        let said = text.parse::<Table>().unwrap_or_default();
+        let config = said.get("config").and_then(Value::as_table);
+        let missing = |key: &&&str| config.is_some_and(|config| !config.contains_key(**key));
+        if let Some(key) = SiameseParams::REQUIRED.iter().find(missing) {
+            return Err(wrong(format!("`config` lacks `{key}`")));
+        }
         let read: Self = toml::from_str(&text).map_err(|e| wrong(crate::error::in_line(&text, &e)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |file: PathBuf| folder.join(file);
@@ -58,10 +65,10 @@ impl SiameseDescription {
         let on = |file: &Path, image: Option<usize>| {
             onnx::open(file, &OnnxOptions { image: image.map(|side| (side, side)), ..options.clone() })
         };
-        let template = self.template.as_deref().map(|t| on(t, Some(self.config.template_side()))).transpose()?;
+        let template = self.template.as_deref().map(|t| on(t, Some(self.config.template_side_px))).transpose()?;
         // Where both images go into one network, the file knows which is which.
-        let search = on(&self.search, template.as_ref().map(|_| self.config.search_side()))?;
+        let search = on(&self.search, template.as_ref().map(|_| self.config.search_side_px))?;
         let head = self.head.as_deref().map(|h| on(h, None)).transpose()?;
-        OnnxSiamese::new(template, search, head, self.config.answer())
+        OnnxSiamese::new(template, search, head, &self.config.answer)
     }
 }

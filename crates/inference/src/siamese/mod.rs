@@ -13,7 +13,7 @@ mod network;
 mod scales;
 mod tracker;
 
-pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig};
+pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig, SiameseParams};
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
 pub use description::SiameseDescription;

@@ -5,6 +5,7 @@ use crate::nanotrack::Patch;
 use crate::{InferenceError, Result};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, ImageView, Rgb8};
+use pursuit_parameters::ParameterError;
 use serde::{Deserialize, Serialize};
 
 /// What a Siamese tracker remembers of its target.
@@ -74,7 +75,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// As [`new`](Self::new).
     pub fn embed(&mut self, frame: &Frame, bbox: BBox) -> Result<Vec<f32>> {
         let extent = self.decoder.template_extent(bbox.width(), bbox.height());
-        let shift = self.config().template_shift_px();
+        let shift = self.config().template_shift_px;
         let center = Point::new(bbox.center().x + shift, bbox.center().y + shift);
         if !(bbox.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
@@ -105,7 +106,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         if !(bbox.is_finite() && extent.0.is_finite() && extent.1.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
         }
-        if let AnswerCoding::Scores { .. } = self.config().answer() {
+        if let AnswerCoding::Scores { .. } = &self.config().answer {
             for factor in self.decoder.begin_scales() {
                 let extent = (extent.0 * factor, extent.1 * factor);
                 self.crop(frame, self.region(center, extent), Patch::Search);
@@ -131,7 +132,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
 
     /// The pixels of the frame that an image covers which is `extent` (width, height) large there.
     fn region(&self, center: Point, extent: (f64, f64)) -> Region {
-        match self.config().crop() {
+        match self.config().crop {
             CropShape::Square => Region::around(center, extent.0),
             CropShape::Stretched => Region::stretched(center, extent),
         }
@@ -147,12 +148,12 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         let Self { exemplar, network, decoder, cropper } = self;
         let config = decoder.config();
         let samples = match patch {
-            Patch::Template => config.template_side(),
-            Patch::Search => config.search_side(),
+            Patch::Template => config.template_side_px,
+            Patch::Search => config.search_side_px,
         };
-        let (mean, deviation) = (config.mean(), config.deviation());
+        let (mean, deviation) = (config.mean, config.deviation);
         let is_plain = mean == [0.0; 3] && deviation == [1.0; 3];
-        let swap = config.channels() == ChannelOrder::Bgr;
+        let swap = config.channels == ChannelOrder::Bgr;
         cropper.crop(frame.color(), region, samples, exemplar.fill, |y, mut planes| {
             if swap {
                 planes.swap(0, 2);
@@ -170,16 +171,17 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
 fn check_sides(network: &impl SiameseNetwork, config: &SiameseConfig) -> Result<()> {
     let sides = network.sides();
     let wrong = |name, value: usize| {
-        Err(InferenceError::Config { name, value: value.to_string(), range: "the side that the network has" })
+        let problem = format!("must be the side that the network has, not {value}");
+        Err(ParameterError::new("config", name, problem).into())
     };
-    if sides.template != config.template_side() {
-        return wrong("template_side_px", config.template_side());
+    if sides.template != config.template_side_px {
+        return wrong("template_side_px", config.template_side_px);
     }
-    if sides.search != config.search_side() {
-        return wrong("search_side_px", config.search_side());
+    if sides.search != config.search_side_px {
+        return wrong("search_side_px", config.search_side_px);
     }
-    if sides.answer != config.answer_side() {
-        return wrong("answer_side", config.answer_side());
+    if sides.answer != config.answer_side {
+        return wrong("answer_side", config.answer_side);
     }
     Ok(())
 }

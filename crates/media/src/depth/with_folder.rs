@@ -1,4 +1,4 @@
-use super::{DepthFacts, DepthOptions, DepthReader, Pairing, PairingFacts};
+use super::{DepthOptions, DepthReader, Pairing, PairingFacts};
 use crate::input::StopHandle;
 use crate::input::folder::list_images;
 use crate::{Result, Source, SourceInfo};
@@ -10,7 +10,7 @@ pub struct WithDepthFolder<S> {
     source: S,
     files: Vec<PathBuf>,
     reader: DepthReader,
-    facts: DepthFacts,
+    info: SourceInfo,
 }
 
 impl<S: Source> WithDepthFolder<S> {
@@ -30,17 +30,15 @@ impl<S: Source> WithDepthFolder<S> {
             largest_offset_s: None,
             mean_offset_s: None,
         };
-        Ok(Self { facts: reader.facts(options, facts), source, files, reader })
+        let depth = Some(reader.facts(options, facts));
+        let info = SourceInfo { depth, ..source.info().clone() };
+        Ok(Self { info, source, files, reader })
     }
 }
 
 impl<S: Source> Source for WithDepthFolder<S> {
     fn info(&self) -> &SourceInfo {
-        self.source.info()
-    }
-
-    fn depth_facts(&self) -> Option<&DepthFacts> {
-        Some(&self.facts)
+        &self.info
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
@@ -49,14 +47,6 @@ impl<S: Source> Source for WithDepthFolder<S> {
         let file = usize::try_from(index).ok().and_then(|k| self.files.get(k)).map(PathBuf::as_path);
         let name = || file.map_or_else(|| self.info().name.clone(), |f| f.display().to_string());
         self.reader.add(frame, file).map(Some).map_err(|fault| fault.broken(&name(), index))
-    }
-
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        self.source.pixel_aspect()
-    }
-
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
     }
 
     fn seek(&mut self, index: u64) -> Result<()> {

@@ -66,14 +66,6 @@ impl Source for Annotated {
         self.source.next_frame()
     }
 
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        self.source.pixel_aspect()
-    }
-
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         self.source.seek(index)
     }

@@ -23,14 +23,11 @@ impl AviSource {
         if !matches!(&stream.codec.map(|b| b.to_ascii_uppercase()), b"MJPG" | b"JPEG") {
             return Err(Fault::unsupported(format!("the codec {} in AVI", stream.codec.escape_ascii())));
         }
+        let size = Size::new(stream.size.width, stream.size.height);
         let info = SourceInfo {
-            name: name.to_owned(),
-            size: Size::new(stream.size.width, stream.size.height),
             fps: Some(stream.fps),
             frame_count: Some(stream.length).filter(|&n| n > 0),
-            live: false,
-            decoder: "Motion JPEG in AVI (built in)".to_owned(),
-            truth: None,
+            ..SourceInfo::new(name, size, "Motion JPEG in AVI (built in)")
         };
         let mut source = Self { reader, info, next: 0, finished: false };
         source.check_first_picture()?;

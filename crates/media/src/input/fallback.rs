@@ -63,10 +63,6 @@ impl Source for Mp4WithFallback {
         }
     }
 
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        self.built_in.pixel_aspect()
-    }
-
     fn stop_handle(&self) -> Option<StopHandle> {
         self.ffmpeg.as_ref().and_then(Source::stop_handle)
     }

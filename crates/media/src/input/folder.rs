@@ -1,6 +1,6 @@
 use super::fault::Fault;
 use super::image::read_image;
-use crate::depth::{DepthFacts, DepthOptions, DepthReader, Pairing, PairingFacts};
+use crate::depth::{DepthOptions, DepthReader, Pairing, PairingFacts};
 use crate::{MediaError, Result, Source, SourceInfo};
 use pursuit_imaging::Frame;
 use std::cmp::Ordering;
@@ -20,7 +20,7 @@ pub(crate) struct Row {
 pub(crate) struct FolderSource {
     rows: Vec<Row>,
     /// Reads the depth images, where there are some.
-    depth: Option<(DepthReader, DepthFacts)>,
+    depth: Option<DepthReader>,
     info: SourceInfo,
     fps: f64,
     /// The place of each row in time, in frames; none where rows follow one another without gaps.
@@ -45,13 +45,10 @@ impl FolderSource {
             .map(|pixels| Frame::new(0, 0.0, pixels).size())
             .map_err(|fault| fault.unreadable(&first.image.display().to_string()))?;
         let info = SourceInfo {
-            name: name.to_owned(),
-            size,
             fps: Some(fps),
             frame_count: Some(rows.len() as u64),
-            live: false,
-            decoder: decoder.to_owned(),
-            truth: None,
+            seekable: true,
+            ..SourceInfo::new(name, size, decoder)
         };
         Ok(Self { rows, depth: None, info, fps, places: None, next: 0, finished: false })
     }
@@ -72,8 +69,8 @@ impl FolderSource {
                 largest_offset_s: None,
                 mean_offset_s: None,
             };
-            let facts = reader.facts(options, pairing.unwrap_or(listed));
-            self.depth = Some((reader, facts));
+            self.info.depth = Some(reader.facts(options, pairing.unwrap_or(listed)));
+            self.depth = Some(reader);
         }
         Ok(self)
     }
@@ -97,7 +94,7 @@ impl FolderSource {
             );
             return Err(broken(&row.image, Fault::malformed(reason)));
         }
-        let Some((reader, _)) = &self.depth else { return Ok(frame) };
+        let Some(reader) = &self.depth else { return Ok(frame) };
         let depth = row.depth.as_deref();
         reader.add(frame, depth).map_err(|fault| broken(depth.unwrap_or(&row.image), fault))
     }
@@ -117,14 +114,6 @@ impl Source for FolderSource {
         self.finished = frame.as_ref().is_err_and(|e| !e.is_damage());
         self.next += 1;
         frame.map(Some)
-    }
-
-    fn depth_facts(&self) -> Option<&DepthFacts> {
-        self.depth.as_ref().map(|(_, facts)| facts)
-    }
-
-    fn is_seekable(&self) -> bool {
-        true
     }
 
     fn seek(&mut self, index: u64) -> Result<()> {

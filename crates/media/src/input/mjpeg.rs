@@ -20,15 +20,7 @@ impl<R: BufRead + Send> MjpegSource<R> {
     pub fn new(mut reader: R, name: &str, fps: f64) -> Result<Self, Fault> {
         let bytes = next_image(&mut reader)?.ok_or_else(|| Fault::malformed("there is no JPEG in it"))?;
         let first = Frame::new(0, 0.0, decode_jpeg(&bytes)?);
-        let info = SourceInfo {
-            name: name.to_owned(),
-            size: first.size(),
-            fps: Some(fps),
-            frame_count: None,
-            live: false,
-            decoder: "Motion JPEG (built in)".to_owned(),
-            truth: None,
-        };
+        let info = SourceInfo { fps: Some(fps), ..SourceInfo::new(name, first.size(), "Motion JPEG (built in)") };
         Ok(Self { reader, first: Some(first), info, fps, next: 0, finished: false })
     }
 

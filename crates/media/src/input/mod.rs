@@ -18,11 +18,11 @@ mod fallback;
 pub(crate) mod fault;
 mod ffmpeg;
 pub(crate) mod folder;
+mod frames;
 #[cfg(feature = "h264")]
 mod h264;
 pub(crate) mod image;
 mod limits;
-mod locator;
 pub(crate) mod mjpeg;
 #[cfg(feature = "h264")]
 pub(crate) mod mp4;
@@ -36,14 +36,17 @@ mod rtsp;
 mod sniff;
 mod source;
 mod streams;
+mod view;
 pub(crate) mod y4m;
 
 pub use cancel::Cancel;
 pub(crate) use cancel::open_within;
+pub use frames::Frames;
 pub use limits::MAX_PIXELS;
-pub use locator::Locator;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;
+pub use pursuit_address::Locator;
 pub use pursuit_geometry::Truth;
 pub use rgbd::{open_with_depth, with_depth};
 pub use source::{Source, SourceInfo, StopHandle};
+pub use view::View;

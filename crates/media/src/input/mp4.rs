@@ -65,13 +65,10 @@ impl Mp4Source {
         read_sample(&mut input, first, &mut buffer)?;
         let decoder = PictureDecoder::new(config, orientation, &buffer)?;
         let info = SourceInfo {
-            name: name.to_owned(),
-            size: decoder.size(),
             fps: mean_rate(&times_s),
             frame_count: Some(times_s.len() as u64),
-            live: false,
-            decoder: "H.264 in MP4 (built in)".to_owned(),
-            truth: None,
+            pixel_aspect: not_square(decoder.pixel_aspect()),
+            ..SourceInfo::new(name, decoder.size(), "H.264 in MP4 (built in)")
         };
         let mut source = Self {
             input,
@@ -205,10 +202,6 @@ impl Mp4Source {
 impl Source for Mp4Source {
     fn info(&self) -> &SourceInfo {
         &self.info
-    }
-
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        not_square(self.decoder.pixel_aspect())
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {

@@ -1,4 +1,3 @@
-use super::Locator;
 use super::annotations::{self, Annotated, LIST_NAME};
 use super::avi::AviSource;
 use super::cancel::Cancel;
@@ -12,6 +11,7 @@ use super::sniff::{Kind, describe, sniff};
 use super::streams;
 use super::y4m::Y4mSource;
 use crate::{MediaError, OpenOptions, Result, Source};
+use pursuit_address::Locator;
 use std::fs::File;
 use std::io::{BufReader, Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};

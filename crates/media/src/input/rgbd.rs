@@ -2,11 +2,11 @@
 //! folders.
 
 use super::folder::{FolderSource, Row, list_images};
-use super::locator::Locator;
 use super::open::open;
 use crate::depth::{DepthOptions, WithDepthFolder, pair};
 use crate::wrappers::WithDepth;
 use crate::{MediaError, OpenOptions, Result, Source};
+use pursuit_address::Locator;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

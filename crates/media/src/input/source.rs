@@ -1,6 +1,6 @@
 use crate::depth::DepthFacts;
 use crate::wrappers::StreamStats;
-use crate::{MediaError, Result, Truth};
+use crate::{MediaError, Result, Truth, View};
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
 use std::sync::Arc;
@@ -19,34 +19,14 @@ pub trait Source: Send {
     /// valid; later calls return `None`.
     fn next_frame(&mut self) -> Result<Option<Frame>>;
 
-    /// Whether [`seek`](Self::seek) can succeed.
-    fn is_seekable(&self) -> bool {
-        false
-    }
-
     /// Goes to frame `index`, forward or back: [`next_frame`](Self::next_frame) delivers that frame next, with the number
     /// and the time it has whenever it is read.
     ///
     /// # Errors
-    /// [`MediaError::NotSeekable`] when the source can only be read from front to back (cameras, streams, most video files)
-    /// or has no such frame; it then goes on where it was.
+    /// [`MediaError::NotSeekable`] when the source can only be read from front to back ([`SourceInfo::seekable`] says so
+    /// beforehand) or has no such frame; it then goes on where it was.
     fn seek(&mut self, index: u64) -> Result<()> {
         Err(MediaError::not_seekable(&self.info().name, index, "it can only be read from front to back"))
-    }
-
-    /// Width against height of a pixel, where the input says that they are not square. Boxes are in pixels all the same.
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        None
-    }
-
-    /// What was found out about its depth, of sources that have any of their own.
-    fn depth_facts(&self) -> Option<&DepthFacts> {
-        None
-    }
-
-    /// What has befallen it so far, of live sources that are connected to anew when they break off.
-    fn stream_stats(&self) -> Option<StreamStats> {
-        None
     }
 
     /// A way to end the source from another thread while [`next_frame`](Self::next_frame) waits for something that may
@@ -92,24 +72,8 @@ impl<S: Source + ?Sized> Source for Box<S> {
         (**self).next_frame()
     }
 
-    fn is_seekable(&self) -> bool {
-        (**self).is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         (**self).seek(index)
-    }
-
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        (**self).pixel_aspect()
-    }
-
-    fn depth_facts(&self) -> Option<&DepthFacts> {
-        (**self).depth_facts()
-    }
-
-    fn stream_stats(&self) -> Option<StreamStats> {
-        (**self).stream_stats()
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {
@@ -118,6 +82,8 @@ impl<S: Source + ?Sized> Source for Box<S> {
 }
 
 /// What a [`Source`] knows about itself before its first frame.
+///
+/// A wrapper starts from the whole `SourceInfo` of what it wraps and changes only the facts that it changes itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceInfo {
     /// The input as the user wrote it.
@@ -134,9 +100,43 @@ pub struct SourceInfo {
     pub decoder: String,
     /// The true boxes that came with the input, by frame index; see [`truth_at`](Self::truth_at).
     pub truth: Option<Vec<Truth>>,
+    /// Whether [`Source::seek`] can succeed.
+    pub seekable: bool,
+    /// The part of the input's picture that frames show, where that is not all as it came. The other facts are of the whole
+    /// input, and boxes (the truth too) are in its pixels.
+    pub view: Option<View>,
+    /// Width against height of a pixel of the input, where it says that they are not square.
+    pub pixel_aspect: Option<(u32, u32)>,
+    /// What was found out about its depth, of inputs that have depth images of their own.
+    pub depth: Option<DepthFacts>,
+    /// Running counts of a live source that is connected to again when it breaks off; they go on changing.
+    pub stream: Option<StreamStats>,
 }
 
 impl SourceInfo {
+    /// Of an input that can only be read from front to back, with nothing else known.
+    pub fn new(name: impl Into<String>, size: Size, decoder: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            size,
+            fps: None,
+            frame_count: None,
+            live: false,
+            decoder: decoder.into(),
+            truth: None,
+            seekable: false,
+            view: None,
+            pixel_aspect: None,
+            depth: None,
+            stream: None,
+        }
+    }
+
+    /// Width and height of the input's whole picture, in pixels.
+    pub fn input_size(&self) -> Size {
+        self.view.map_or(self.size, |view| view.input)
+    }
+
     /// Refuses to go to a frame that is known not to exist.
     ///
     /// # Errors

@@ -36,14 +36,12 @@ impl<R: BufRead + Send> Y4mSource<R> {
     pub fn new(reader: R, name: &str, file_len: Option<u64>, default_fps: f64) -> Result<Self, Fault> {
         let reader = Y4mReader::new(reader)?;
         let header = &reader.header;
+        let size = Size::new(header.size.width, header.size.height);
         let info = SourceInfo {
-            name: name.to_owned(),
-            size: Size::new(header.size.width, header.size.height),
             fps: header.fps,
             frame_count: file_len.and_then(|len| header.frames_in(len)),
-            live: false,
-            decoder: "Y4M (built in)".to_owned(),
-            truth: None,
+            pixel_aspect: not_square(header.pixel_aspect),
+            ..SourceInfo::new(name, size, "Y4M (built in)")
         };
         let fps = header.fps.unwrap_or(default_fps);
         Ok(Self { reader, info, next: 0, fps, finished: false })
@@ -53,10 +51,6 @@ impl<R: BufRead + Send> Y4mSource<R> {
 impl<R: BufRead + Send> Source for Y4mSource<R> {
     fn info(&self) -> &SourceInfo {
         &self.info
-    }
-
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        not_square(self.reader.header.pixel_aspect)
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {

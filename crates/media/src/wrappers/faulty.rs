@@ -75,6 +75,12 @@ impl<S: Source> Source for Faulty<S> {
         Ok(None)
     }
 
+    fn seek(&mut self, index: u64) -> Result<()> {
+        self.source.seek(index)?;
+        self.failed = false;
+        Ok(())
+    }
+
     fn stop_handle(&self) -> Option<StopHandle> {
         self.source.stop_handle()
     }

@@ -15,7 +15,6 @@ use std::thread::JoinHandle;
 pub struct Prefetch {
     shared: Arc<Shared>,
     info: SourceInfo,
-    seekable: bool,
     stop: Option<StopHandle>,
     thread: Option<JoinHandle<()>>,
 }
@@ -73,12 +72,12 @@ impl Prefetch {
     /// [`MediaError::Unreadable`] when the system gives no thread.
     pub fn new(source: Box<dyn Source>, capacity: usize) -> Result<Self> {
         let shared = Arc::new(Shared::default());
-        let (info, stop, seekable) = (source.info().clone(), source.stop_handle(), source.is_seekable());
-        let (live, in_step) = (info.live, capacity == 0 && !info.live);
+        let (info, stop) = (source.info().clone(), source.stop_handle());
+        let (live, seekable, in_step) = (info.live, info.seekable, capacity == 0 && !info.live);
         let producer = Producer { shared: shared.clone(), capacity: capacity.max(1), in_step, live, seekable };
         let thread = std::thread::Builder::new().name("decoder".to_owned()).spawn(move || producer.run(source));
         let thread = thread.map_err(|e| MediaError::unreadable(&info.name, format!("no thread to decode on ({e})")))?;
-        Ok(Self { shared, info, seekable, stop, thread: Some(thread) })
+        Ok(Self { shared, info, stop, thread: Some(thread) })
     }
 
     /// Counts that stay readable after the source has been given away.
@@ -102,7 +101,7 @@ impl Source for Prefetch {
         let waited = self.shared.filled.wait_while(state, waiting);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
         // A source that can be entered anywhere keeps its thread when it has come to its end.
-        let at_end = state.finished && self.seekable && !state.gone;
+        let at_end = state.finished && self.info.seekable && !state.gone;
         let (item, unwanted) = (state.queue.pop_front(), state.unwanted || at_end);
         drop(state);
         self.shared.drained.notify_one();
@@ -121,12 +120,8 @@ impl Source for Prefetch {
         }
     }
 
-    fn is_seekable(&self) -> bool {
-        self.seekable
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
-        if !self.seekable {
+        if !self.info.seekable {
             return Err(MediaError::not_seekable(&self.info.name, index, "it can only be read from front to back"));
         }
         self.info.check_seek(index)?;

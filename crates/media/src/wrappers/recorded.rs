@@ -44,10 +44,6 @@ impl<S: Source> Source for Recorded<S> {
         Ok(frame)
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         self.source.seek(index)
     }

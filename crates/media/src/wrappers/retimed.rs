@@ -37,10 +37,6 @@ impl<S: Source> Source for Retimed<S> {
         }))
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         self.source.seek(index)
     }

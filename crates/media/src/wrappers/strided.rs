@@ -1,5 +1,4 @@
 use crate::input::StopHandle;
-use crate::wrappers::StreamStats;
 use crate::{Result, Source, SourceInfo};
 use pursuit_imaging::Frame;
 use std::num::NonZeroU64;
@@ -41,18 +40,10 @@ impl<S: Source> Source for Strided<S> {
         Ok(None)
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         self.source.seek(index)?;
         self.due = Some(index);
         Ok(())
-    }
-
-    fn stream_stats(&self) -> Option<StreamStats> {
-        self.source.stream_stats()
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {

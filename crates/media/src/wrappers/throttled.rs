@@ -36,10 +36,6 @@ impl<S: Source> Source for Throttled<S> {
         Ok(frame)
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     /// Real time begins anew at that frame.
     fn seek(&mut self, index: u64) -> Result<()> {
         self.source.seek(index)?;

@@ -52,10 +52,6 @@ impl<S: Source> Source for Trimmed<S> {
         Ok(None)
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
         if !(self.from..=self.to).contains(&index) {
             let reason = format!("only frames from {} to {} were asked for", self.from, self.to);

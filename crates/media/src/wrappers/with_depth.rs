@@ -7,6 +7,7 @@ use pursuit_imaging::{Frame, Pixels};
 pub struct WithDepth<S, D> {
     source: S,
     depth: D,
+    info: SourceInfo,
     /// A depth image whose frame has not come yet.
     ahead: Option<Frame>,
 }
@@ -19,7 +20,9 @@ impl<S: Source, D: Source> WithDepth<S, D> {
     pub fn new(source: S, depth: D) -> Result<Self> {
         let (size, depth_size) = (source.info().size, depth.info().size);
         if size == depth_size {
-            return Ok(Self { source, depth, ahead: None });
+            let seekable = source.info().seekable && depth.info().seekable;
+            let info = SourceInfo { seekable, ..source.info().clone() };
+            return Ok(Self { source, depth, info, ahead: None });
         }
         let reason = format!("the depth images are {depth_size} pixels, the frames {size}; they must be registered");
         Err(MediaError::unreadable(&depth.info().name, reason))
@@ -41,7 +44,7 @@ impl<S, D: Source> WithDepth<S, D> {
 
 impl<S: Source, D: Source> Source for WithDepth<S, D> {
     fn info(&self) -> &SourceInfo {
-        self.source.info()
+        &self.info
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
@@ -69,16 +72,8 @@ impl<S: Source, D: Source> Source for WithDepth<S, D> {
         frame.map(Some).map_err(|e| MediaError::broken(&self.depth.info().name, index, e.to_string()))
     }
 
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        self.source.pixel_aspect()
-    }
-
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable() && self.depth.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<()> {
-        if !self.is_seekable() {
+        if !self.info.seekable {
             let reason = "it, or its depth, can only be read from front to back";
             return Err(MediaError::not_seekable(&self.info().name, index, reason));
         }

@@ -3,6 +3,7 @@
 
 use pursuit_imaging::{Frame, Pixels};
 use pursuit_media::{OpenOptions, Source, open};
+use pursuit_testkit::crc32;
 use std::path::{Path, PathBuf};
 
 /// A committed file.
@@ -38,28 +39,4 @@ pub fn hash(frame: &Frame) -> String {
         }
     }
     format!("{}, {:08x}", bytes.len(), crc32(&bytes))
-}
-
-/// CRC-32 as in PNG and zip.
-fn crc32(bytes: &[u8]) -> u32 {
-    let step = |c: u32| if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 };
-    let table: Vec<u32> = (0..256).map(|n| (0..8).fold(n, |c, _| step(c))).collect();
-    !bytes.iter().fold(!0, |c, &b| table[((c ^ u32::from(b)) & 0xFF) as usize] ^ (c >> 8))
-}
-
-/// A deterministic source of numbers for tests (SplitMix64).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
-    }
 }

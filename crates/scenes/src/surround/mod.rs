@@ -4,11 +4,12 @@ mod body;
 mod room;
 mod world;
 
-use crate::keys::{Key, Scenery};
+use crate::plan::Picture;
 use crate::texture::{Color, smooth_step};
 use crate::{Scene, View, hash};
 use body::Body;
 use pursuit_geometry::Size;
+use pursuit_parameters::{choices, parameters};
 use room::Room;
 use std::f64::consts::{FRAC_PI_3, TAU};
 use world::{Actor, Surround};
@@ -31,101 +32,111 @@ struct Stand {
 /// Where somebody is at a time in seconds; `None` when not in the room.
 type Path = Box<dyn Fn(f64) -> Option<Stand> + Send + Sync>;
 
-const WIDTH: Key = Key::number("width", "the picture's width in pixels", 480.0, 64.0, 4096.0);
-const HEIGHT: Key = Key::number("height", "the picture's height in pixels", 360.0, 64.0, 4096.0);
-const FPS: Key = Key::number("fps", "the rate in frames per second", 30.0, 1.0, 1000.0);
-const DURATION: Key = Key::number("duration", "the length in seconds", 12.0, 0.1, 3600.0);
-const LENS: Key = Key::number("fov", "how wide the camera sees, in degrees", 60.0, 5.0, 120.0);
-const DISTANCE: Key = Key::number("distance", "how far away they walk, in metres", 4.2, 1.5, 6.0);
-const SPEED: Key = Key::number("speed", "the walking speed in metres per second", 1.2, 0.0, 20.0);
-const SHADOW: Key = Key::number("shadow", "how dark shadows on the floor are, 0 to 1", 0.45, 0.0, 1.0);
-const NOISE: Key = Key::number("noise", "the sensor noise's standard deviation in grey levels", 3.0, 0.0, 80.0);
-const GAIN: Key = Key::number("gain", "the light's gain after the step; 1 for none", 1.0, 0.05, 2.0);
-const STEP: Key = Key::number("step", "when the light changes, in seconds", 5.0, 0.0, 3600.0);
-
-pub(crate) const PERSON_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    DURATION,
-    LENS,
-    DISTANCE,
-    SPEED,
-    Key::number(
-        "enters",
-        "when the person comes into the picture, in seconds; until then the room is empty",
-        2.0,
-        0.0,
-        3600.0,
-    ),
-    Key::number("stands", "how long the person stands in the middle, in seconds", 3.0, 0.0, 3600.0),
-    SHADOW,
-    GAIN,
-    STEP,
-    Key::number("door", "when the door in the wall opens, in seconds; 0 for a door that stays shut", 0.0, 0.0, 3600.0),
-    NOISE,
-];
-pub(crate) const PEOPLE_KEYS: &[Key] = &[
-    WIDTH,
-    HEIGHT,
-    FPS,
-    Key { default: 10.0, ..DURATION },
-    LENS,
-    Key { default: 4.5, ..DISTANCE },
-    SPEED,
-    Key::number("count", "how many people there are", 4.0, 1.0, 12.0),
-    SHADOW,
-    GAIN,
-    STEP,
-    NOISE,
-];
-pub(crate) const WIDE_WORLD_KEYS: &[Key] = &[
-    Key { default: 320.0, ..WIDTH },
-    Key { default: 240.0, ..HEIGHT },
-    FPS,
-    DURATION,
-    Key { default: 50.0, ..LENS },
-    Key::choice("who", "who goes to and fro", &["person", "ball"]),
-    DISTANCE,
-    Key { default: 1.5, help: "the greatest speed in metres per second", ..SPEED },
-    Key::number("reach", "how far to either side they go, in degrees", 60.0, 0.0, 100.0),
-    SHADOW,
-    NOISE,
-];
-
-fn world(scenery: &Scenery, tilt_rad: f64, reach_rad: f64, actors: Vec<Actor>) -> Box<Surround> {
-    let size = Size::new(scenery.get("width") as usize, scenery.get("height") as usize);
-    let lens_rad = scenery.get("fov").to_radians();
-    let focal_px = size.width as f64 / 2.0 / (lens_rad / 2.0).tan();
-    let ahead = View::ahead(lens_rad, size);
-    Box::new(Surround {
-        size,
-        fps: scenery.get("fps"),
-        duration_s: scenery.get("duration"),
-        home: ahead.aimed(0.0, tilt_rad).unwrap_or(ahead),
-        seed: scenery.seed,
-        noise: scenery.get("noise"),
-        // Finer paintings of wide rooms would not be worth their memory.
-        room: Room::paint(scenery.seed, reach_rad, focal_px.min(900.0)),
-        actors,
-        shadow: scenery.get("shadow"),
-        door_s: Some(scenery.get("door")).filter(|t| *t > 0.0),
-        light: light(scenery.get("gain"), scenery.get("step")),
-    })
+parameters! {
+    /// Of all scenes in the room.
+    pub struct Walk {
+        /// How wide the camera sees.
+        pub fov: f64 = 60.0, in 5.0..=120.0, unit "degrees";
+        /// How far away they walk.
+        pub distance: f64 = 4.2, in 1.5..=6.0, unit "m";
+        /// The walking speed; of who goes to and fro the greatest one.
+        pub speed: f64 = 1.2, in 0.0..=20.0, unit "m/s";
+        /// How dark shadows on the floor are, 0 to 1.
+        pub shadow: f64 = 0.45, in 0.0..=1.0;
+    }
 }
 
-/// The light drops, or rises, within a tenth of a second. A gain of 0 stands for a scene without the key.
-fn light(gain: f64, step_s: f64) -> Box<dyn Fn(f64) -> Color + Send + Sync> {
-    let gain = if gain > 0.0 { gain } else { 1.0 };
-    Box::new(move |t| [(1.0 + (gain - 1.0) * smooth_step(0.0, 0.1, t - step_s)) as f32; 3])
+parameters! {
+    /// A step of the light.
+    pub struct Lighting {
+        /// The light's gain after the step; 1 for none.
+        pub gain: f64 = 1.0, in 0.05..=2.0;
+        /// When the light changes.
+        pub step: f64 = 5.0, in 0.0..=3600.0, unit "s";
+    }
+}
+
+parameters! {
+    /// Of `person`.
+    pub struct Person {
+        /// When the person comes into the picture; until then the room is empty.
+        pub enters: f64 = 2.0, in 0.0..=3600.0, unit "s";
+        /// How long the person stands in the middle.
+        pub stands: f64 = 3.0, in 0.0..=3600.0, unit "s";
+        /// When the door in the wall opens; 0 for a door that stays shut.
+        pub door: f64 = 0.0, in 0.0..=3600.0, unit "s";
+    }
+}
+
+parameters! {
+    /// Of `people`.
+    pub struct People {
+        /// How many people there are.
+        pub count: usize = 4, in 1..=12;
+    }
+}
+
+choices! {
+    /// Who goes to and fro.
+    pub enum Who {
+        /// A person.
+        Person = "person",
+        /// A ball.
+        Ball = "ball",
+    }
+}
+
+parameters! {
+    /// Of `wide-world`.
+    pub struct WideWorld {
+        /// Who goes to and fro.
+        pub who: Who = Who::Person;
+        /// How far to either side they go.
+        pub reach: f64 = 60.0, in 0.0..=100.0, unit "degrees";
+    }
+}
+
+/// The picture of a room unless another is asked for.
+pub(crate) fn picture() -> Picture {
+    Picture { width: 480, height: 360, duration: 12.0, ..Picture::default() }
+}
+
+/// The room with nobody in it, painted `reach_rad` to either side; the light is steady.
+fn room(seed: u64, picture: &Picture, walk: &Walk, tilt_rad: f64, reach_rad: f64) -> Surround {
+    let size = Size::new(picture.width, picture.height);
+    let lens_rad = walk.fov.to_radians();
+    let focal_px = size.width as f64 / 2.0 / (lens_rad / 2.0).tan();
+    let ahead = View::ahead(lens_rad, size);
+    Surround {
+        size,
+        fps: picture.fps,
+        duration_s: picture.duration,
+        home: ahead.aimed(0.0, tilt_rad).unwrap_or(ahead),
+        seed,
+        noise: picture.noise,
+        // Finer paintings of wide rooms would not be worth their memory.
+        room: Room::paint(seed, reach_rad, focal_px.min(900.0)),
+        actors: Vec::new(),
+        shadow: walk.shadow,
+        door_s: None,
+        light: Box::new(|_| [1.0; 3]),
+    }
+}
+
+/// The light drops, or rises, within a tenth of a second.
+fn light(&Lighting { gain, step }: &Lighting) -> Box<dyn Fn(f64) -> Color + Send + Sync> {
+    Box::new(move |t| [(1.0 + (gain - 1.0) * smooth_step(0.0, 0.1, t - step)) as f32; 3])
 }
 
 /// Comes in from the left, stands in the middle, leaves to the right.
-pub(crate) fn person(scenery: &Scenery) -> Box<dyn Scene> {
-    let (enters, stands, away) = (scenery.get("enters"), scenery.get("stands"), scenery.get("distance"));
+pub(crate) fn person(
+    seed: u64,
+    ((picture, walk), lighting, own): &((Picture, Walk), Lighting, Person),
+) -> Box<dyn Scene> {
+    let (enters, stands, away) = (own.enters, own.stands, walk.distance);
     // A speed of zero would never arrive; a hair above it stands at the door for ever.
-    let speed = scenery.get("speed").max(1e-6);
-    let half_rad = scenery.get("fov").to_radians() / 2.0;
+    let speed = walk.speed.max(1e-6);
+    let half_rad = walk.fov.to_radians() / 2.0;
     // Half a step outside of the picture to the middle, and out again.
     let way = half_rad * away + 0.5;
     let there = enters + way / speed;
@@ -136,21 +147,28 @@ pub(crate) fn person(scenery: &Scenery) -> Box<dyn Scene> {
         let inside = t >= enters && walked_m <= 2.0 * way;
         inside.then_some(Stand { pan_rad: (walked_m - way) / away, distance_m: away, walked_m, pace, facing: 1.0 })
     };
-    let actor = Actor { body: Body::person(scenery.seed), path: Box::new(path) };
-    world(scenery, 0.0, half_rad + 0.3, vec![actor])
+    Box::new(Surround {
+        actors: vec![Actor { body: Body::person(seed), path: Box::new(path) }],
+        door_s: Some(own.door).filter(|t| *t > 0.0),
+        light: light(lighting),
+        ..room(seed, picture, walk, 0.0, half_rad + 0.3)
+    })
 }
 
 /// Each goes to and fro at a distance of its own; they start apart and turn round at the picture's border.
-pub(crate) fn people(scenery: &Scenery) -> Box<dyn Scene> {
-    let count = scenery.get("count") as usize;
-    let half_rad = scenery.get("fov").to_radians() / 2.0;
+pub(crate) fn people(
+    seed: u64,
+    ((picture, walk), lighting, own): &((Picture, Walk), Lighting, People),
+) -> Box<dyn Scene> {
+    let count = own.count;
+    let half_rad = walk.fov.to_radians() / 2.0;
     let actor = |k: usize| {
-        let seed = hash::mix(scenery.seed, 91 + k as u64);
+        let seed = hash::mix(seed, 91 + k as u64);
         // The first walks in the middle row: others pass before it, and behind it.
         let row = if k == 0 { 0.5 } else { (k as f64 - 0.5) / (count as f64 - 1.0).max(1.0) };
-        let away = scenery.get("distance") * (0.8 + 0.4 * row);
+        let away = walk.distance * (0.8 + 0.4 * row);
         let reach = (half_rad * away - 0.55).max(0.1);
-        let speed = scenery.get("speed") * hash::between(seed, 1, 0.75, 1.25);
+        let speed = walk.speed * hash::between(seed, 1, 0.75, 1.25);
         let first = 2.0 * reach * (k as f64 + 0.5) / count as f64;
         let to_the_right = hash::unit(seed, 2) < 0.5;
         let path = move |t: f64| {
@@ -162,13 +180,17 @@ pub(crate) fn people(scenery: &Scenery) -> Box<dyn Scene> {
         };
         Actor { body: Body::person(seed), path: Box::new(path) }
     };
-    world(scenery, 0.0, half_rad + 0.3, (0..count).map(actor).collect())
+    Box::new(Surround {
+        actors: (0..count).map(actor).collect(),
+        light: light(lighting),
+        ..room(seed, picture, walk, 0.0, half_rad + 0.3)
+    })
 }
 
 /// To and fro about straight ahead, fastest in the middle, slow where it turns round.
-pub(crate) fn wide_world(scenery: &Scenery) -> Box<dyn Scene> {
-    let (reach, away) = (scenery.get("reach").to_radians(), scenery.get("distance"));
-    let omega = if reach > 0.0 { scenery.get("speed") / (reach * away) } else { 0.0 };
+pub(crate) fn wide_world(seed: u64, ((picture, walk), own): &((Picture, Walk), WideWorld)) -> Box<dyn Scene> {
+    let (reach, away) = (own.reach.to_radians(), walk.distance);
+    let omega = if reach > 0.0 { walk.speed / (reach * away) } else { 0.0 };
     let path = move |t: f64| {
         let (sin, cos) = (omega * t).sin_cos();
         // The way walked is that of a quarter turn for each quarter of the period.
@@ -182,7 +204,11 @@ pub(crate) fn wide_world(scenery: &Scenery) -> Box<dyn Scene> {
             facing: if cos < 0.0 { -1.0 } else { 1.0 },
         })
     };
-    let body = if scenery.get("who") >= 0.5 { Body::ball(scenery.seed) } else { Body::person(scenery.seed) };
+    let body = match own.who {
+        Who::Person => Body::person(seed),
+        Who::Ball => Body::ball(seed),
+    };
+    let actors = vec![Actor { body, path: Box::new(path) }];
     // The camera looks down a little, so that a ball on the floor is well inside its picture.
-    world(scenery, -0.12, reach + FRAC_PI_3, vec![Actor { body, path: Box::new(path) }])
+    Box::new(Surround { actors, ..room(seed, picture, walk, -0.12, reach + FRAC_PI_3) })
 }

@@ -10,7 +10,6 @@ mod hand;
 mod path;
 
 use crate::compose::{Layer, Noise, Shot, compose, compose_view};
-use crate::keys::{Key, Scenery};
 use crate::texture::{Color, Texture, hsv, smooth_step};
 use crate::{Scene, SceneMoment, TargetTruth, View};
 use ball::Ball;
@@ -18,37 +17,47 @@ use camera::World;
 use path::Path;
 use pursuit_geometry::{Point, Size};
 
-pub(crate) const KEYS: &[Key] = &[
-    Key::number("fps", "the rate in frames per second", 30.0, 1.0, 1000.0),
-    Key::number("duration", "the length in seconds", 10.0, 0.1, 600.0),
-    Key::number("noise", "the sensor noise's standard deviation in grey levels", 4.0, 0.0, 80.0),
-    Key::number("exposure", "the fraction of the frame interval during which the shutter is open", 0.35, 0.0, 1.0),
-    Key::number("hue", "the ball's hue in degrees (24 orange, 50 yellow)", 50.0, 0.0, 360.0),
-    Key::number("like", "by how many degrees of hue the other balls are redder", 14.0, -180.0, 180.0),
-    Key::number("distractors", "how many other balls there are: none, one at rest, and one rolling", 2.0, 0.0, 2.0),
-    Key::number("hand", "1 for the hand that hides the ball, 0 for none", 1.0, 0.0, 1.0),
-    Key::number("light", "the light's gain while it is dimmed", 0.62, 0.1, 1.5),
-];
+pursuit_parameters::parameters! {
+    /// Of `table-tennis`.
+    pub struct TableTennisParams {
+        /// The rate.
+        pub fps: f64 = 30.0, in 1.0..=1000.0, unit "frames/s";
+        /// The length.
+        pub duration: f64 = 10.0, in 0.1..=600.0, unit "s";
+        /// The standard deviation of the sensor's noise.
+        pub noise: f64 = 4.0, in 0.0..=80.0, unit "grey levels";
+        /// The fraction of the frame interval during which the shutter is open.
+        pub exposure: f64 = 0.35, in 0.0..=1.0;
+        /// The ball's hue (24 orange, 50 yellow).
+        pub hue: f64 = 50.0, in 0.0..=360.0, unit "degrees";
+        /// By how much of hue the other balls are redder.
+        pub like: f64 = 14.0, in -180.0..=180.0, unit "degrees";
+        /// How many other balls there are: none, one at rest, and one rolling.
+        pub distractors: usize = 2, in 0..=2;
+        /// Whether a hand hides the ball for a while.
+        pub hand: bool = true;
+        /// The light's gain while it is dimmed.
+        pub light: f64 = 0.62, in 0.1..=1.5;
+    }
+}
 
 /// When the light goes down and up again, in seconds: begin and end of each change.
 const DIMMED_S: [(f64, f64); 2] = [(3.0, 3.3), (8.5, 8.8)];
 
-pub(crate) fn build(scenery: &Scenery) -> Box<dyn Scene> {
-    let seed = scenery.seed;
-    let color = |offset: f64| hsv(scenery.get("hue") - offset, 0.88, 0.98);
-    let others = [Path::resting(seed), Path::rolling_by(seed)];
-    let count = scenery.get("distractors").round() as usize;
+pub(crate) fn build(seed: u64, params: &TableTennisParams) -> Box<dyn Scene> {
+    let color = |offset: f64| hsv(params.hue - offset, 0.88, 0.98);
+    let others = [Path::resting(seed), Path::rolling_by(seed)].into_iter().take(params.distractors);
     Box::new(TableTennis {
-        fps: scenery.get("fps"),
-        duration_s: scenery.get("duration"),
+        fps: params.fps,
+        duration_s: params.duration,
         seed,
-        noise: scenery.get("noise"),
-        exposure_s: scenery.get("exposure") / scenery.get("fps"),
-        dimmed: scenery.get("light") as f32,
+        noise: params.noise,
+        exposure_s: params.exposure / params.fps,
+        dimmed: params.light as f32,
         backdrop: backdrop::paint(seed),
         ball: Ball { path: Path::played(seed), color: color(0.0) },
-        others: others.into_iter().take(count).map(|path| Ball { path, color: color(scenery.get("like")) }).collect(),
-        hand: (scenery.get("hand") >= 0.5).then(|| hand::Hand::new(seed)),
+        others: others.map(|path| Ball { path, color: color(params.like) }).collect(),
+        hand: params.hand.then(|| hand::Hand::new(seed)),
     })
 }
 

@@ -154,15 +154,13 @@ fn count_reached(sample: &[u8], known: &[u8], bit: u8, counts: &mut [u8]) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use pursuit_testkit::Noise;
 
     proptest! {
         #[test]
         fn the_median_is_the_middle_of_the_sorted(n in 1usize..20, seed in any::<u32>()) {
-            let mut state = seed | 1;
-            let samples: Vec<Vec<u8>> = (0..n).map(|_| (0..37).map(|_| {
-                state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                (state >> 24) as u8
-            }).collect()).collect();
+            let mut noise = Noise::new(seed | 1);
+            let samples: Vec<Vec<u8>> = (0..n).map(|_| (0..37).map(|_| noise.byte()).collect()).collect();
             let mut out = vec![0; 37];
             median_of(samples.iter().map(Vec::as_slice), &mut out);
             for (i, got) in out.iter().enumerate() {

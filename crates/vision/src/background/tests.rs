@@ -218,7 +218,7 @@ fn dimmed(frame: i64, gain: f64) -> Image<Rgb8> {
 }
 
 #[test]
-fn a_step_of_the_light_is_said_and_survived() {
+fn light_steps_are_reported_and_survived() {
     for (name, model) in models() {
         let mut watched =
             Watched::<Box<dyn BackgroundModel<Rgb8>>, Rgb8>::new(model, LightingParams::default()).unwrap();
@@ -246,7 +246,7 @@ fn a_step_of_the_light_is_said_and_survived() {
 }
 
 #[test]
-fn a_crowd_is_no_step_of_the_light_but_another_scene_is_learnt() {
+fn crowds_are_no_light_step() {
     let scene = |k: i64| {
         let base = texture(96, 64, [256, 0, 90_000 + 1_000_000 * k, 0, 256, 40_000]);
         Image::from_fn(96, 64, |x, y| base.row(y)[x]).unwrap()

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_of_any_size_equal_the_mean_of_their_pixels() {
+    fn cells_equal_the_mean_of_their_pixels() {
         for (cell_px, grid) in
             [(1, Size::new(70, 2)), (3, Size::new(100, 2)), (5, Size::new(4, 3)), (300, Size::new(2, 1))]
         {

@@ -56,7 +56,7 @@ mod tests {
     use pursuit_geometry::Size;
 
     #[test]
-    fn each_cell_sums_to_one_and_counts_its_own_pixels() {
+    fn cells_sum_to_one_over_own_pixels() {
         let mut patch = Planes::new(Size::new(5, 2), 1);
         patch.as_mut_slice().copy_from_slice(&[0.0, 0.0, 255.0, 127.5, 9.0, 255.0, 63.75, 255.0, 255.0, 9.0]);
         let mut out = Planes::new(Size::new(2, 1), 4);

@@ -24,7 +24,7 @@ fn numbers(value: &serde_json::Value) -> Vec<f64> {
 }
 
 #[test]
-fn the_motion_of_a_box_is_that_of_the_reference() {
+fn box_motion_equals_the_reference() {
     let oracle: serde_json::Value =
         serde_json::from_str(include_str!("../../tests/fixtures/median_flow.json")).unwrap();
     let points = |key: &str| -> Vec<Point> {
@@ -83,7 +83,7 @@ fn too_few_points_are_no_motion() {
 }
 
 #[test]
-fn a_box_follows_its_texture_and_says_when_it_cannot() {
+fn boxes_follow_texture_or_say_why_not() {
     let first = texture(220, 160, [256, 0, 400_000, 0, 256, 100_000]);
     // Magnified by 256/240 about (110, 80), and moved by (4, −3).
     let second = texture(220, 160, [240, 0, 400_000 + 16 * 110 - 240 * 4, 0, 240, 100_000 + 16 * 80 + 240 * 3]);
@@ -124,7 +124,7 @@ fn the_grid_reaches_the_corners() {
 }
 
 #[test]
-fn points_far_away_are_found_on_one_level_from_where_they_are_looked_for() {
+fn distant_points_are_found_from_their_guess() {
     let window = Size::new(8, 8);
     let flow = LucasKanadeParams { window, levels: 5, ..LucasKanadeParams::default() };
     let mut estimator = MedianFlow::new(MedianFlowParams { flow, ..MedianFlowParams::default() }).unwrap();

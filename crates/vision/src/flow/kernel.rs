@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_of_one_vector_have_the_same_sums_as_any() {
+    fn vector_windows_equal_the_general_sums() {
         let pixels: Vec<u8> = (0..20 * 20u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let plane = |seed: u32| -> Vec<f32> {
             (0..8 * 8u32).map(|i| ((i + seed).wrapping_mul(747_796_405) >> 20) as f32 / 16.0 - 100.0).collect()

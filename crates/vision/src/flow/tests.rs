@@ -98,7 +98,7 @@ fn points_inside_go_where_they_should() {
 }
 
 #[test]
-fn a_change_of_light_does_not_matter_when_gain_and_bias_are_estimated() {
+fn gain_and_bias_absorb_light_changes() {
     let [first, second] = fixture_images();
     let mut lit = second.clone();
     lit.as_mut_slice().iter_mut().for_each(|v| *v = (f64::from(*v) * 0.6 + 70.0) as u8);
@@ -188,7 +188,7 @@ fn one_level_equals_the_twin() {
 }
 
 #[test]
-fn round_trips_end_where_they_start_unless_the_point_is_covered() {
+fn round_trips_close_unless_covered() {
     let [first, mut second] = fixture_images();
     for y in 40..80 {
         second.row_mut(y)[60..110]
@@ -222,7 +222,7 @@ fn a_guess_bridges_what_the_pyramid_cannot() {
 }
 
 #[test]
-fn flat_and_distant_points_are_said_to_be_such() {
+fn flat_and_distant_points_are_reported() {
     let flat = Image::filled(60, 50, 90u8).unwrap();
     let images = [flat.clone(), flat];
     let tracks = follow(

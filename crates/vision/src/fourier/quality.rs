@@ -146,7 +146,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn all_in_one_pass_is_the_same_as_cell_by_cell(
+        fn one_pass_equals_cell_by_cell(
             values in proptest::collection::vec(-2.0f32..3.0, 13 * 12),
             width in 1usize..14,
             height in 1usize..13,

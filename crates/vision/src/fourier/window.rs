@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_with_zero_ends_is_that_of_numpy() {
+    fn zero_ended_window_equals_numpy() {
         assert_eq!(hann(5, HannEnds::Zero), [0.0, 0.5, 1.0, 0.5, 0.0]);
         let plane = hann_plane(5, 3, HannEnds::Zero);
         assert_eq!(&plane[5..10], hann(5, HannEnds::Zero));
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn other_ends_lie_half_a_sample_and_a_sample_outside() {
+    fn other_ends_lie_outside_the_samples() {
         let sin2 = |x: f64| (std::f64::consts::PI * x).sin().powi(2) as f32;
         let close = |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
         assert!(close(&hann(4, HannEnds::HalfSample), &[0.125, 0.375, 0.625, 0.875].map(sin2)));

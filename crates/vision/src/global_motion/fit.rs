@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn least_squares_is_the_mean_shift_and_the_best_similarity() {
+    fn least_squares_gives_the_best_similarity() {
         let at = |x: f64, y: f64| Point::new(x, y);
         let pairs = [(at(0.0, 0.0), at(1.0, 2.0)), (at(2.0, 0.0), at(4.0, 2.0)), (at(0.0, 2.0), at(1.0, 4.0))];
         let shift = least_squares(MotionKind::Translation, || pairs.iter()).unwrap();

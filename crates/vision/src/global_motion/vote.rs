@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shift_of_most_of_the_picture_is_elected() {
+    fn the_majority_shift_is_elected() {
         let elected = |columns: usize, shifts: &[Shift]| {
             let [first, second] = pair(|x, _| if x < columns { (5, -3) } else { (-2, 4) });
             elect(first.view(), second.view(), shifts)

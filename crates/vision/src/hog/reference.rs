@@ -4,6 +4,7 @@ use super::{Hog, HogLayout};
 use crate::sampling::Planes;
 use proptest::prelude::*;
 use pursuit_geometry::Size;
+use pursuit_testkit::Noise;
 
 struct Reference {
     width: usize,
@@ -96,10 +97,9 @@ impl Reference {
 /// Values in irregular fractions, so that no gradient lies halfway between two orientations (nor do they at 2 pixels or more).
 fn patch(width: usize, height: usize, channels: usize, seed: u32) -> Planes {
     let mut planes = Planes::new(Size::new(width, height), channels);
-    let mut state = seed;
+    let mut noise = Noise::new(seed);
     for v in planes.as_mut_slice() {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        *v = (state >> 8) as f32 / 65_793.0;
+        *v = (noise.draw() >> 8) as f32 / 65_793.0;
     }
     planes
 }

@@ -247,14 +247,11 @@ mod tests {
     use proptest::prelude::*;
     use pursuit_geometry::Point;
     use pursuit_imaging::Image;
+    use pursuit_testkit::Noise;
 
     fn noise(width: usize, height: usize) -> Image<Rgb8> {
-        let mut state = 12_345_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        };
-        Image::from_fn(width, height, |_, _| [next(), next(), next()]).unwrap()
+        let mut noise = Noise::new(12_345);
+        Image::from_fn(width, height, |_, _| [noise.byte(), noise.byte(), noise.byte()]).unwrap()
     }
 
     /// One output pixel by the definition: a normalised triangle kernel over border-replicated pixels.

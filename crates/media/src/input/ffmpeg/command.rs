@@ -1,5 +1,5 @@
-use crate::input::Locator;
 use crate::wrappers::{Patience, Reconnect};
+use pursuit_address::Locator;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 

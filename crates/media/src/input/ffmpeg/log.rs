@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use crate::input::Locator;
 use crate::input::color::ColorInfo;
+use pursuit_address::Locator;
 
 /// Error lines kept for our own message.
 const MAX_ERRORS: usize = 3;
@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What an `ffmpeg` process has said so far.
 #[derive(Debug, Default)]
-pub(super) struct Said {
+pub(super) struct LogState {
     /// Times of frames not yet taken, in seconds; `None` where ffmpeg knows none.
     times_s: VecDeque<Option<f64>>,
     /// Frames announced so far.
@@ -81,7 +81,7 @@ fn seconds(text: &str) -> Option<f64> {
 
 /// The log of a process, read on its own thread so that a full pipe never stops the process.
 #[derive(Clone)]
-pub(super) struct Log(Arc<(Mutex<Said>, Condvar)>);
+pub(super) struct Log(Arc<(Mutex<LogState>, Condvar)>);
 
 impl Log {
     /// Starts reading; `about` is what the process reads, whose secrets are kept out of the errors.
@@ -106,13 +106,13 @@ impl Log {
     }
 
     /// What was said so far.
-    pub fn said(&self) -> MutexGuard<'_, Said> {
+    pub fn said(&self) -> MutexGuard<'_, LogState> {
         self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The time of the next frame in seconds, which has been read from the pipe already.
     pub fn next_time_s(&self) -> Option<f64> {
-        let waiting = |said: &mut Said| said.times_s.is_empty() && !said.closed;
+        let waiting = |said: &mut LogState| said.times_s.is_empty() && !said.closed;
         let waited = self.0.1.wait_timeout_while(self.said(), PATIENCE, waiting);
         waited.unwrap_or_else(PoisonError::into_inner).0.times_s.pop_front().flatten()
     }
@@ -125,7 +125,7 @@ impl Log {
     }
 }
 
-impl Said {
+impl LogState {
     fn hear(&mut self, line: &str) {
         self.announcement.hear(line);
         let by_filter = line.contains("Parsed_showinfo");

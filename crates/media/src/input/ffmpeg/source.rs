@@ -3,7 +3,7 @@ use super::log::Log;
 use crate::input::Cancel;
 use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
-use crate::input::source::StopHandle;
+use crate::input::source::{StopHandle, not_square};
 use crate::input::y4m::pixels;
 use crate::{OpenOptions, Result, Source, SourceInfo};
 use pursuit_containers::y4m::{Planes, Y4mReader};
@@ -75,14 +75,12 @@ impl FfmpegSource {
         let live = target.is_live_stream(said.format.as_deref(), said.codec.as_deref(), said.has_duration);
         let never_ends = target.never_ends(said.format.as_deref(), live);
         drop(said);
+        let size = Size::new(reader.header.size.width, reader.header.size.height);
         let info = SourceInfo {
-            name: name.to_owned(),
-            size: Size::new(reader.header.size.width, reader.header.size.height),
             fps: reader.header.fps,
-            frame_count: None,
             live: options.live.unwrap_or(live),
-            decoder: format!("ffmpeg: {codec}"),
-            truth: None,
+            pixel_aspect: not_square(reader.header.pixel_aspect),
+            ..SourceInfo::new(name, size, format!("ffmpeg: {codec}"))
         };
         let step_s = 1.0 / info.fps.unwrap_or(options.default_fps);
         Ok(Self {
@@ -182,10 +180,6 @@ const LENGTH_TOLERANCE: f64 = 0.02;
 impl Source for FfmpegSource {
     fn info(&self) -> &SourceInfo {
         &self.info
-    }
-
-    fn pixel_aspect(&self) -> Option<(u32, u32)> {
-        crate::input::source::not_square(self.reader.header.pixel_aspect)
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {

@@ -18,15 +18,8 @@ impl ImageSource {
 
     pub fn new(pixels: Pixels, name: &str) -> Self {
         let frame = Frame::new(0, 0.0, pixels);
-        let info = SourceInfo {
-            name: name.to_owned(),
-            size: frame.size(),
-            fps: None,
-            frame_count: Some(1),
-            live: false,
-            decoder: "still image (built in)".to_owned(),
-            truth: None,
-        };
+        let info = SourceInfo::new(name, frame.size(), "still image (built in)");
+        let info = SourceInfo { frame_count: Some(1), ..info };
         Self { info, frame: Some(frame) }
     }
 }

@@ -7,10 +7,10 @@ use super::cancel::Cancel;
 use super::fault::{Fault, Trouble};
 use super::h264::PictureDecoder;
 use super::image::decode_image;
-use super::locator::Locator;
 use super::orientation::Orientation;
 use super::source::StopHandle;
 use crate::{Result, Source, SourceInfo};
+use pursuit_address::Locator;
 use pursuit_containers::mp4::AvcConfig;
 use pursuit_imaging::{Frame, Pixels};
 use reorder::Reorder;
@@ -65,13 +65,9 @@ impl RtspSource {
             }
         };
         let info = SourceInfo {
-            name: locator.to_string(),
-            size,
             fps: session.fps(),
-            frame_count: None,
             live,
-            decoder: format!("{name} by RTSP (built in)"),
-            truth: None,
+            ..SourceInfo::new(locator.to_string(), size, format!("{name} by RTSP (built in)"))
         };
         Ok(Self { session, decoder, reorder, info, next: 0, origin_s: None, finished: false })
     }

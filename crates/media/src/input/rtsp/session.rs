@@ -1,8 +1,8 @@
 use crate::input::cancel::Cancel;
 use crate::input::fault::Fault;
-use crate::input::locator::Locator;
 use crate::input::source::StopHandle;
 use futures_util::StreamExt;
+use pursuit_address::Locator;
 use retina::client::{Credentials, PlayOptions, SessionOptions, SetupOptions};
 use retina::codec::CodecItem;
 use std::sync::Arc;

@@ -87,12 +87,14 @@ impl Reconnecting {
     /// # Errors
     /// [`MediaError::Unreadable`] when the system gives no thread.
     pub fn new(source: Box<dyn Source>, connect: Connect, patience: Patience) -> Result<Self> {
-        let info = SourceInfo { frame_count: None, ..source.info().clone() };
+        let stats = StreamStats::default();
+        let stream = Some(stats.clone());
+        let info = SourceInfo { frame_count: None, seekable: false, stream, ..source.info().clone() };
         let source = Self {
             connect,
             patience,
             info,
-            stats: StreamStats::default(),
+            stats,
             mailbox: Mailbox::default(),
             current: Arc::default(),
             clock: Clock::default(),
@@ -252,10 +254,6 @@ impl Source for Reconnecting {
         }
         self.finished = true;
         Ok(None)
-    }
-
-    fn stream_stats(&self) -> Option<StreamStats> {
-        Some(self.stats.clone())
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {

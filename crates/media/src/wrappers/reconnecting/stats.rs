@@ -18,9 +18,15 @@ pub struct StreamCounts {
     pub longest_gap_s: f64,
 }
 
-/// The running counts of a live source, shared: clones see later changes.
+/// The running counts of a live source, shared: clones see later changes. Two are equal when they count for one source.
 #[derive(Debug, Clone, Default)]
 pub struct StreamStats(Arc<Mutex<StreamCounts>>);
+
+impl PartialEq for StreamStats {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
 
 impl StreamStats {
     /// The counts so far.
