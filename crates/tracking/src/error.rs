@@ -1,4 +1,5 @@
 use pursuit_geometry::{BBox, Size};
+use pursuit_parameters::ParameterError;
 
 /// What can go wrong when a tracker is made or fed. Losing the target is a state, never an error.
 #[derive(Debug, thiserror::Error)]
@@ -39,15 +40,8 @@ pub enum TrackingError {
         index: u64,
     },
     /// A parameter that does not exist or has a senseless value.
-    #[error("parameter `{name}` of `{owner}`: {problem}")]
-    Parameter {
-        /// Tracker or detector the parameter belongs to.
-        owner: String,
-        /// Name of the parameter.
-        name: String,
-        /// What is wrong, and what would be right.
-        problem: String,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// No tracker or detector of that name.
     #[error("there is no {kind} called `{name}`; there are: {available}")]
     UnknownName {

@@ -1,3 +1,4 @@
+use crate::Diagnostics;
 use nalgebra::Matrix4;
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
@@ -137,47 +138,5 @@ impl Estimate {
             next: None,
             diagnostics: Diagnostics::default(),
         }
-    }
-}
-
-/// A handful of named raw figures, kept without allocating.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Diagnostics {
-    entries: [(&'static str, f64); Self::CAPACITY],
-    len: usize,
-}
-
-impl Diagnostics {
-    /// How many figures fit; further ones are dropped.
-    pub const CAPACITY: usize = 24;
-
-    /// Adds a figure.
-    pub fn push(&mut self, name: &'static str, value: f64) {
-        if let Some(slot) = self.entries.get_mut(self.len) {
-            *slot = (name, value);
-            self.len += 1;
-        }
-    }
-
-    /// The same figures and one more.
-    #[must_use]
-    pub fn with(mut self, name: &'static str, value: f64) -> Self {
-        self.push(name, value);
-        self
-    }
-
-    /// Adds all figures of `other`.
-    pub fn extend(&mut self, other: &Self) {
-        other.iter().for_each(|(name, value)| self.push(name, value));
-    }
-
-    /// All figures in the order they were added.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
-        self.entries.iter().take(self.len).copied()
-    }
-
-    /// The figure of that name.
-    pub fn get(&self, name: &str) -> Option<f64> {
-        self.iter().find(|(n, _)| *n == name).map(|(_, v)| v)
     }
 }

@@ -9,30 +9,35 @@
 //! loop *predict → search → judge → correct or coast → learn* around it. [`motion`], [`policy`] and [`search`] are values
 //! that any tracker is combined with.
 
+mod belief;
 mod class;
+mod diagnostics;
 mod error;
 mod estimate;
+mod localizer;
 pub mod many;
 pub mod motion;
-pub mod parameters;
 pub mod policy;
 mod recipe;
 pub mod registry;
 mod roles;
 pub mod search;
+mod searcher;
 mod single_target;
 mod snapshot;
 mod tracker;
 
+pub use belief::Belief;
 pub use class::Class;
+pub use diagnostics::{Diagnostics, Figure, Figures, Taken, Weight};
 pub use error::TrackingError;
-pub use estimate::{BoxCovariance, Diagnostics, Doubt, Estimate, Forecast, NextSample, TrackState, Velocity};
+pub use estimate::{BoxCovariance, Doubt, Estimate, Forecast, NextSample, TrackState, Velocity};
+pub use localizer::{Gate, Localizer, Look, Measurement, Outcome, Search, ViewSize, Weighed};
 pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
-pub use roles::{
-    Detection, Detector, Followed, Gate, Localizer, Look, Measurement, Outcome, Place, Prior, Search, ViewSize, Weighed,
-};
+pub use roles::{Detection, Detector, Followed, Prior};
+pub use searcher::{Appearance, Told};
 pub use single_target::SingleTarget;
 pub use toml::Table;
 pub use tracker::{Needs, Recipe, Tracker, check_box};

@@ -1,15 +1,16 @@
 //! A recipe as a value: a localizer with its parameters, and the groups `[motion]`, `[policy]` and `[search]`.
 
 use crate::motion::MotionParams;
-use crate::parameters::{Kind, Parameter, Parameters, nested};
 use crate::policy::PolicyParams;
 use crate::search::SearchParams;
-use crate::{Localizer, Needs, Recipe, Result, SingleTarget, Tracker, TrackingError, check_box, snapshot};
+use crate::searcher::{Appearance, Searcher};
+use crate::{Figure, Localizer, Needs, Recipe, Result, SingleTarget, Tracker, TrackingError, check_box, snapshot};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::{Parameter, ParameterError, Parameters, Value, nested};
 use serde::{Serialize, de::DeserializeOwned};
 
-crate::parameters! {
+pursuit_parameters::parameters! {
     /// The roles of the loop that every tracker has.
     pub struct GroupParams {
         /// How the target's motion is modelled.
@@ -30,14 +31,10 @@ impl GroupParams {
         let changes = nested(changes);
         let groups = self.schema();
         if let Some(key) = changes.keys().find(|k| groups.iter().all(|g| g.name != *k)) {
-            return Err(TrackingError::Parameter {
-                owner: owner.to_owned(),
-                name: key.clone(),
-                problem: "cannot be changed while running; what can are the groups motion, policy and search"
-                    .to_owned(),
-            });
+            let problem = "cannot be changed while running; what can are the groups motion, policy and search";
+            return Err(ParameterError::new(owner, key, problem).into());
         }
-        self.with(owner, &changes)
+        Ok(self.with(owner, &changes)?)
     }
 }
 
@@ -67,9 +64,40 @@ pub struct TrackerRecipe<P> {
     pub groups: GroupParams,
 }
 
+impl<P: LocalizerRecipe> Parameters for TrackerRecipe<P> {
+    fn schema(&self) -> Vec<Parameter> {
+        self.localizer.schema().into_iter().chain(self.groups.schema()).collect()
+    }
+
+    fn check_all(&self) -> Result<(), (String, String)> {
+        self.localizer.check_all()?;
+        self.groups.check_all()
+    }
+
+    fn set(&mut self, path: &str, value: &Value) -> Result<(), String> {
+        let group = path.split('.').next();
+        if self.groups.schema().iter().any(|g| Some(g.name) == group) {
+            self.groups.set(path, value)
+        } else {
+            self.localizer.set(path, value)
+        }
+    }
+
+    fn renamed(&self, path: &str) -> Option<Vec<String>> {
+        self.localizer.renamed(path).or_else(|| self.groups.renamed(path))
+    }
+}
+
 impl<P: LocalizerRecipe> TrackerRecipe<P> {
-    fn merged(own: toml::Table, groups: toml::Table) -> toml::Table {
-        own.into_iter().chain(groups).collect()
+    /// A localizer of the target at `bbox`, once everything was checked.
+    fn start(&self, frame: &Frame, bbox: BBox) -> Result<P::Localizer> {
+        self.validate(self.name)?;
+        check_box(frame, bbox)?;
+        if P::NEEDS.color && !frame.has_color() {
+            let (tracker, index) = (self.name.to_owned(), frame.index());
+            return Err(TrackingError::MissingPlane { tracker, needed: "colour", index });
+        }
+        self.localizer.localizer(frame, bbox)
     }
 }
 
@@ -83,50 +111,41 @@ impl<P: LocalizerRecipe> Recipe for TrackerRecipe<P> {
     }
 
     fn schema(&self) -> Vec<Parameter> {
-        self.localizer.schema().into_iter().chain(self.groups.schema()).collect()
+        Parameters::schema(self)
+    }
+
+    fn renamed(&self, path: &str) -> Option<Vec<String>> {
+        Parameters::renamed(self, path)
+    }
+
+    fn figures(&self) -> Vec<&'static Figure> {
+        P::Localizer::FIGURES.iter().copied().flatten().collect()
     }
 
     fn parameters(&self) -> Result<toml::Table> {
-        Ok(Self::merged(self.localizer.to_table(self.name)?, self.groups.to_table(self.name)?))
+        Ok(self.to_table(self.name)?)
     }
 
     fn with(&self, changes: &toml::Table) -> Result<Box<dyn Recipe>> {
-        let group_names: Vec<&str> = self.groups.schema().iter().map(|g| g.name).collect();
-        let (groups, own): (toml::Table, toml::Table) =
-            nested(changes).into_iter().partition(|(key, _)| group_names.contains(&key.as_str()));
-        let known = self.schema();
-        if let Some(key) = own.keys().find(|k| known.iter().all(|p| p.name != *k)) {
-            let names = known.iter().map(|p| match p.kind {
-                Kind::Group { .. } => format!("{}.…", p.name),
-                _ => p.name.to_owned(),
-            });
-            return Err(TrackingError::Parameter {
-                owner: self.name.to_owned(),
-                name: key.clone(),
-                problem: format!("there is no such parameter; there are: {}", names.collect::<Vec<_>>().join(", ")),
-            });
-        }
-        Ok(Box::new(Self {
-            name: self.name,
-            localizer: self.localizer.with(self.name, &own)?,
-            groups: self.groups.with(self.name, &groups)?,
-        }))
+        Ok(Box::new(Parameters::with(self, self.name, changes)?))
     }
 
     fn init(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Tracker>> {
-        self.localizer.validate(self.name)?;
-        self.groups.validate(self.name)?;
-        check_box(frame, bbox)?;
-        if P::NEEDS.color && !frame.has_color() {
-            let (tracker, index) = (self.name.to_owned(), frame.index());
-            return Err(TrackingError::MissingPlane { tracker, needed: "colour", index });
-        }
-        let localizer = self.localizer.localizer(frame, bbox)?;
+        let localizer = self.start(frame, bbox)?;
         Ok(Box::new(SingleTarget::new(self.name, frame, bbox, localizer, &self.groups)?))
+    }
+
+    fn appearance(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Appearance>> {
+        let localizer = self.start(frame, bbox)?;
+        Ok(Box::new(Searcher::new(self.name, self.groups.search.clone(), localizer, &bbox)))
     }
 
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn Tracker>> {
         Ok(Box::new(snapshot::read::<SingleTarget<P::Localizer>>(self.name, saved)?))
+    }
+
+    fn restore_appearance(&self, saved: &[u8]) -> Result<Box<dyn Appearance>> {
+        Ok(Box::new(snapshot::read::<Searcher<P::Localizer>>(self.name, saved)?))
     }
 
     fn boxed_clone(&self) -> Box<dyn Recipe> {

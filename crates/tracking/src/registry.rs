@@ -1,8 +1,8 @@
 //! What a registry holds: trackers and detectors by name. The lists themselves stand where the algorithms are.
 
 use crate::motion::MotionParams;
-use crate::parameters::{Parameter, Parameters};
-use crate::{Detector, Recipe, Result, TrackingError};
+use crate::{Detector, Figure, Needs, Recipe, Result, TrackingError};
+use pursuit_parameters::{Parameter, Parameters};
 use std::fmt;
 
 /// A tracker in a registry.
@@ -58,14 +58,24 @@ pub struct DetectorEntry {
     pub summary: &'static str,
     /// The tracker to use for what it finds unless the user names one.
     pub default_tracker: &'static str,
+    /// What it cannot do without.
+    pub needs: Needs,
     motion: fn() -> MotionParams,
     schema: fn() -> Vec<Parameter>,
+    figures: &'static [&'static [Figure]],
+    renamed: fn(&str) -> Option<Vec<String>>,
     parameters: fn(&'static str, &toml::Table) -> Result<toml::Table>,
     detector: fn(&'static str, &toml::Table) -> Result<Box<dyn Detector>>,
 }
 
 /// What an implementer writes to have a detector: parameters that make it.
-pub trait DetectorRecipe: Parameters {
+pub trait DetectorRecipe: Parameters + Default {
+    /// What it cannot do without.
+    const NEEDS: Needs = Needs { color: false, file: false };
+
+    /// The figures it reports of a frame, in groups that are reported together.
+    const FIGURES: &'static [&'static [Figure]] = &[];
+
     /// The detector with these parameters.
     ///
     /// # Errors
@@ -85,9 +95,12 @@ impl DetectorEntry {
             name,
             summary,
             default_tracker,
+            needs: P::NEEDS,
             motion,
             schema: || P::default().schema(),
-            parameters: |name, table| P::default().with(name, table)?.to_table(name),
+            figures: P::FIGURES,
+            renamed: |path| P::default().renamed(path),
+            parameters: |name, table| Ok(P::default().with(name, table)?.to_table(name)?),
             detector: |name, table| P::default().with(name, table)?.detector(),
         }
     }
@@ -100,6 +113,16 @@ impl DetectorEntry {
     /// Every parameter with its default.
     pub fn schema(&self) -> Vec<Parameter> {
         (self.schema)()
+    }
+
+    /// Every figure that it may add to those of the targets.
+    pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
+        self.figures.iter().copied().flatten()
+    }
+
+    /// The paths of today for a parameter that a former version knew; none where it is no former one.
+    pub fn renamed(&self, path: &str) -> Option<Vec<String>> {
+        (self.renamed)(path)
     }
 
     /// Every parameter with its value: defaults, with the values of `parameters` in their place.

@@ -1,7 +1,7 @@
-use crate::parameters::Parameter;
-use crate::{Estimate, Forecast, Measurement, Result, TrackingError};
+use crate::{Appearance, Estimate, Figure, Forecast, Measurement, Result, TrackingError};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameter;
 
 /// A tracker that has been started on a target; made by [`Recipe::init`].
 pub trait Tracker: Send {
@@ -67,7 +67,17 @@ pub trait Recipe: Send + Sync {
     /// Every parameter, with this recipe's values for defaults.
     fn schema(&self) -> Vec<Parameter>;
 
-    /// Every parameter with its value, groups as tables.
+    /// Every figure that its [`Estimate::diagnostics`] may hold.
+    fn figures(&self) -> Vec<&'static Figure> {
+        Vec::new()
+    }
+
+    /// The paths of today for a parameter that a former version knew; none where it is no former one.
+    fn renamed(&self, _path: &str) -> Option<Vec<String>> {
+        None
+    }
+
+    /// Every parameter of the models chosen with its value, groups as tables.
     ///
     /// # Errors
     /// When a value cannot be written as TOML.
@@ -77,7 +87,7 @@ pub trait Recipe: Send + Sync {
     /// (`motion.model`).
     ///
     /// # Errors
-    /// [`TrackingError::Parameter`] for an unknown name or a bad value.
+    /// [`TrackingError::Parameter`] for a name that is unknown or belongs to a model that is not chosen, or a bad value.
     fn with(&self, changes: &toml::Table) -> Result<Box<dyn Recipe>>;
 
     /// Starts a tracker on the target inside `bbox`.
@@ -85,6 +95,18 @@ pub trait Recipe: Send + Sync {
     /// # Errors
     /// A box that is empty, not finite or outside the frame; a frame that lacks what the tracker needs.
     fn init(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Tracker>>;
+
+    /// What looks for the target inside `bbox` where somebody else keeps what is believed of it.
+    ///
+    /// # Errors
+    /// As [`init`](Self::init).
+    fn appearance(&self, frame: &Frame, bbox: BBox) -> Result<Box<dyn Appearance>>;
+
+    /// What looks for a target, as [`Appearance::save`] left it.
+    ///
+    /// # Errors
+    /// As [`restore`](Self::restore).
+    fn restore_appearance(&self, saved: &[u8]) -> Result<Box<dyn Appearance>>;
 
     /// A tracker as [`Tracker::save`] left it.
     ///

@@ -381,7 +381,7 @@ fn threads_and_saving_change_nothing() {
 #[test]
 fn senseless_parameters_and_blind_detectors_are_errors() {
     let bad = AcquisitionParams { detected: 1.0, ..params() };
-    assert!(matches!(Acquiring::new(scripted(|_| vec![]), recipe(), bad), Err(TrackingError::Parameter { .. })));
+    assert!(matches!(Acquiring::new(scripted(|_| vec![]), recipe(), bad), Err(TrackingError::Parameter(_))));
     struct Blind;
     impl Detector for Blind {
         fn detect(
@@ -394,6 +394,14 @@ fn senseless_parameters_and_blind_detectors_are_errors() {
     }
     let mut target = Acquiring::new(Box::new(Blind), recipe(), params()).unwrap();
     assert!(target.step(&film(0), &mut Vec::new()).is_err());
+}
+
+pursuit_tracking::figures! {
+    /// What the detector says of a frame.
+    struct LightFigures {
+        /// How bright it is.
+        light;
+    }
 }
 
 /// Sees what a script says, and the scene in every frame.
@@ -417,7 +425,7 @@ impl Detector for Watcher {
     }
 
     fn diagnostics(&self) -> pursuit_tracking::Diagnostics {
-        pursuit_tracking::Diagnostics::default().with("light", 0.5)
+        LightFigures { light: 0.5 }.into()
     }
 }
 

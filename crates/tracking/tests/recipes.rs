@@ -4,7 +4,7 @@
 mod scripted;
 
 use pursuit_geometry::BBox;
-use pursuit_tracking::parameters::{Kind, template};
+use pursuit_parameters::{Kind, template};
 use pursuit_tracking::registry::unknown;
 use pursuit_tracking::{TrackingError, check_box};
 use scripted::{ENTRY, at, frame, recipe, show, start, table};
@@ -33,12 +33,13 @@ fn a_recipe_has_the_localizers_parameters_and_the_three_groups() {
 
 #[test]
 fn changes_are_merged_into_groups() {
-    let changed = recipe("growth = 1.5\nmotion.model = 'imm'\n[motion.bounce]\ncut_below = 0.5\n");
+    let changed = recipe("growth = 1.5\nmotion.model = 'imm'\n[motion.imm]\nturn_rate = 0.5\n");
     let table = changed.parameters().unwrap();
     assert_eq!(table["growth"].as_float(), Some(1.5));
     assert_eq!(table["motion"]["model"].as_str(), Some("imm"));
     assert_eq!(table["motion"]["acceleration"].as_float(), Some(100.0));
-    assert_eq!(table["motion"]["bounce"]["cut_below"].as_float(), Some(0.5));
+    assert_eq!(table["motion"]["imm"]["turn_rate"].as_float(), Some(0.5));
+    assert!(table["motion"].get("bounce").is_none(), "what only other models have is left out");
     let again = changed.with(&"policy.model = 'always'".parse().unwrap()).unwrap();
     assert_eq!(again.parameters().unwrap()["motion"]["model"].as_str(), Some("imm"));
     let copy = again.boxed_clone();
@@ -54,6 +55,24 @@ fn what_is_wrong_is_named() {
     assert!(error("motion.model = 'warp'").contains("`motion.model` of `scripted`: unknown variant"));
     assert!(error("policy.seen_from = 2").contains("`policy.seen_from` of `scripted`: must be between 0 and 1"));
     assert!(error("motion.bounce.in_step = 7").contains("`motion.bounce.in_step`"));
+    let message = error("motion.model = 'singer'\nmotion.imm.turn_rate = 2");
+    assert!(message.contains("belongs to `motion.model = \"imm\"`, and the model is `singer`"), "{message}");
+    assert!(error("policy.paper.psr_from = 7").contains("belongs to `policy.model = \"paper\"`"));
+    assert!(error("search.gate.slack = 0.1").contains("belongs to `search.model = \"gate\"`"));
+}
+
+#[test]
+fn former_names_still_load() {
+    let now = recipe("motion.model = 'imm'\nmotion.imm.turn_rate = 0.5\n[policy.calibrated]\nlost_below = 0.1\n");
+    let before = recipe("motion.model = 'imm'\nmotion.turn_rate = 0.5\npolicy.lost_below = 0.1");
+    assert_eq!(before.parameters().unwrap(), now.parameters().unwrap());
+    // A file that names the parameters of every model, as templates did.
+    let all =
+        recipe("[motion]\nmodel = 'none'\nturn_rate = 0.5\n[motion.sampling]\nthree_points = true\nsample_s = 0.1");
+    assert_eq!(all.parameters().unwrap()["motion"]["model"].as_str(), Some("none"));
+    let samples = all.with(&table("motion.model = 'qu2010-simplified'")).unwrap().parameters().unwrap();
+    assert_eq!(samples["motion"]["qu2010"]["sample_s"].as_float(), Some(0.1));
+    assert_eq!(samples["motion"]["qu2010-simplified"]["three_points"].as_bool(), Some(true));
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn unsure_measurements_move_the_box_but_teach_nothing() {
 
 #[test]
 fn a_method_may_ask_to_learn_in_doubt() {
-    let mut tracker = start("policy.learn_unsure_from = 0.3\npolicy.occluded_below = 0.4");
+    let mut tracker = start("policy.calibrated.learn_unsure_from = 0.3\npolicy.occluded_below = 0.4");
     for (k, confidence, teaches) in [(1, 0.29, false), (2, 0.3, true)] {
         show(Some((at(103.0, 100.0), confidence)), None);
         assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Occluded);
@@ -258,7 +258,7 @@ fn groups_change_while_running_and_nothing_else_does() {
     seen(&mut *tracker, 8, 5.0);
     let before = tracker.save().unwrap();
     for bad in ["growth = 1.1", "policy.no = 1", "search.reach = 0.0"] {
-        assert!(matches!(tracker.change(&table(bad)), Err(TrackingError::Parameter { .. })), "{bad}");
+        assert!(matches!(tracker.change(&table(bad)), Err(TrackingError::Parameter(_))), "{bad}");
         assert_eq!(tracker.save().unwrap(), before, "{bad}");
     }
     // A change of policy leaves the motion as it is.

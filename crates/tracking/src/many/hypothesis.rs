@@ -1,5 +1,6 @@
 //! What may be the target: a tracker started on a detection, and the evidence for it.
 
+use super::birth::{Nats, RatioTest};
 use super::{AcquisitionParams, Elapsed};
 use crate::class::Classes;
 use crate::{Detection, Estimate, Recipe, Result, TrackState, Tracker};
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Evidence {
     /// Log-likelihood ratio of *target* against *clutter*.
-    pub nats: f64,
+    pub nats: Nats,
     /// Where it started.
     pub start: BBox,
     /// Whether it has left its place.
@@ -23,7 +24,7 @@ pub(super) struct Evidence {
 impl Evidence {
     /// Of a detection seen once.
     pub fn first(detection: &Detection, params: &AcquisitionParams) -> Self {
-        let mut evidence = Self { nats: 0.0, start: detection.bbox, moved: false, age_s: 0.0 };
+        let mut evidence = Self { nats: Nats::default(), start: detection.bbox, moved: false, age_s: 0.0 };
         evidence.look(Some(detection), params);
         evidence
     }
@@ -37,31 +38,27 @@ impl Evidence {
 
     /// Whether it was detected again: log P(detected | target) − log P(detected | clutter), or the same of not detected.
     pub fn look(&mut self, detection: Option<&Detection>, params: &AcquisitionParams) {
-        let false_again = if self.moved { params.false_moving } else { params.false_still };
-        let missed = ((1.0 - params.detected) / (1.0 - false_again)).ln();
-        let nats = detection.map_or(missed, |d| (params.detected * d.confidence / false_again).ln().max(missed));
-        self.nats = (self.nats + nats).max(refuted_at(params));
+        self.nats.look(detection.map(|d| d.confidence), &self.test(params));
     }
 
     /// Whether enough speaks for it.
     pub fn is_confirmed(&self, params: &AcquisitionParams) -> bool {
-        self.nats >= confirmed_at(params)
+        self.nats.confirm(&self.test(params))
     }
 
     /// Whether enough speaks against it.
     pub fn is_refuted(&self, params: &AcquisitionParams) -> bool {
-        self.nats <= refuted_at(params)
+        self.nats.refute(&self.test(params))
     }
-}
 
-/// Wald's upper threshold, ln((1 − β) / α).
-fn confirmed_at(params: &AcquisitionParams) -> f64 {
-    ((1.0 - params.false_drop) / params.false_start).ln()
-}
-
-/// Wald's lower threshold, ln(β / (1 − α)).
-fn refuted_at(params: &AcquisitionParams) -> f64 {
-    (params.false_drop / (1.0 - params.false_start)).ln()
+    fn test(&self, params: &AcquisitionParams) -> RatioTest {
+        RatioTest {
+            detected: params.detected,
+            false_again: if self.moved { params.false_moving } else { params.false_still },
+            false_start: params.false_start,
+            false_drop: params.false_drop,
+        }
+    }
 }
 
 /// What may be the target.
@@ -151,17 +148,17 @@ mod tests {
     fn evidence_is_the_log_likelihood_ratio_of_looks() {
         let p = params();
         let mut evidence = Evidence::first(&seen(0.9), &p);
-        assert!((evidence.nats - (0.8f64 * 0.9 / 0.6).ln()).abs() < 1e-12);
-        let before = evidence.nats;
+        assert!((evidence.nats.0 - (0.8f64 * 0.9 / 0.6).ln()).abs() < 1e-12);
+        let before = evidence.nats.0;
         evidence.look(None, &p);
-        assert!((evidence.nats - before - (0.2f64 / 0.4).ln()).abs() < 1e-12);
-        let before = evidence.nats;
+        assert!((evidence.nats.0 - before - (0.2f64 / 0.4).ln()).abs() < 1e-12);
+        let before = evidence.nats.0;
         evidence.look(Some(&seen(0.0)), &p);
-        assert!((evidence.nats - before - (0.2f64 / 0.4).ln()).abs() < 1e-12, "no look says less than a miss");
+        assert!((evidence.nats.0 - before - (0.2f64 / 0.4).ln()).abs() < 1e-12, "no look says less than a miss");
         evidence.moved = true;
-        let before = evidence.nats;
+        let before = evidence.nats.0;
         evidence.look(Some(&seen(0.5)), &p);
-        assert!((evidence.nats - before - (0.8f64 * 0.5 / 0.2).ln()).abs() < 1e-12);
+        assert!((evidence.nats.0 - before - (0.8f64 * 0.5 / 0.2).ln()).abs() < 1e-12);
     }
 
     #[test]
@@ -182,7 +179,7 @@ mod tests {
         let mut evidence = Evidence::first(&seen(1.0), &p);
         evidence.moved = true;
         let per_hit = 4.0f64.ln();
-        let hits = (((0.95f64 / 0.01).ln() - evidence.nats) / per_hit).ceil() as usize;
+        let hits = (((0.95f64 / 0.01).ln() - evidence.nats.0) / per_hit).ceil() as usize;
         for _ in 1..hits {
             evidence.look(Some(&seen(1.0)), &p);
         }
@@ -193,6 +190,6 @@ mod tests {
             evidence.look(None, &p);
         }
         assert!(evidence.is_refuted(&p) && !evidence.is_confirmed(&p));
-        assert_eq!(evidence.nats, (0.05f64 / 0.99).ln(), "what speaks against it does not pile up");
+        assert_eq!(evidence.nats.0, (0.05f64 / 0.99).ln(), "what speaks against it does not pile up");
     }
 }

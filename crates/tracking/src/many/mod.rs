@@ -6,9 +6,11 @@
 //! a detector finds.
 
 mod acquiring;
-mod assignment;
 mod associating;
+mod association;
+mod birth;
 mod clock;
+mod death;
 mod hypothesis;
 mod params;
 mod target;
@@ -16,11 +18,14 @@ mod target_set;
 
 pub use acquiring::Acquiring;
 pub use associating::Associating;
+pub use association::{AssociationModel, AssociationParams, JointAssociationParams, NearestParams, TwoStageParams};
+pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
-pub use params::{AcquisitionParams, AssociationParams};
+pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
+pub use params::{AcquisitionParams, ManyParams};
 pub use target_set::TargetSet;
 
-use crate::{Class, Detector, Estimate, Forecast, Recipe, Result, TrackingError};
+use crate::{Class, Detector, Estimate, Forecast, Recipe, Result};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
@@ -88,26 +93,26 @@ pub trait MultiTracker: Send {
     /// Stops following a target.
     ///
     /// # Errors
-    /// [`TrackingError::UnknownTarget`] when there is none of that id.
+    /// [`TrackingError::UnknownTarget`](crate::TrackingError::UnknownTarget) when there is none of that id.
     fn remove(&mut self, id: TargetId) -> Result<()>;
 
     /// Puts a target onto `bbox` of `frame`, the frame looked at last; it keeps its id and its parameters.
     ///
     /// # Errors
-    /// As [`Tracker::reinit`](crate::Tracker::reinit); [`TrackingError::UnknownTarget`] when there is none of that id.
+    /// As [`Tracker::reinit`](crate::Tracker::reinit); [`TrackingError::UnknownTarget`](crate::TrackingError::UnknownTarget) when there is none of that id.
     fn reinit(&mut self, id: TargetId, frame: &Frame, bbox: BBox) -> Result<()>;
 
     /// Changes parameters of one target, or of all, while running; what is known of the targets stays.
     ///
     /// # Errors
-    /// As [`Tracker::change`](crate::Tracker::change); [`TrackingError::UnknownTarget`] when there is none of that id.
+    /// As [`Tracker::change`](crate::Tracker::change); [`TrackingError::UnknownTarget`](crate::TrackingError::UnknownTarget) when there is none of that id.
     /// Nothing is changed then.
     fn change(&mut self, id: Option<TargetId>, changes: &toml::Table) -> Result<()>;
 
     /// Where a target will be `seconds` after the frame looked at last, by its motion alone.
     ///
     /// # Errors
-    /// As [`Tracker::forecast`](crate::Tracker::forecast); [`TrackingError::UnknownTarget`] when there is none of that id.
+    /// As [`Tracker::forecast`](crate::Tracker::forecast); [`TrackingError::UnknownTarget`](crate::TrackingError::UnknownTarget) when there is none of that id.
     fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast>;
 
     /// The ids of the targets that are followed, in ascending order.
@@ -122,42 +127,6 @@ pub trait MultiTracker: Send {
 
 /// Makes recipes by name when a saved state is restored; a registry is one.
 pub type RecipeOf<'a> = &'a dyn Fn(&str) -> Result<Box<dyn Recipe>>;
-
-/// Time that stands still or runs backwards (flaky cameras do that) counts as this many seconds.
-const SHORTEST_STEP_S: f64 = 1e-3;
-
-/// The time of the frame looked at last, and the size that frames must have.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct LastFrame {
-    time_s: f64,
-    width: usize,
-    height: usize,
-}
-
-impl LastFrame {
-    fn of(frame: &Frame) -> Self {
-        Self { time_s: frame.time_s(), width: frame.size().width, height: frame.size().height }
-    }
-
-    /// Seconds from `last` to `frame`, > 0, after checking that the sizes agree; the shortest step when there is no last.
-    fn advance(last: &mut Option<Self>, frame: &Frame) -> Result<f64> {
-        let now = Self::of(frame);
-        let Some(before) = last else {
-            *last = Some(now);
-            return Ok(SHORTEST_STEP_S);
-        };
-        if (before.width, before.height) != (now.width, now.height) {
-            let expected = pursuit_geometry::Size::new(before.width, before.height);
-            return Err(TrackingError::FrameSize { index: frame.index(), expected, actual: frame.size() });
-        }
-        let dt_s = now.time_s - before.time_s;
-        if now.time_s.is_finite() {
-            before.time_s = now.time_s;
-        }
-        // Written so that NaN counts as the shortest step.
-        Ok(if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S })
-    }
-}
 
 /// Asks `detector` and keeps what can be used: finite boxes that overlap the frame, confidences in `[0, 1]`.
 fn usable_detections(

@@ -1,43 +1,41 @@
 //! The groups `[many]` and `[acquire]`.
 
+use super::{AssociationParams, BirthParams, DeathParams};
 use crate::motion::MotionParams;
-use crate::policy::{PolicyModel, PolicyParams};
+use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
-crate::parameters! {
-    /// How detections are made into targets: association, births and deaths.
-    pub struct AssociationParams {
-        /// Detections less likely than this are passed over.
-        pub least_confidence: f64 = 0.1, in 0.0..=1.0, source "ours";
-        /// Less likely detections continue targets, but start none.
-        pub birth_from: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// Squared Mahalanobis distance of centre and size from the prediction beyond which a detection is not the target's.
-        pub gate: f64 = 13.277, in above(0.0), source "99 % of χ² with 4 degrees of freedom";
-        /// Farther from its prediction than this no target is found again, however long it was out of sight.
-        pub reach: f64 = 4.0, in above(0.0), unit "sizes", source "ours";
-        /// Weight of one minus the overlap (IoU) with the prediction, beside the squared Mahalanobis distance; 0: the
-        /// distance alone.
-        pub iou_weight: f64 = 0.0, in 0.0.., source "ours";
-        /// How often a detector that tells classes apart takes a thing for one of another class: a detection of a class other
-        /// than the target's is farther by minus twice the logarithm of it.
-        pub other_class: f64 = 0.05, in above(0.0).at_most(1.0), source "ours";
-        /// A detection that overlaps a target by more (IoU) is that target seen twice, and starts no other.
-        pub crowding: f64 = 0.5, in 0.0..=1.0, source "ours";
-        /// M of M-of-N: a candidate is a target once it was detected in this many of the last `confirm_looks` frames.
-        pub confirm_hits: usize = 3, in 1..=64, unit "frames", source "ours";
-        /// N of M-of-N.
-        pub confirm_looks: usize = 5, in 1..=64, unit "frames", source "ours";
-        /// A target that was not seen for longer is given up, and its id with it.
-        pub dies_after_s: f64 = 3.0, in 0.0.., unit "s", source "ours";
+pursuit_parameters::parameters! {
+    /// How detections are made into targets.
+    pub struct ManyParams {
         /// For so long after its last detection a target may be followed by its appearance alone.
         pub appearance_s: f64 = 2.0, in 0.0.., unit "s", source "ours";
+        /// Where nothing was detected, what appearance sees is believed from this probability.
+        pub appearance_from: f64 = 0.4, in 0.0..=1.0, source "ours";
         /// When appearance and detection overlap by less (IoU), appearance is started anew on the detection.
         pub appearance_overlap: f64 = 0.3, in 0.0..=1.0, source "ours";
+        /// Which detection is of which target.
+        pub association: AssociationParams = AssociationParams::default();
+        /// When what a detector finds becomes a target.
+        pub birth: BirthParams = BirthParams::default();
+        /// When a target is given up.
+        pub death: DeathParams = DeathParams::default();
         /// How targets move between detections.
         pub motion: MotionParams = detected_motion();
         /// When an undetected target counts as occluded, and when as lost.
         pub policy: PolicyParams = detected_policy();
     }
-    ordered { confirm_hits <= confirm_looks }
+    renamed {
+        "least_confidence" => ["association.least_confidence"],
+        "gate" => ["association.gate"],
+        "reach" => ["association.reach"],
+        "other_class" => ["association.other_class"],
+        "iou_weight" => ["association.nearest.iou_weight"],
+        "birth_from" => ["birth.from"],
+        "crowding" => ["birth.crowding"],
+        "confirm_hits" => ["birth.hits.hits"],
+        "confirm_looks" => ["birth.hits.looks"],
+        "dies_after_s" => ["death.unseen.after_s"],
+    }
 }
 
 /// Detectors draw boxes less exactly than trackers do; what they find walks or drives.
@@ -59,12 +57,12 @@ fn detected_policy() -> PolicyParams {
         occluded_below: 0.0,
         seen_from: 0.0,
         found_from: 0.0,
-        far_from: 0.0,
+        gated: GatedParams { far_from: 0.0, ..GatedParams::default() },
         ..PolicyParams::default()
     }
 }
 
-crate::parameters! {
+pursuit_parameters::parameters! {
     /// How one target that a detector finds is made sure of: a sequential probability ratio test (Wald 1945) of each
     /// hypothesis against clutter.
     pub struct AcquisitionParams {
@@ -96,5 +94,23 @@ crate::parameters! {
         pub apart_s: f64 = 0.3, in 0.0.., unit "s", source "ours";
         /// A target that is lost for longer is sought by the detector again; what it finds must be confirmed.
         pub seek_again_after_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_parameters::Parameters;
+
+    #[test]
+    fn former_names_mean_the_new_ones() {
+        let with = |text: &str| ManyParams::default().with("many", &text.parse().unwrap());
+        let former = "gate = 1\nreach = 2\niou_weight = 3\nconfirm_hits = 2\ndies_after_s = 4";
+        let now = "association.gate = 1\nassociation.reach = 2\nassociation.nearest.iou_weight = 3\nbirth.hits.hits = 2\n\
+                   death.unseen.after_s = 4";
+        assert_eq!(with(former).unwrap(), with(now).unwrap());
+        let both = with("gate = 2.0\nassociation.gate = 3.0\nassociation.reach = 5.0").unwrap();
+        assert_eq!((both.association.gate, both.association.reach), (3.0, 5.0), "the new name counts more");
+        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: appearance_s"));
     }
 }

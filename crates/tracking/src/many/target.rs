@@ -1,53 +1,70 @@
-//! One target of [`Associating`](super::Associating): its belief, and what a frame does to it.
+//! One target of [`Associating`](super::Associating), and what a frame does to it.
 
-use super::assignment::Expectation;
-use super::{AssociationParams, Elapsed, TargetId};
+use super::association::{Claimant, Expectation, Shares};
+use super::birth::Evidence;
+use super::death::Unseen;
+use super::{Elapsed, ManyParams, TargetId};
+use crate::belief::Belief;
 use crate::class::Classes;
-use crate::motion::{Motion, MotionFilter, Sight};
-use crate::policy::{Evidence, Policy};
-use crate::roles::{Measurement, Prior};
-use crate::{Detection, Diagnostics, Estimate, Followed, Result, TrackState, Tracker, TrackingError};
+use crate::motion::{CameraMotion, MotionFilter, Sight};
+use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
 use pursuit_estimation::EstimationError;
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
 
-/// What is believed of a target, and how it came to be believed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Belief {
-    /// Its id; `None` while it is a candidate.
-    pub id: Option<TargetId>,
-    pub motion: Motion,
-    policy: Policy,
-    pub state: TrackState,
-    /// What its detections were taken for.
-    pub classes: Classes,
-    last_believed: BBox,
-    /// Whether it was detected, a bit a frame, the last frame in the lowest.
-    history: u64,
-    /// Frames since its birth.
-    looks: u64,
-    /// Time since it was measured by anything, in seconds.
-    unseen_s: f64,
-    /// Time since it was detected, in seconds.
-    undetected_s: f64,
-    /// Whether a user pointed at it: then nothing but a user gives it up.
-    given: bool,
+/// What something that was detected is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) enum Standing {
+    /// What may be a target, and what speaks for that.
+    Candidate(Evidence),
+    /// A target that was detected.
+    Confirmed(TargetId),
+    /// A target that a user pointed at: nothing but a user gives it up.
+    Given(TargetId),
 }
 
-impl Belief {
-    /// Whether it can be a belief: what is restored is checked.
+/// What is known of a target or a candidate, and saved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Known {
+    pub standing: Standing,
+    pub belief: Belief,
+    /// What its detections were taken for.
+    pub classes: Classes,
+    unseen: Unseen,
+    /// Time since it was detected, in seconds.
+    undetected_s: f64,
+}
+
+impl Known {
+    /// Its id; `None` while it is a candidate.
+    pub const fn id(&self) -> Option<TargetId> {
+        match self.standing {
+            Standing::Candidate(_) => None,
+            Standing::Confirmed(id) | Standing::Given(id) => Some(id),
+        }
+    }
+
+    /// Whether it can be known: what is restored is checked.
     pub fn is_sound(&self) -> bool {
-        let time = |s: f64| s.is_finite() && s >= 0.0;
-        time(self.unseen_s) && time(self.undetected_s) && self.last_believed.is_finite() && self.classes.is_sound()
+        let evidence = match &self.standing {
+            Standing::Candidate(evidence) => evidence.is_sound(),
+            Standing::Confirmed(_) | Standing::Given(_) => true,
+        };
+        evidence
+            && self.unseen.is_sound()
+            && self.undetected_s.is_finite()
+            && self.undetected_s >= 0.0
+            && self.belief.last_believed.is_finite()
+            && self.classes.is_sound()
     }
 }
 
 /// A target or a candidate.
 pub(super) struct Target {
-    pub belief: Belief,
+    pub known: Known,
     /// Answers when no detection is associated.
-    pub appearance: Option<Box<dyn Tracker>>,
+    pub appearance: Option<Box<dyn Appearance>>,
     /// What its motion model expects of this frame.
     prior: Option<Prior>,
     expectation: Option<Expectation>,
@@ -56,187 +73,214 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// A candidate that was detected once, or (`given`) a target that a user pointed at.
-    pub fn new(bbox: BBox, given: bool, params: &AssociationParams) -> Result<Self, EstimationError> {
-        let belief = Belief {
-            id: None,
-            motion: Motion::new(params.motion.clone(), bbox)?,
-            policy: Policy::new(params.policy.clone()),
-            state: TrackState::Tracking,
-            classes: Classes::default(),
-            last_believed: bbox,
-            history: 1,
-            looks: 1,
-            unseen_s: 0.0,
-            undetected_s: 0.0,
-            given,
-        };
-        Ok(Self::of(belief, None))
+    /// A target or a candidate that was just seen at `bbox` of `frame`.
+    ///
+    /// # Errors
+    /// When the motion model cannot start from the box.
+    pub fn new(standing: Standing, frame: &Frame, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
+        let belief = Belief::new(&params.motion, &params.policy, frame, bbox)?;
+        let (classes, unseen) = (Classes::default(), Unseen::default());
+        Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0 }, None))
+    }
+
+    /// A candidate that was detected once.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn born(frame: &Frame, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
+        let mut evidence = Evidence::new(params.birth.model);
+        evidence.look(Some(detection), &params.birth);
+        let mut born = Self::new(Standing::Candidate(evidence), frame, detection.bbox, params)?;
+        let estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
+        born.answer = Some((estimate, Elapsed::default()));
+        born.count_class(detection);
+        Ok(born)
     }
 
     /// From what was saved.
-    pub fn of(belief: Belief, appearance: Option<Box<dyn Tracker>>) -> Self {
-        Self { belief, appearance, prior: None, expectation: None, answer: None }
+    pub const fn of(known: Known, appearance: Option<Box<dyn Appearance>>) -> Self {
+        Self { known, appearance, prior: None, expectation: None, answer: None }
+    }
+
+    /// Its id; `None` while it is a candidate.
+    pub const fn id(&self) -> Option<TargetId> {
+        self.known.id()
     }
 
     /// Where it is believed to be now.
     pub fn bbox(&self) -> BBox {
-        self.belief.motion.bbox()
+        self.known.belief.motion.bbox()
     }
 
-    /// What a detector is told of it.
-    pub fn followed(&self) -> Followed {
-        Followed { bbox: self.bbox(), measured: self.belief.state == TrackState::Tracking }
+    /// What a detector is told of it: nothing of candidates and of what is lost.
+    pub fn followed(&self) -> Option<Followed> {
+        let state = self.known.belief.state;
+        let followed = self.id().is_some() && state != TrackState::Lost;
+        followed.then(|| Followed { bbox: self.bbox(), measured: state == TrackState::Tracking })
+    }
+
+    /// The camera's motion moved the picture.
+    pub fn carry(&mut self, motion: &CameraMotion) {
+        let Some(shift) = motion.at(self.bbox().center()) else { return };
+        self.known.belief.carry(shift);
+        if let Some(appearance) = &mut self.appearance {
+            appearance.carry(shift);
+        }
     }
 
     /// Phase 1: where it should be in this frame.
-    pub fn predict(&mut self, dt_s: f64, params: &AssociationParams) -> Result<(), EstimationError> {
-        let prior = self.belief.motion.predict(dt_s)?;
-        self.expectation = Some(Expectation::new(&prior, params));
+    pub fn predict(&mut self, frame: &Frame, params: &ManyParams) -> Result<()> {
+        let dt_s = self.known.belief.last.advance(frame)?;
+        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(frame.index(), e))?;
+        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(frame.index(), e))?);
         self.prior = Some(prior);
         Ok(())
     }
 
-    /// Phase 2: what it costs to take a detection for this target; `None` outside the gate.
-    pub fn cost(&self, detection: &Detection, params: &AssociationParams) -> Option<f64> {
-        let other_class = self.belief.classes.is_other(detection.class.as_ref());
-        self.expectation.as_ref()?.cost(&detection.bbox, other_class, params)
+    /// Phase 2: what association knows of it, once it was predicted.
+    pub fn claimant(&self) -> Option<Claimant<'_>> {
+        let expectation = self.expectation.as_ref()?;
+        let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
+        Some(Claimant { expectation, confirmed, state, classes: &self.known.classes })
     }
 
-    /// Counts what a detection was taken for.
-    pub fn count_class(&mut self, detection: &Detection) {
+    fn count_class(&mut self, detection: &Detection) {
         if let Some(class) = &detection.class {
-            self.belief.classes.count(class, detection.confidence);
+            self.known.classes.count(class, detection.confidence);
         }
     }
 
-    /// Phase 3: takes its detection, or what appearance says where there is none.
-    pub fn update(&mut self, frame: &Frame, detection: Option<&Detection>, params: &AssociationParams) -> Result<()> {
+    /// Phase 3: takes the detections that it was given, or what appearance says where there are none.
+    pub fn update(
+        &mut self,
+        frame: &Frame,
+        detections: &[Detection],
+        shares: &Shares,
+        params: &ManyParams,
+    ) -> Result<()> {
         let Some(prior) = self.prior.take() else { return Ok(()) };
-        self.count(detection.is_some(), prior.dt_s);
-        detection.into_iter().for_each(|d| self.count_class(d));
-        let answer = self.appearance.as_mut().map(|a| a.update(frame)).transpose()?;
-        let mut found = match detection {
-            Some(d) => Some(Measurement::new(d.bbox, d.confidence)),
-            None => answer.as_ref().and_then(|a| self.plausible(a, params)),
+        let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let detection = likeliest.and_then(|(d, _)| detections.get(*d));
+        self.count(detection, prior.dt_s, params);
+        let found = merged(detections, shares).map(|found| self.gated(found, params));
+        let shared = shared(detections, shares);
+        let told = found.as_ref().map(|measurement| Told {
+            measurement,
+            shared: &shared,
+            least_overlap: params.appearance_overlap,
+        });
+        let (standing, undetected_s, expectation) = (self.known.standing, self.known.undetected_s, self.expectation);
+        let believable = |seen: &Measurement| {
+            // Sure enough, near its prediction, not for too long.
+            let near = |e: &Expectation| e.admits(&seen.bbox, &params.association);
+            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near);
+            seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
-        if let (Some(found), Some(expectation)) = (&mut found, &self.expectation) {
-            let share = (expectation.distance2(&found.bbox) / params.gate).clamp(0.0, 1.0);
-            found.gate_share = Some(share).filter(|_| self.belief.state != TrackState::Lost);
-        }
-        let estimate = self.judge(frame, &prior, found)?;
-        if let (Some(detection), Some(appearance), Some(answer)) = (detection, &mut self.appearance, &answer)
-            && answer.bbox.iou(&detection.bbox) < params.appearance_overlap
-        {
-            appearance.reinit(frame, detection.bbox)?;
+        let belief = &mut self.known.belief;
+        let estimate = match &mut self.appearance {
+            Some(appearance) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
+            None => conclude(frame, belief, &prior, told.as_ref())?,
+        };
+        if estimate.state == TrackState::Tracking {
+            self.known.unseen = Unseen::default();
         }
         self.answer = Some((estimate, Elapsed::default()));
         Ok(())
     }
 
-    fn count(&mut self, detected: bool, dt_s: f64) {
-        let belief = &mut self.belief;
-        belief.history = belief.history << 1 | u64::from(detected);
-        belief.looks += 1;
-        belief.undetected_s = if detected { 0.0 } else { belief.undetected_s + dt_s };
-        belief.unseen_s += dt_s;
+    /// A detection with its distance from the prediction.
+    fn gated(&self, mut found: Measurement, params: &ManyParams) -> Measurement {
+        let distance2 = self.expectation.as_ref().map(|e| e.distance2(&found.bbox));
+        let share = distance2.map(|d| (d / params.association.gate).clamp(0.0, 1.0));
+        found.gate_share = share.filter(|_| self.known.belief.state != TrackState::Lost);
+        found
     }
 
-    /// What appearance says, where it may be believed: it sees the target, near its prediction, not for too long.
-    fn plausible(&self, answer: &Estimate, params: &AssociationParams) -> Option<Measurement> {
-        let trusted = self.belief.given || self.belief.undetected_s <= params.appearance_s;
-        let gated = |e: &Expectation| e.cost(&answer.bbox, false, params).is_some();
-        let near = self.belief.given || self.expectation.as_ref().is_some_and(gated);
-        let believed = answer.state == TrackState::Tracking && trusted && near;
-        believed.then(|| Measurement::new(answer.bbox, answer.score))
-    }
-
-    /// The policy's judgement, and what it does to the motion.
-    fn judge(&mut self, frame: &Frame, prior: &Prior, found: Option<Measurement>) -> Result<Estimate> {
-        let belief = &mut self.belief;
-        let failed = |e: EstimationError| failed(frame.index(), e);
-        let evidence = Evidence { frame: frame.size(), prior, found: found.as_ref(), state: belief.state };
-        let verdict = belief.policy.judge(&evidence);
-        let doubt = evidence.doubt(verdict.state, || None);
-        if let Some(found) = found.as_ref().filter(|_| verdict.state == TrackState::Tracking) {
-            if belief.state == TrackState::Lost {
-                belief.motion.restart(found.bbox);
-            } else {
-                belief.motion.correct(&Sight::from(found)).map_err(failed)?;
-            }
-            belief.last_believed = belief.motion.bbox();
-            belief.unseen_s = 0.0;
+    fn count(&mut self, detection: Option<&Detection>, dt_s: f64, params: &ManyParams) {
+        detection.into_iter().for_each(|d| self.count_class(d));
+        let known = &mut self.known;
+        if let Standing::Candidate(evidence) = &mut known.standing {
+            evidence.look(detection, &params.birth);
         }
-        belief.state = verdict.state;
-        let lost = verdict.state == TrackState::Lost;
-        Ok(Estimate {
-            time_s: frame.time_s(),
-            bbox: if lost { belief.last_believed } else { belief.motion.bbox() },
-            score: verdict.score.clamp(0.0, 1.0),
-            state: verdict.state,
-            doubt,
-            prediction: Some(prior.bbox),
-            measurement: found.map(|m| m.bbox),
-            searched: None,
-            covariance: belief.motion.covariance(),
-            velocity: belief.motion.velocity().filter(|_| !lost),
-            next: belief.motion.next_sample(),
-            diagnostics: Diagnostics::default(),
-        })
+        known.undetected_s = if detection.is_some() { 0.0 } else { known.undetected_s + dt_s };
+        known.unseen.wait(dt_s);
     }
 
-    /// Phase 4: whether a candidate was detected often enough.
-    pub fn is_confirmed(&self, params: &AssociationParams) -> bool {
-        self.hits(params) >= params.confirm_hits
+    /// Phase 4: whether a candidate is a target.
+    pub fn is_confirmed(&self, params: &ManyParams) -> bool {
+        matches!(&self.known.standing, Standing::Candidate(evidence) if evidence.confirms(&params.birth))
     }
 
     /// Phase 4: whether it is to be given up.
-    pub fn is_dead(&self, frame: &Frame, params: &AssociationParams) -> bool {
-        let belief = &self.belief;
-        if belief.given {
-            return false;
+    pub fn is_dead(&self, frame: &Frame, params: &ManyParams) -> bool {
+        match &self.known.standing {
+            Standing::Given(_) => false,
+            Standing::Candidate(evidence) => evidence.refutes(&params.birth),
+            Standing::Confirmed(_) => {
+                // A target that is lost where no picture is has left.
+                let lost = self.known.belief.state == TrackState::Lost;
+                let left = lost && self.bbox().clipped_to(frame.size()).is_none();
+                left || self.known.unseen.is_too_long(&params.death)
+            }
         }
-        if belief.id.is_none() {
-            let looks = usize::try_from(belief.looks).unwrap_or(usize::MAX).min(params.confirm_looks);
-            return looks - self.hits(params).min(looks) > params.confirm_looks - params.confirm_hits;
-        }
-        // A target that is lost where no picture is has left.
-        let left = belief.state == TrackState::Lost && self.bbox().clipped_to(frame.size()).is_none();
-        left || belief.unseen_s > params.dies_after_s
-    }
-
-    /// How often it was detected in the last N frames.
-    fn hits(&self, params: &AssociationParams) -> usize {
-        let unused = u64::BITS.saturating_sub(params.confirm_looks as u32);
-        (self.belief.history << unused).count_ones() as usize
     }
 
     /// A user says where it is.
     pub fn put(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         if let Some(appearance) = &mut self.appearance {
-            appearance.reinit(frame, bbox)?;
+            appearance.restart(frame, bbox)?;
         }
-        let belief = &mut self.belief;
-        belief.motion.restart(bbox);
-        belief.policy.restart();
-        belief.state = TrackState::Tracking;
-        belief.last_believed = bbox;
-        belief.classes = Classes::default();
-        (belief.unseen_s, belief.undetected_s) = (0.0, 0.0);
+        self.known.belief.restart(frame, bbox);
+        self.known.classes = Classes::default();
+        (self.known.unseen, self.known.undetected_s) = (Unseen::default(), 0.0);
         Ok(())
     }
 
-    /// Goes on with other parameters.
-    pub fn change(&mut self, params: &AssociationParams) -> Result<(), EstimationError> {
-        if *self.belief.motion.params() != params.motion {
-            self.belief.motion.change(params.motion.clone())?;
+    /// Goes on with other parameters; what speaks for a candidate begins anew where another model gathers it.
+    pub fn change(&mut self, params: &ManyParams) -> Result<(), EstimationError> {
+        self.known.belief.change(&params.motion, &params.policy)?;
+        match &mut self.known.standing {
+            Standing::Candidate(evidence) if evidence.model() != params.birth.model => {
+                *evidence = Evidence::new(params.birth.model);
+            }
+            Standing::Candidate(_) | Standing::Confirmed(_) | Standing::Given(_) => {}
         }
-        self.belief.policy.change(params.policy.clone());
         Ok(())
     }
 }
 
+/// The policy's judgement of a target without appearance, and what it does to the belief.
+fn conclude(frame: &Frame, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
+    let measurement = told.map(|t| t.measurement);
+    let judgement = belief.judge(frame.size(), prior, measurement, || None);
+    if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
+        belief.believe(told.measurement, told.shared, false).map_err(|e| failed(frame.index(), e))?;
+    }
+    Ok(belief.report(frame, prior, judgement, measurement))
+}
+
+/// The one measurement that stands for all detections given: their mean by probability.
+fn merged(detections: &[Detection], shares: &Shares) -> Option<Measurement> {
+    let given = || shares.iter().filter_map(|(d, p)| Some((detections.get(*d)?, *p)));
+    if let [(d, _)] = shares.as_slice() {
+        return detections.get(*d).map(|d| Measurement::new(d.bbox, d.confidence));
+    }
+    let total: f64 = given().map(|(_, p)| p).sum();
+    let mean = |of: fn(&Detection) -> f64| given().map(|(d, p)| p * of(d)).sum::<f64>() / total;
+    let center = Point::new(mean(|d| d.bbox.center().x), mean(|d| d.bbox.center().y));
+    let bbox = BBox::from_center_size(center, mean(|d| d.bbox.width()), mean(|d| d.bbox.height()));
+    (total > 0.0).then(|| Measurement::new(bbox, mean(|d| d.confidence)))
+}
+
+/// The detections given, each with its probability, where that is not one detection for certain.
+fn shared(detections: &[Detection], shares: &Shares) -> Vec<(Sight, f64)> {
+    if let [] | [(_, 1.0)] = shares.as_slice() {
+        return Vec::new();
+    }
+    shares.iter().filter_map(|(d, p)| Some((Sight::of(detections.get(*d)?.bbox, None), *p))).collect()
+}
+
 /// Says of an error of the motion model where it happened.
 pub(super) fn failed(index: u64, source: EstimationError) -> TrackingError {
-    TrackingError::Computation { tracker: super::associating::NAME.to_owned(), index, source: Box::new(source) }
+    crate::belief::failed(super::associating::NAME, index, source)
 }

@@ -121,28 +121,22 @@ impl TargetSet {
 
 /// A set written down: each target with its tracker's own bytes.
 #[derive(Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "Saved")]
 struct Saved {
     last_id: u64,
     targets: Vec<(TargetId, Vec<u8>)>,
 }
 
-#[derive(Deserialize)]
-struct Raw {
-    last_id: u64,
-    targets: Vec<(TargetId, Vec<u8>)>,
-}
+pursuit_estimation::checked!(Saved);
 
-impl TryFrom<Raw> for Saved {
-    type Error = &'static str;
-
-    fn try_from(Raw { last_id, targets }: Raw) -> Result<Self, Self::Error> {
-        let ids: Vec<u64> = targets.iter().map(|(id, _)| id.0).collect();
+impl Saved {
+    fn restored(self) -> Result<Self, &'static str> {
+        let ids: Vec<u64> = self.targets.iter().map(|(id, _)| id.0).collect();
         let in_order = ids.windows(2).all(|w| w[0] < w[1]);
-        if !in_order || ids.iter().any(|id| !(1..=last_id).contains(id)) {
+        if !in_order || ids.iter().any(|id| !(1..=self.last_id).contains(id)) {
             return Err("its ids are not in order");
         }
-        Ok(Self { last_id, targets })
+        Ok(self)
     }
 }
 

@@ -1,11 +1,40 @@
-use super::constant_velocity::MeasurementNoise;
-use super::{MotionFilter, MotionParams, Sight, box_covariance, box_of, extent_px, measured};
+use super::{MotionFilter, MotionParams, RelativeNoise, Sight, box_covariance, box_of, extent_px, measured};
 use crate::roles::Prior;
 use crate::{BoxCovariance, Velocity};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 use pursuit_estimation::{Gaussian, Imm, LinearMeasurement, Result, Switching, Transition};
 use pursuit_geometry::BBox;
 use serde::{Deserialize, Serialize};
+
+pursuit_parameters::parameters! {
+    /// The three modes of the motion model `bounce`.
+    pub struct BounceParams {
+        /// *Steady*: spectral density of the white acceleration.
+        pub steady_acceleration: f64 = 0.01, in 0.0.., unit "sizes²/s³", source "ours";
+        /// *Flight*: spectral density of the white jerk.
+        pub flight_jerk: f64 = 2500.0, in 0.0.., unit "sizes²/s⁵", source "ours";
+        /// Standard deviation of the acceleration when a flight begins.
+        pub flight_acceleration: f64 = 100.0, in above(0.0), unit "sizes/s²", source "ours";
+        /// *Jump*: standard deviation of the change of velocity, added to `jump_of_speed` times the speed.
+        pub jump_speed: f64 = 3.0, in above(0.0), unit "sizes/s", source "ours";
+        /// *Jump*: standard deviation of the change of velocity as a share of the speed (a bounce turns it round).
+        pub jump_of_speed: f64 = 1.0, in 0.0.., source "ours";
+        /// Mean time between jumps.
+        pub between_jumps_s: f64 = 1.0, in above(0.0), unit "s", source "ours";
+        /// Mean time in a mode, steady motion or flight.
+        pub sojourn_s: f64 = 1.5, in above(0.0), unit "s", source "ours";
+        /// Probability that flight, not steady motion, follows a jump.
+        pub flight_after_jump: f64 = 0.7, in 0.0..=1.0, source "ours";
+        /// Probability of flight at the start.
+        pub flight_at_start: f64 = 0.4, in 0.0..=0.5, source "ours";
+        /// Probability of a jump at the start.
+        pub jump_at_start: f64 = 0.1, in 0.0..=0.5, source "ours";
+        /// A side shorter than this share of the expected one may be cut by what hides the target.
+        pub cut_below: f64 = 0.85, in 0.0..=1.0, source "ours";
+        /// Sides that shrink in step, to within this ratio, mean a smaller (more distant) target, not a cut one.
+        pub in_step: f64 = 0.8, in 0.0..=1.0, source "ours";
+    }
+}
 
 /// Components of the state `[x, y, vx, vy, ax, ay, w, h]`.
 const STATES: usize = 8;
@@ -14,63 +43,6 @@ const SIZE: usize = 6;
 /// Motion models: steady, flight, jump.
 const MODES: usize = 3;
 
-/// Settings of a [`ManoeuvringBox`], all relative to the box's extent (side of the square of equal area) and in continuous
-/// time, so that they suit any distance and any frame rate.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ManoeuvreNoise {
-    /// *Steady*: spectral density of the white acceleration, in extents²/s³; ≥ 0.
-    pub steady_acceleration: f64,
-    /// *Flight*: spectral density of the white jerk, in extents²/s⁵; ≥ 0.
-    pub flight_jerk: f64,
-    /// Standard deviation of the acceleration when a flight begins, in extents/s²; > 0.
-    pub flight_acceleration: f64,
-    /// *Jump*: standard deviation of the change of velocity, in extents/s, added to `jump_of_speed` times the speed; > 0.
-    pub jump_speed: f64,
-    /// *Jump*: standard deviation of the change of velocity as a fraction of the speed (a bounce turns it round); ≥ 0.
-    pub jump_of_speed: f64,
-    /// Mean time between jumps, in seconds; > 0.
-    pub between_jumps_s: f64,
-    /// Mean duration of steady motion and of flight, in seconds; > 0.
-    pub sojourn_s: f64,
-    /// Probability that flight, not steady motion, follows a jump.
-    pub flight_after_jump: f64,
-    /// Probabilities of flight and of a jump at the start.
-    pub at_start: (f64, f64),
-    /// Growth of the standard deviation of the size, in extents per √s; ≥ 0.
-    pub size_change: f64,
-    /// Standard deviation of the velocity at the start, in extents/s; > 0.
-    pub start_speed: f64,
-    /// What a measurement is worth.
-    pub measurement: MeasurementNoise,
-}
-
-impl ManoeuvreNoise {
-    /// For balls: thrown, rolled, bounced and carried.
-    pub fn ball() -> Self {
-        (&MotionParams::ball()).into()
-    }
-}
-
-impl From<&MotionParams> for ManoeuvreNoise {
-    fn from(p: &MotionParams) -> Self {
-        let b = &p.bounce;
-        Self {
-            steady_acceleration: b.steady_acceleration,
-            flight_jerk: b.flight_jerk,
-            flight_acceleration: b.flight_acceleration,
-            jump_speed: b.jump_speed,
-            jump_of_speed: b.jump_of_speed,
-            between_jumps_s: b.between_jumps_s,
-            sojourn_s: b.sojourn_s,
-            flight_after_jump: b.flight_after_jump,
-            at_start: (b.flight_at_start, b.jump_at_start),
-            size_change: p.size_change,
-            start_speed: p.start_speed,
-            measurement: p.into(),
-        }
-    }
-}
-
 /// A box that moves steadily, flies (constant acceleration: gravity) or jumps (its velocity changes at some instant
 /// within the step: a bounce, a hit): three models over one state, interacting (Blom and Bar-Shalom 1988).
 ///
@@ -78,7 +50,8 @@ impl From<&MotionParams> for ManoeuvreNoise {
 /// velocity has been seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ManoeuvringBox {
-    noise: ManoeuvreNoise,
+    params: BounceParams,
+    noise: RelativeNoise,
     models: Imm<STATES, MODES>,
     /// Whether the last prediction has been followed by a measurement.
     measured: bool,
@@ -89,8 +62,9 @@ impl ManoeuvringBox {
     ///
     /// # Errors
     /// When the box is not finite or a noise is out of range.
-    pub fn new(noise: ManoeuvreNoise, bbox: BBox) -> Result<Self> {
-        Ok(Self { noise, models: start(&noise, bbox)?, measured: true })
+    pub fn new(params: &MotionParams, bbox: BBox) -> Result<Self> {
+        let (params, noise) = (params.bounce.clone(), RelativeNoise::from(params));
+        Ok(Self { models: start(&params, &noise, bbox)?, params, noise, measured: true })
     }
 
     /// The belief of the whole about `[x, y, vx, vy, ax, ay, w, h]`.
@@ -104,15 +78,15 @@ impl ManoeuvringBox {
     }
 
     fn transitions(&self, dt: f64) -> Result<[Transition<STATES>; MODES]> {
-        let noise = &self.noise;
+        let (params, noise) = (&self.params, &self.noise);
         let state = self.models.combined();
         let mean = state.mean();
         let extent = extent_px(&self.bbox());
         let size_variance = (noise.size_change * extent).powi(2) * dt;
-        let flight_start = (noise.flight_acceleration * extent).powi(2);
+        let flight_start = (params.flight_acceleration * extent).powi(2);
 
         // Steady: the acceleration plays no part; it is kept as unknown, for the moment a flight begins.
-        let steady_q = noise.steady_acceleration * extent * extent;
+        let steady_q = params.steady_acceleration * extent * extent;
         let steady = Matrix2::new(dt.powi(3) / 3.0, dt.powi(2) / 2.0, dt.powi(2) / 2.0, dt) * steady_q;
         let steady = Matrix3::new(
             steady[(0, 0)],
@@ -129,7 +103,7 @@ impl ManoeuvringBox {
 
         // Flight: constant acceleration driven by white jerk.
         let flight_f = Matrix3::new(1.0, dt, dt * dt / 2.0, 0.0, 1.0, dt, 0.0, 0.0, 1.0);
-        let jerk_q = noise.flight_jerk * extent * extent;
+        let jerk_q = params.flight_jerk * extent * extent;
         let jerk = |i: i32, over: f64| jerk_q * dt.powi(i) / over;
         let flight = Matrix3::new(
             jerk(5, 20.0),
@@ -146,7 +120,7 @@ impl ManoeuvringBox {
         // Jump: a change D of velocity at an instant uniform within the step moves the position by (1 − τ) dt D, whence
         // dt²/3, dt/2 and 1 times the variance of D.
         let speed = mean[2].hypot(mean[3]);
-        let jump_variance = (noise.jump_speed * extent + noise.jump_of_speed * speed).powi(2);
+        let jump_variance = (params.jump_speed * extent + params.jump_of_speed * speed).powi(2);
         let mut jump = flight;
         jump[(0, 0)] += jump_variance * dt * dt / 3.0;
         jump[(0, 1)] += jump_variance * dt / 2.0;
@@ -170,8 +144,8 @@ impl ManoeuvringBox {
     }
 
     fn switching(&self, dt_s: f64) -> Result<Switching<MODES>> {
-        let jump = 1.0 - (-dt_s / self.noise.between_jumps_s).exp();
-        let change = (1.0 - (-dt_s / self.noise.sojourn_s).exp()) / 2.0;
+        let jump = 1.0 - (-dt_s / self.params.between_jumps_s).exp();
+        let change = (1.0 - (-dt_s / self.params.sojourn_s).exp()) / 2.0;
         let stay = 1.0 - change;
         // A jump is over within its step.
         Switching::per_step(Matrix3::new(
@@ -181,8 +155,8 @@ impl ManoeuvringBox {
             (1.0 - jump) * change,
             (1.0 - jump) * stay,
             jump,
-            (1.0 - jump) * (1.0 - self.noise.flight_after_jump),
-            (1.0 - jump) * self.noise.flight_after_jump,
+            (1.0 - jump) * (1.0 - self.params.flight_after_jump),
+            (1.0 - jump) * self.params.flight_after_jump,
             jump,
         ))
     }
@@ -193,17 +167,17 @@ impl ManoeuvringBox {
     }
 }
 
-fn start(noise: &ManoeuvreNoise, bbox: BBox) -> Result<Imm<STATES, MODES>> {
+fn start(params: &BounceParams, noise: &RelativeNoise, bbox: BBox) -> Result<Imm<STATES, MODES>> {
     let extent = extent_px(&bbox);
     let z = measured(&bbox);
     let (position, size) = noise.measurement.variances(extent, None);
     let velocity = (noise.start_speed * extent).powi(2);
-    let acceleration = (noise.flight_acceleration * extent).powi(2);
+    let acceleration = (params.flight_acceleration * extent).powi(2);
     let belief = Gaussian::from_variances(
         SVector::from([z[0], z[1], 0.0, 0.0, 0.0, 0.0, z[2], z[3]]),
         SVector::from([position, position, velocity, velocity, acceleration, acceleration, size, size]),
     )?;
-    let (flight, jump) = noise.at_start;
+    let (flight, jump) = (params.flight_at_start, params.jump_at_start);
     Imm::new(belief, [1.0 - flight - jump, flight, jump])
 }
 
@@ -230,7 +204,7 @@ impl MotionFilter for ManoeuvringBox {
 
     fn restart(&mut self, bbox: BBox) {
         // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
-        if let Ok(models) = start(&self.noise, bbox) {
+        if let Ok(models) = start(&self.params, &self.noise, bbox) {
             self.models = models;
             self.measured = true;
         }
@@ -254,25 +228,35 @@ impl MotionFilter for ManoeuvringBox {
 mod tests {
     use super::*;
 
-    const NOISE: ManoeuvreNoise = ManoeuvreNoise {
-        steady_acceleration: 3.0,
-        flight_jerk: 7.0,
-        flight_acceleration: 5.0,
-        jump_speed: 4.0,
-        jump_of_speed: 1.3,
-        between_jumps_s: 0.9,
-        sojourn_s: 0.6,
-        flight_after_jump: 0.7,
-        at_start: (0.2, 0.1),
-        size_change: 0.3,
-        start_speed: 1.7,
-        measurement: MeasurementNoise { position: 0.07, size: 0.13, floor_px: 0.6 },
-    };
+    fn params() -> MotionParams {
+        MotionParams {
+            size_change: 0.3,
+            start_speed: 1.7,
+            position_noise: 0.07,
+            size_noise: 0.13,
+            noise_floor_px: 0.6,
+            bounce: BounceParams {
+                steady_acceleration: 3.0,
+                flight_jerk: 7.0,
+                flight_acceleration: 5.0,
+                jump_speed: 4.0,
+                jump_of_speed: 1.3,
+                between_jumps_s: 0.9,
+                sojourn_s: 0.6,
+                flight_after_jump: 0.7,
+                flight_at_start: 0.2,
+                jump_at_start: 0.1,
+                ..BounceParams::default()
+            },
+            ..MotionParams::default()
+        }
+    }
+
     /// Side of the square of the same area.
     const EXTENT: f64 = 30.0;
 
     fn filter() -> ManoeuvringBox {
-        ManoeuvringBox::new(NOISE, BBox::from_ltwh(10.0, 20.0, 20.0, 45.0)).unwrap()
+        ManoeuvringBox::new(&params(), BBox::from_ltwh(10.0, 20.0, 20.0, 45.0)).unwrap()
     }
 
     /// The mean of `f` over `[0, 1]`.
@@ -288,7 +272,8 @@ mod tests {
 
     #[test]
     fn noise_is_what_white_noise_and_jumps_add_up_to() {
-        let dt = 0.3;
+        let (dt, params) = (0.3, params());
+        let bounce = &params.bounce;
         // Moved once, so that jumps know a speed.
         let mut moving = filter();
         moving.predict(dt).unwrap();
@@ -309,10 +294,10 @@ mod tests {
                 * extent.powi(2)
                 * dt
         };
-        let mut steady = carried(NOISE.steady_acceleration, 1);
-        steady[(2, 2)] = (NOISE.flight_acceleration * extent).powi(2);
-        let flight = carried(NOISE.flight_jerk, 2);
-        let jump_speed = NOISE.jump_speed * extent + NOISE.jump_of_speed * speed;
+        let mut steady = carried(bounce.steady_acceleration, 1);
+        steady[(2, 2)] = (bounce.flight_acceleration * extent).powi(2);
+        let flight = carried(bounce.flight_jerk, 2);
+        let jump_speed = bounce.jump_speed * extent + bounce.jump_of_speed * speed;
         let jump = flight
             + mean(|t| {
                 let g = flown(t * dt).column(1) * jump_speed;
@@ -330,7 +315,7 @@ mod tests {
                     "{k}: {noise} {q}"
                 );
                 let side = transitions[k].noise()[(SIZE + axis, SIZE + axis)];
-                assert!((side - (NOISE.size_change * extent).powi(2) * dt).abs() < 1e-9, "{k}");
+                assert!((side - (params.size_change * extent).powi(2) * dt).abs() < 1e-9, "{k}");
             }
         }
     }

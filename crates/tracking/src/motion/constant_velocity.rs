@@ -168,6 +168,14 @@ impl MotionFilter for BoxFilter {
         Ok(())
     }
 
+    fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+        let values: Vec<_> = sights.iter().map(|(sight, _)| measured(&sight.bbox)).collect();
+        let each = || sights.iter().map(|(_, probability)| *probability);
+        let missed = (1.0 - each().sum::<f64>()).max(0.0);
+        let probabilities: Vec<f64> = std::iter::once(missed).chain(each()).collect();
+        self.belief.update_weighted(&self.sensor(None)?, &values, &probabilities)
+    }
+
     fn restart(&mut self, bbox: BBox) {
         // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
         if let Ok(belief) = start(&self.noise, bbox) {

@@ -6,24 +6,41 @@
 mod bounce;
 mod camera;
 mod center;
+mod constant_acceleration;
 mod constant_velocity;
+mod coordinated_turn;
+mod gao2007;
+mod imm;
+mod input_estimation;
+mod paper;
 mod params;
 mod partial_occlusion;
 mod sampled;
+mod singer;
+mod still;
+mod zhu2014;
 
-pub use bounce::{ManoeuvreNoise, ManoeuvringBox};
-pub use camera::{CameraCompensation, CameraShift};
-pub use center::CenterFilter;
+pub use bounce::{BounceParams, ManoeuvringBox};
+pub use camera::{CameraCompensation, CameraMotion, CameraShift};
+pub use constant_acceleration::ConstantAccelerationParams;
 pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
-pub use params::{BounceParams, HalfIntervalReading, MotionModel, MotionParams, SamplingParams};
+pub use coordinated_turn::CoordinatedTurnParams;
+pub use gao2007::Gao2007Params;
+pub use imm::ImmParams;
+pub use input_estimation::InputEstimationParams;
+pub use params::{MotionModel, MotionParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
-pub use sampled::SampledBox;
+pub use sampled::{ExtrapolationParams, SampledBox, SamplingParams};
+pub use singer::{CurrentStatisticalParams, SingerParams};
+pub use zhu2014::{HalfIntervalReading, Zhu2014Params};
 
-use crate::roles::{Measurement, Prior};
-use crate::{BoxCovariance, Forecast, NextSample, Velocity};
+use center::CenterFilter;
+use still::StillBox;
+
+use crate::{BoxCovariance, Forecast, Measurement, NextSample, Prior, Velocity};
 use nalgebra::{SMatrix, SVector};
+use pursuit_estimation::Result;
 use pursuit_estimation::motion::StepBox;
-use pursuit_estimation::{EstimationError, Result};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +82,19 @@ pub trait MotionFilter {
     /// When the step cannot be computed; the belief is then as before.
     fn correct(&mut self, sight: &Sight) -> Result<()>;
 
+    /// Corrects the belief by measurements of which at most one is the target's, each with the probability that it is; these sum
+    /// to one at most. A model that knows no better corrects by what is to be expected of the measurement: the box believed
+    /// is then right, and its covariance that of one sure measurement.
+    ///
+    /// # Errors
+    /// When the step cannot be computed; the belief is then as before.
+    fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+        let missed = 1.0 - sights.iter().map(|(_, probability)| probability).sum::<f64>();
+        let each = sights.iter().map(|(sight, probability)| measured(&sight.bbox) * *probability);
+        let mean = each.fold(measured(&self.bbox()) * missed, |sum, part| sum + part);
+        self.correct(&Sight::of(box_of(&mean, 2), None))
+    }
+
     /// Starts anew at `bbox`, at rest. A box that is not finite changes nothing.
     fn restart(&mut self, bbox: BBox);
 
@@ -76,6 +106,11 @@ pub trait MotionFilter {
 
     /// Velocity of the centre believed now.
     fn velocity(&self) -> Option<Velocity>;
+
+    /// Where the target will be at the next sample, of models that sample.
+    fn next_sample(&self) -> Option<NextSample> {
+        None
+    }
 }
 
 /// The motion model of a target: the one that its parameters name.
@@ -87,13 +122,72 @@ pub struct Motion {
     offset: (f64, f64),
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum Model {
-    Box(Box<BoxFilter>),
-    Bounce(Box<PartialOcclusion<ManoeuvringBox>>),
-    Center(Box<CenterFilter>),
-    Still(StillBox),
-    Sampled(Box<SampledBox>),
+macro_rules! filters {
+    ($($name:ident: $filter:ty),+ $(,)?) => {
+        /// The filter of a model.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        enum Model {
+            $($name(Box<$filter>)),+
+        }
+
+        impl Model {
+            fn filter(&self) -> &dyn MotionFilter {
+                match self { $(Self::$name(filter) => &**filter),+ }
+            }
+
+            fn filter_mut(&mut self) -> &mut dyn MotionFilter {
+                match self { $(Self::$name(filter) => &mut **filter),+ }
+            }
+        }
+
+        $(impl From<$filter> for Model {
+            fn from(filter: $filter) -> Self {
+                Self::$name(Box::new(filter))
+            }
+        })+
+    };
+}
+
+filters! {
+    Box: BoxFilter,
+    ConstantAcceleration: CenterFilter<ConstantAccelerationParams>,
+    CoordinatedTurn: CenterFilter<CoordinatedTurnParams>,
+    Singer: CenterFilter<SingerParams>,
+    CurrentStatistical: CenterFilter<CurrentStatisticalParams>,
+    Imm: CenterFilter<ImmParams>,
+    Gao2007: CenterFilter<Gao2007Params>,
+    Zhu2014: CenterFilter<Zhu2014Params>,
+    InputEstimation: CenterFilter<InputEstimationParams>,
+    Bounce: PartialOcclusion<ManoeuvringBox>,
+    Sampled: SampledBox,
+    Still: StillBox,
+}
+
+impl Model {
+    /// The model that `params` name, at rest at `bbox`.
+    fn new(params: &MotionParams, bbox: BBox) -> Result<Self> {
+        let noise = RelativeNoise::from(params);
+        Ok(match params.model {
+            MotionModel::ConstantVelocity => BoxFilter::new(BoxNoise::Relative(noise), bbox)?.into(),
+            MotionModel::ConstantAcceleration => CenterFilter::new(&params.constant_acceleration, noise, bbox)?.into(),
+            MotionModel::CoordinatedTurn => CenterFilter::new(&params.coordinated_turn, noise, bbox)?.into(),
+            MotionModel::Singer => CenterFilter::new(&params.singer, noise, bbox)?.into(),
+            MotionModel::CurrentStatistical => CenterFilter::new(&params.current_statistical, noise, bbox)?.into(),
+            MotionModel::Imm => CenterFilter::new(&params.imm, noise, bbox)?.into(),
+            MotionModel::Gao2007 => CenterFilter::new(&params.gao2007, noise, bbox)?.into(),
+            MotionModel::Zhu2014 => CenterFilter::new(&params.zhu2014, noise, bbox)?.into(),
+            MotionModel::InputEstimation => CenterFilter::new(&params.input_estimation, noise, bbox)?.into(),
+            MotionModel::Bounce => {
+                PartialOcclusion::new(ManoeuvringBox::new(params, bbox)?, (&params.bounce).into()).into()
+            }
+            MotionModel::Ball => BoxFilter::new(BoxNoise::PerStep(StepBox::ball()), bbox)?.into(),
+            MotionModel::Qu2010 => SampledBox::new(params.qu2010.clone(), None, bbox)?.into(),
+            MotionModel::Qu2010Simplified => {
+                SampledBox::new(params.qu2010.clone(), Some(params.qu2010_simplified.clone()), bbox)?.into()
+            }
+            MotionModel::None => StillBox::new(bbox)?.into(),
+        })
+    }
 }
 
 impl Motion {
@@ -102,23 +196,7 @@ impl Motion {
     /// # Errors
     /// When the box is not finite or a noise is out of range.
     pub fn new(params: MotionParams, bbox: BBox) -> Result<Self> {
-        let model = match params.model {
-            MotionModel::None if bbox.is_finite() => Model::Still(StillBox(bbox)),
-            MotionModel::None => return Err(EstimationError::NotFinite { what: "the box" }),
-            MotionModel::ConstantVelocity => {
-                Model::Box(Box::new(BoxFilter::new(BoxNoise::Relative((&params).into()), bbox)?))
-            }
-            MotionModel::Ball => Model::Box(Box::new(BoxFilter::new(BoxNoise::PerStep(StepBox::ball()), bbox)?)),
-            MotionModel::Bounce => {
-                let filter = ManoeuvringBox::new((&params).into(), bbox)?;
-                Model::Bounce(Box::new(PartialOcclusion::new(filter, (&params.bounce).into())))
-            }
-            MotionModel::Qu2010 | MotionModel::Qu2010Simplified => {
-                let simplified = params.model == MotionModel::Qu2010Simplified;
-                Model::Sampled(Box::new(SampledBox::new(params.sampling.clone(), simplified, bbox)?))
-            }
-            _ => Model::Center(Box::new(CenterFilter::new(&params, bbox)?)),
-        };
+        let model = Model::new(&params, bbox)?;
         Ok(Self { params, model, offset: (0.0, 0.0) })
     }
 
@@ -169,98 +247,46 @@ impl Motion {
             velocity: ahead.velocity(),
         })
     }
-
-    /// Where the target will be at the next sample, of models that sample.
-    pub fn next_sample(&self) -> Option<NextSample> {
-        let Model::Sampled(filter) = &self.model else { return None };
-        let next = filter.next_sample();
-        let (dx, dy) = self.offset;
-        Some(NextSample { center: next.center.map(|at| Point::new(at.x + dx, at.y + dy)), ..next })
-    }
-
-    fn filter(&self) -> &dyn MotionFilter {
-        match &self.model {
-            Model::Box(filter) => &**filter,
-            Model::Bounce(filter) => &**filter,
-            Model::Center(filter) => &**filter,
-            Model::Still(filter) => filter,
-            Model::Sampled(filter) => &**filter,
-        }
-    }
-
-    fn filter_mut(&mut self) -> &mut dyn MotionFilter {
-        match &mut self.model {
-            Model::Box(filter) => &mut **filter,
-            Model::Bounce(filter) => &mut **filter,
-            Model::Center(filter) => &mut **filter,
-            Model::Still(filter) => filter,
-            Model::Sampled(filter) => &mut **filter,
-        }
-    }
 }
 
 impl MotionFilter for Motion {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        let prior = self.filter_mut().predict(dt_s)?;
+        let prior = self.model.filter_mut().predict(dt_s)?;
         Ok(Prior { bbox: self.in_picture(&prior.bbox), ..prior })
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
         let bbox = self.in_model(&sight.bbox);
-        self.filter_mut().correct(&Sight { bbox, ..*sight })
+        self.model.filter_mut().correct(&Sight { bbox, ..*sight })
+    }
+
+    fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+        let seen = |(sight, p): &(Sight, f64)| (Sight { bbox: self.in_model(&sight.bbox), ..*sight }, *p);
+        let sights: Vec<_> = sights.iter().map(seen).collect();
+        self.model.filter_mut().correct_shared(&sights)
     }
 
     fn restart(&mut self, bbox: BBox) {
         let bbox = self.in_model(&bbox);
-        self.filter_mut().restart(bbox);
+        self.model.filter_mut().restart(bbox);
     }
 
     fn bbox(&self) -> BBox {
-        self.in_picture(&self.filter().bbox())
+        self.in_picture(&self.model.filter().bbox())
     }
 
     fn covariance(&self) -> Option<BoxCovariance> {
-        self.filter().covariance()
+        self.model.filter().covariance()
     }
 
     fn velocity(&self) -> Option<Velocity> {
-        self.filter().velocity()
-    }
-}
-
-/// The box measured last, expected to stay.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct StillBox(BBox);
-
-impl MotionFilter for StillBox {
-    fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        Ok(Prior { bbox: self.0, innovation_covariance: None, dt_s })
+        self.model.filter().velocity()
     }
 
-    fn correct(&mut self, sight: &Sight) -> Result<()> {
-        if !sight.bbox.is_finite() {
-            return Err(EstimationError::NotFinite { what: "the measured box" });
-        }
-        self.0 = sight.bbox;
-        Ok(())
-    }
-
-    fn restart(&mut self, bbox: BBox) {
-        if bbox.is_finite() {
-            self.0 = bbox;
-        }
-    }
-
-    fn bbox(&self) -> BBox {
-        self.0
-    }
-
-    fn covariance(&self) -> Option<BoxCovariance> {
-        None
-    }
-
-    fn velocity(&self) -> Option<Velocity> {
-        None
+    fn next_sample(&self) -> Option<NextSample> {
+        let next = self.model.filter().next_sample()?;
+        let (dx, dy) = self.offset;
+        Some(NextSample { center: next.center.map(|at| Point::new(at.x + dx, at.y + dy)), ..next })
     }
 }
 

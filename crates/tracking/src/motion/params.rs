@@ -1,8 +1,17 @@
 //! The group `[motion]`.
 
+use super::bounce::BounceParams;
 use super::camera::CameraCompensation;
+use super::constant_acceleration::ConstantAccelerationParams;
+use super::coordinated_turn::CoordinatedTurnParams;
+use super::gao2007::Gao2007Params;
+use super::imm::ImmParams;
+use super::input_estimation::InputEstimationParams;
+use super::sampled::{ExtrapolationParams, SamplingParams};
+use super::singer::{CurrentStatisticalParams, SingerParams};
+use super::zhu2014::Zhu2014Params;
 
-crate::choices! {
+pursuit_parameters::choices! {
     /// How the target's motion is modelled.
     pub enum MotionModel {
         /// The velocity stays, disturbed by white acceleration.
@@ -36,17 +45,7 @@ crate::choices! {
     }
 }
 
-crate::choices! {
-    /// How `zhu2014` goes over an interval again in which the target manoeuvred (its equation (6)).
-    pub enum HalfIntervalReading {
-        /// The velocity jumped at an unknown instant, uniform over the interval.
-        Anywhere = "anywhere",
-        /// As printed: in the second half the target moves with the velocity observed.
-        Literal = "literal",
-    }
-}
-
-crate::parameters! {
+pursuit_parameters::parameters! {
     /// How the target's motion is modelled. Lengths are in target sizes (square root of the area), times in seconds, so that
     /// the same values suit near and distant targets and any frame rate.
     pub struct MotionParams {
@@ -54,28 +53,8 @@ crate::parameters! {
         pub model: MotionModel = MotionModel::ConstantVelocity, source "ours";
         /// How the camera's motion is found and taken out before the target's is predicted.
         pub camera: CameraCompensation = CameraCompensation::None, source "ours";
-        /// How suddenly the target moves: spectral density of its white acceleration. Of `imm` that of its agile mode.
-        pub acceleration: f64 = 100.0, in above(0.0), unit "sizes²/s³", source "ours";
-        /// Of `constant-acceleration`: spectral density of the white jerk.
-        pub jerk: f64 = 2500.0, in above(0.0), unit "sizes²/s⁵", source "ours";
-        /// Of `singer`, `current-statistical`: how long a manoeuvre lasts (1/α).
-        pub manoeuvre_s: f64 = 0.5, in above(0.0), unit "s", source "ours";
-        /// Of `singer`, `current-statistical`: the largest acceleration of an axis.
-        pub largest_acceleration: f64 = 20.0, in above(0.0), unit "sizes/s²", source "ours";
-        /// Of `coordinated-turn`: growth of the turn rate's variance.
-        pub turn_change: f64 = 4.0, in above(0.0), unit "rad²/s³", source "ours";
-        /// Of `imm`: turn rate of its two turning modes, left and right.
-        pub turn_rate: f64 = 2.0, in above(0.0), unit "rad/s", source "ours";
-        /// Of `imm`: the quiet mode's acceleration as a share of the agile one's.
-        pub quiet_share: f64 = 0.01, in above(0.0).at_most(1.0), source "ours";
-        /// Of `imm`: mean time in a mode.
-        pub sojourn_s: f64 = 1.0, in above(0.0), unit "s", source "ours";
-        /// Of `gao2007`, `zhu2014`, `input-estimation`: normalised innovation squared that tells of a manoeuvre.
-        pub surprise: f64 = 9.21, in above(0.0), source "zhu2014, 99 % of χ² with 2 degrees of freedom";
-        /// Of `zhu2014`: what is done about a manoeuvre.
-        pub half_interval: HalfIntervalReading = HalfIntervalReading::Anywhere, source "zhu2014, equation (6)";
-        /// Of `gao2007`, `zhu2014`: the frame interval that their papers count in.
-        pub frame_s: f64 = 0.033, in above(0.0), unit "s", source "ours";
+        /// How suddenly the target moves: spectral density of its white acceleration; of `imm` that of its agile mode.
+        pub acceleration: f64 = 100.0, in above(0.0), unit "sizes²/s³", source "ours", of ACCELERATED;
         /// Growth of the size's standard deviation.
         pub size_change: f64 = 0.3, in 0.0.., unit "sizes/√s", source "ours";
         /// Standard deviation of the velocity at the start.
@@ -87,58 +66,75 @@ crate::parameters! {
         pub size_noise: f64 = 0.003, in 0.0.., unit "sizes", source "ours";
         /// Added to both in quadrature: pixels are not finer than this.
         pub noise_floor_px: f64 = 0.05, in above(0.0), unit "px", source "ours";
-        /// Of `bounce`.
-        pub bounce: BounceParams = BounceParams::default();
-        /// Of `qu2010`, `qu2010-simplified`.
-        pub sampling: SamplingParams = SamplingParams::default();
+        /// Constant acceleration.
+        pub constant_acceleration as "constant-acceleration": ConstantAccelerationParams =
+            ConstantAccelerationParams::default(), of [MotionModel::ConstantAcceleration];
+        /// Circles at an estimated turn rate.
+        pub coordinated_turn as "coordinated-turn": CoordinatedTurnParams = CoordinatedTurnParams::default(),
+            of [MotionModel::CoordinatedTurn];
+        /// Acceleration that forgets.
+        pub singer: SingerParams = SingerParams::default(), of [MotionModel::Singer];
+        /// Acceleration that forgets, about the one estimated now.
+        pub current_statistical as "current-statistical": CurrentStatisticalParams = CurrentStatisticalParams::default(),
+            of [MotionModel::CurrentStatistical];
+        /// Interacting quiet, agile and turning motion.
+        pub imm: ImmParams = ImmParams::default(), of [MotionModel::Imm];
+        /// The regression of gao2007.
+        pub gao2007: Gao2007Params = Gao2007Params::default(), of [MotionModel::Gao2007];
+        /// The half intervals of zhu2014.
+        pub zhu2014: Zhu2014Params = Zhu2014Params::default(), of [MotionModel::Zhu2014];
+        /// Input estimation.
+        pub input_estimation as "input-estimation": InputEstimationParams = InputEstimationParams::default(),
+            of [MotionModel::InputEstimation];
+        /// Steady motion, flight and jumps.
+        pub bounce: BounceParams = BounceParams::default(), of [MotionModel::Bounce];
+        /// The samples of qu2010.
+        pub qu2010: SamplingParams = SamplingParams::default(), of [MotionModel::Qu2010, MotionModel::Qu2010Simplified];
+        /// The extrapolation of qu2010, section 5.
+        pub qu2010_simplified as "qu2010-simplified": ExtrapolationParams = ExtrapolationParams::default(),
+            of [MotionModel::Qu2010Simplified];
+    }
+    renamed {
+        "jerk" => ["constant-acceleration.jerk"],
+        "manoeuvre_s" => ["singer.manoeuvre_s", "current-statistical.manoeuvre_s"],
+        "largest_acceleration" => [
+            "singer.largest_acceleration", "current-statistical.largest_acceleration",
+            "constant-acceleration.start_acceleration"
+        ],
+        "turn_change" => ["coordinated-turn.turn_change"],
+        "turn_rate" => ["imm.turn_rate", "coordinated-turn.start_turn_rate"],
+        "quiet_share" => ["imm.quiet_share"],
+        "sojourn_s" => ["imm.sojourn_s"],
+        "surprise" => ["gao2007.surprise", "zhu2014.surprise", "input-estimation.surprise"],
+        "half_interval" => ["zhu2014.half_interval"],
+        "frame_s" => ["gao2007.frame_s", "zhu2014.frame_s"],
+        "sampling.three_points" => ["qu2010-simplified.three_points"],
+        "sampling" => ["qu2010"],
     }
 }
 
-crate::parameters! {
-    /// The three modes of the motion model `bounce`.
-    pub struct BounceParams {
-        /// *Steady*: spectral density of the white acceleration.
-        pub steady_acceleration: f64 = 0.01, in 0.0.., unit "sizes²/s³", source "ours";
-        /// *Flight*: spectral density of the white jerk.
-        pub flight_jerk: f64 = 2500.0, in 0.0.., unit "sizes²/s⁵", source "ours";
-        /// Standard deviation of the acceleration when a flight begins.
-        pub flight_acceleration: f64 = 100.0, in above(0.0), unit "sizes/s²", source "ours";
-        /// *Jump*: standard deviation of the change of velocity, added to `jump_of_speed` times the speed.
-        pub jump_speed: f64 = 3.0, in above(0.0), unit "sizes/s", source "ours";
-        /// *Jump*: standard deviation of the change of velocity as a share of the speed (a bounce turns it round).
-        pub jump_of_speed: f64 = 1.0, in 0.0.., source "ours";
-        /// Mean time between jumps.
-        pub between_jumps_s: f64 = 1.0, in above(0.0), unit "s", source "ours";
-        /// Mean duration of steady motion and of flight.
-        pub sojourn_s: f64 = 1.5, in above(0.0), unit "s", source "ours";
-        /// Probability that flight, not steady motion, follows a jump.
-        pub flight_after_jump: f64 = 0.7, in 0.0..=1.0, source "ours";
-        /// Probability of flight at the start.
-        pub flight_at_start: f64 = 0.4, in 0.0..=0.5, source "ours";
-        /// Probability of a jump at the start.
-        pub jump_at_start: f64 = 0.1, in 0.0..=0.5, source "ours";
-        /// A side shorter than this share of the expected one may be cut by what hides the target.
-        pub cut_below: f64 = 0.85, in 0.0..=1.0, source "ours";
-        /// Sides that shrink in step, to within this ratio, mean a smaller (more distant) target, not a cut one.
-        pub in_step: f64 = 0.8, in 0.0..=1.0, source "ours";
-    }
-}
-
-crate::parameters! {
-    /// The predictor of qu2010.
-    pub struct SamplingParams {
-        /// Time between samples. 0: every frame is one.
-        pub sample_s: f64 = 0.2, in 0.0..=60.0, unit "s", source "qu2010, section 4: 200 ms";
-        /// q of `Q = q I`, added at each sample.
-        pub process_variance: f64 = 0.3, in 0.0.., source "qu2010, section 4";
-        /// r of `R = r I`.
-        pub measurement_variance_px2: f64 = 2.0, in above(0.0), unit "px²", source "qu2010, section 4";
-        /// Of `qu2010-simplified`: extrapolate from three samples (follows acceleration, triples the noise), not from two.
-        pub three_points: bool = false, source "qu2010, section 5; Table 1 agrees with two";
-    }
-}
+/// The models that white acceleration drives.
+const ACCELERATED: [MotionModel; 5] = [
+    MotionModel::ConstantVelocity,
+    MotionModel::CoordinatedTurn,
+    MotionModel::Imm,
+    MotionModel::Gao2007,
+    MotionModel::InputEstimation,
+];
 
 impl MotionParams {
+    /// Of correlation filters that are believed from frame to frame: the velocity follows what is measured within a few frames.
+    /// Where the search starts at the last place (`search.prediction_gain = 0`), it moves nothing but what is predicted.
+    pub fn sudden() -> Self {
+        Self { acceleration: 300.0, ..Self::default() }
+    }
+
+    /// Of trackers that judge what they see by a network, by points or by a wide context: their velocity is steadied over more
+    /// frames, and carries them through an occlusion.
+    pub fn calm() -> Self {
+        Self { acceleration: 30.0, ..Self::default() }
+    }
+
     /// For balls: thrown, rolled, bounced and carried.
     pub fn ball() -> Self {
         Self {

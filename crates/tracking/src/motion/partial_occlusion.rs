@@ -142,8 +142,8 @@ mod tests {
 
     #[test]
     fn what_is_believed_of_the_whole_is_what_the_filter_inside_believes() {
-        use crate::motion::{ManoeuvreNoise, ManoeuvringBox};
-        let inner = ManoeuvringBox::new(ManoeuvreNoise::ball(), BBox::from_ltwh(100.0, 50.0, 40.0, 40.0)).unwrap();
+        use crate::motion::{ManoeuvringBox, MotionParams};
+        let inner = ManoeuvringBox::new(&MotionParams::ball(), BBox::from_ltwh(100.0, 50.0, 40.0, 40.0)).unwrap();
         let mut outer = PartialOcclusion::new(inner, Completion::default());
         outer.predict(0.1).unwrap();
         outer.correct(&Sight::of(BBox::from_ltwh(108.0, 50.0, 40.0, 40.0), None)).unwrap();

@@ -1,6 +1,5 @@
 //! The predictor of qu2010: a constant-acceleration filter, or extrapolation, on positions taken every 200 ms.
 
-use super::params::SamplingParams;
 use super::{MotionFilter, SMALLEST_SIDE_PX, Sight};
 use crate::roles::Prior;
 use crate::{BoxCovariance, NextSample, Velocity};
@@ -9,6 +8,26 @@ use pursuit_estimation::qu2010::{Extrapolator, Points, Qu2010Params};
 use pursuit_estimation::{EstimationError, Gaussian, MotionModel as _, Result};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
+
+pursuit_parameters::parameters! {
+    /// The predictor of qu2010.
+    pub struct SamplingParams {
+        /// Time between samples. 0: every frame is one.
+        pub sample_s: f64 = 0.2, in 0.0..=60.0, unit "s", source "qu2010, section 4: 200 ms";
+        /// q of `Q = q I`, added at each sample.
+        pub process_variance: f64 = 0.3, in 0.0.., source "qu2010, section 4";
+        /// r of `R = r I`.
+        pub measurement_variance_px2: f64 = 2.0, in above(0.0), unit "px²", source "qu2010, section 4";
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// The predictor of qu2010 without noise.
+    pub struct ExtrapolationParams {
+        /// Extrapolate from three samples (follows acceleration, triples the noise), not from two.
+        pub three_points: bool = false, source "qu2010, section 5; Table 1 agrees with two";
+    }
+}
 
 /// A frame this much early, as a share of the sampling interval, is still a sample: clocks round.
 const EARLY: f64 = 1e-3;
@@ -21,7 +40,8 @@ const EARLY: f64 = 1e-3;
 #[serde(try_from = "Raw")]
 pub struct SampledBox {
     params: SamplingParams,
-    simplified: bool,
+    /// How it extrapolates, where it does not filter.
+    simplified: Option<ExtrapolationParams>,
     /// `[x, y, vx, vy, ax, ay]` at the last sample, pixels and samples; equations (4) to (9).
     belief: Gaussian<6>,
     /// Section 5.
@@ -39,7 +59,7 @@ pub struct SampledBox {
 #[derive(Deserialize)]
 struct Raw {
     params: SamplingParams,
-    simplified: bool,
+    simplified: Option<ExtrapolationParams>,
     belief: Gaussian<6>,
     points: Extrapolator,
     unit_s: f64,
@@ -66,17 +86,18 @@ impl TryFrom<Raw> for SampledBox {
 }
 
 impl SampledBox {
-    /// At rest at `bbox`, which is the first sample; `simplified`: without noise, by extrapolation.
+    /// At rest at `bbox`, which is the first sample; `simplified`: without noise, by that extrapolation.
     ///
     /// # Errors
     /// When the box is not finite or a variance is out of range.
-    pub fn new(params: SamplingParams, simplified: bool, bbox: BBox) -> Result<Self> {
+    pub fn new(params: SamplingParams, simplified: Option<ExtrapolationParams>, bbox: BBox) -> Result<Self> {
         if !bbox.is_finite() {
             return Err(EstimationError::NotFinite { what: "the box" });
         }
         let at = SVector::from([bbox.center().x, bbox.center().y]);
         let mean = SVector::from([at[0], at[1], 0.0, 0.0, 0.0, 0.0]);
-        let mut points = Extrapolator::new(if params.three_points { Points::Three } else { Points::Two });
+        let three_points = simplified.as_ref().is_some_and(|s| s.three_points);
+        let mut points = Extrapolator::new(if three_points { Points::Three } else { Points::Two });
         points.observe(0.0, &at)?;
         Ok(Self {
             // The paper's start, P₀ = I.
@@ -90,19 +111,6 @@ impl SampledBox {
             unseen_s: 0.0,
             measured: bbox,
         })
-    }
-
-    /// Where the target will be when the next sample is due, and when that is.
-    pub fn next_sample(&self) -> NextSample {
-        let center = if self.simplified {
-            let sampled_s = self.time_s - self.since_sample_s;
-            self.points.predict(sampled_s + self.unit_s)
-        } else {
-            let step = self.constants().motion().over(1.0).ok();
-            step.map(|step| (step.matrix() * self.belief.mean()).fixed_rows::<2>(0).into_owned())
-        };
-        let center = center.map(|at| Point::new(at[0], at[1]));
-        NextSample { in_s: (self.unit_s - self.since_sample_s).max(0.0), center }
     }
 
     const fn constants(&self) -> Qu2010Params {
@@ -120,7 +128,7 @@ impl SampledBox {
 
     /// Velocity at the last measurement and acceleration, in pixels and samples.
     fn rates(&self) -> ([f64; 2], [f64; 2]) {
-        if self.simplified {
+        if self.simplified.is_some() {
             let sampled_s = self.time_s - self.since_sample_s;
             let at = |s: f64| self.points.predict(s);
             let (Some(now), Some(next)) = (at(sampled_s), at(sampled_s + self.unit_s)) else {
@@ -199,7 +207,7 @@ impl MotionFilter for SampledBox {
 
     fn restart(&mut self, bbox: BBox) {
         // The variances were accepted when the filter was made, so only a box that is not finite can fail.
-        if let Ok(filter) = Self::new(self.params.clone(), self.simplified, bbox) {
+        if let Ok(filter) = Self::new(self.params.clone(), self.simplified.clone(), bbox) {
             *self = filter;
         }
     }
@@ -217,6 +225,17 @@ impl MotionFilter for SampledBox {
         let ([x, y], _) = self.rates();
         Some(Velocity { x: x / self.unit_s, y: y / self.unit_s })
     }
+    fn next_sample(&self) -> Option<NextSample> {
+        let center = if self.simplified.is_some() {
+            let sampled_s = self.time_s - self.since_sample_s;
+            self.points.predict(sampled_s + self.unit_s)
+        } else {
+            let step = self.constants().motion().over(1.0).ok();
+            step.map(|step| (step.matrix() * self.belief.mean()).fixed_rows::<2>(0).into_owned())
+        };
+        let center = center.map(|at| Point::new(at[0], at[1]));
+        Some(NextSample { in_s: (self.unit_s - self.since_sample_s).max(0.0), center })
+    }
 }
 
 #[cfg(test)]
@@ -227,6 +246,10 @@ mod tests {
         BBox::from_center_size(Point::new(x, y), 20.0, 50.0)
     }
 
+    fn simplified() -> Option<ExtrapolationParams> {
+        Some(ExtrapolationParams::default())
+    }
+
     fn go(filter: &mut SampledBox, dt_s: f64, x: f64, y: f64) {
         filter.predict(dt_s).unwrap();
         filter.correct(&Sight::of(at(x, y), None)).unwrap();
@@ -235,7 +258,7 @@ mod tests {
     /// Between samples the box goes on from where it was measured last: by the velocity there and, for one sample, by the acceleration.
     #[test]
     fn between_samples_it_goes_on_from_the_last_measurement() {
-        let mut filter = SampledBox::new(SamplingParams::default(), false, at(10.0, 80.0)).unwrap();
+        let mut filter = SampledBox::new(SamplingParams::default(), None, at(10.0, 80.0)).unwrap();
         let unit = filter.unit_s;
         assert_eq!(unit, 0.2);
         for k in 1..8 {
@@ -271,12 +294,13 @@ mod tests {
             ([[12.0, 119.0], [16.0, 116.0], [34.0, 120.0], [59.0, 113.0]], [[20.0, 113.0], [52.0, 124.0]]),
             ([[261.0, 142.0], [277.0, 141.0], [292.0, 140.0], [307.0, 140.0]], [[293.0, 140.0], [307.0, 139.0]]),
         ] {
-            let mut filter = SampledBox::new(SamplingParams::default(), true, at(path[0][0], path[0][1])).unwrap();
-            assert_eq!(filter.next_sample(), NextSample { in_s: 0.2, center: None });
+            let mut filter =
+                SampledBox::new(SamplingParams::default(), simplified(), at(path[0][0], path[0][1])).unwrap();
+            assert_eq!(filter.next_sample().unwrap(), NextSample { in_s: 0.2, center: None });
             let mut said = Vec::new();
             for [x, y] in &path[1..] {
                 go(&mut filter, 0.2, *x, *y);
-                said.push(filter.next_sample());
+                said.push(filter.next_sample().unwrap());
             }
             for (said, printed) in said.iter().zip(printed) {
                 assert!((said.in_s - 0.2).abs() < 1e-12);
@@ -291,7 +315,7 @@ mod tests {
     #[test]
     fn the_filter_is_the_papers_on_samples() {
         let params = SamplingParams::default();
-        let mut filter = SampledBox::new(params, false, at(10.0, 20.0)).unwrap();
+        let mut filter = SampledBox::new(params, None, at(10.0, 20.0)).unwrap();
         let constants = Qu2010Params::printed();
         let step = constants.motion().over(1.0).unwrap();
         let mut belief =
@@ -305,7 +329,7 @@ mod tests {
                 belief.predict(&step).unwrap();
                 belief.update(&constants.measurement().unwrap(), &SVector::from([x, y])).unwrap();
             }
-            let next = filter.next_sample();
+            let next = filter.next_sample().unwrap();
             let ahead = step.matrix() * belief.mean();
             assert!(next.center.unwrap().distance(Point::new(ahead[0], ahead[1])) < 1e-9, "{k}");
             assert!((next.in_s - 0.04 * f64::from(5 - k % 5)).abs() < 1e-9, "{k} {next:?}");
@@ -322,12 +346,12 @@ mod tests {
     #[test]
     fn every_frame_may_be_a_sample() {
         let params = SamplingParams { sample_s: 0.0, ..SamplingParams::default() };
-        for simplified in [false, true] {
+        for simplified in [None, simplified()] {
             let mut filter = SampledBox::new(params.clone(), simplified, at(0.0, 0.0)).unwrap();
             for k in 1..=25 {
                 go(&mut filter, 0.04, 3.0 * f64::from(k), 0.0);
             }
-            let next = filter.next_sample();
+            let next = filter.next_sample().unwrap();
             assert!((next.in_s - 0.04).abs() < 1e-12 && (next.center.unwrap().x - 78.0).abs() < 0.3, "{next:?}");
             assert!((filter.velocity().unwrap().x - 75.0).abs() < 4.0);
         }
@@ -335,7 +359,7 @@ mod tests {
 
     #[test]
     fn nothing_runs_away_and_what_is_not_whole_is_refused() {
-        let mut filter = SampledBox::new(SamplingParams::default(), false, at(0.0, 0.0)).unwrap();
+        let mut filter = SampledBox::new(SamplingParams::default(), None, at(0.0, 0.0)).unwrap();
         for k in 1..=10 {
             // It speeds up by 10 px a sample, each sample.
             go(&mut filter, 0.2, 5.0 * f64::from(k * k), 0.0);
@@ -351,7 +375,7 @@ mod tests {
         assert_eq!(filter, before);
         filter.restart(at(1.0, 2.0));
         assert_eq!(filter.bbox(), at(1.0, 2.0));
-        assert!(SampledBox::new(SamplingParams::default(), true, at(f64::NAN, 0.0)).is_err());
+        assert!(SampledBox::new(SamplingParams::default(), simplified(), at(f64::NAN, 0.0)).is_err());
         let mut written = serde_json::to_value(&before).unwrap();
         assert_eq!(serde_json::from_value::<SampledBox>(written.clone()).unwrap(), before);
         written["unit_s"] = 0.0.into();

@@ -5,10 +5,9 @@
 
 mod params;
 
-pub use params::{PolicyModel, PolicyParams};
+pub use params::{CalibratedParams, GatedParams, PaperParams, PolicyModel, PolicyParams};
 
-use crate::roles::{Measurement, Prior};
-use crate::{Doubt, TrackState};
+use crate::{Doubt, Measurement, Prior, TrackState};
 use pursuit_geometry::Size;
 use serde::{Deserialize, Serialize};
 
@@ -100,18 +99,25 @@ impl Policy {
             return Verdict { state: TrackState::Tracking, score: confidence, follow: true, learn };
         }
         self.wait(evidence, confidence);
-        let lost = evidence.state == TrackState::Lost || self.unseen_s > self.params.lost_after_s;
-        let state =
-            if lost && self.params.model != PolicyModel::Always { TrackState::Lost } else { TrackState::Occluded };
-        let score = match (state, self.params.model) {
-            // A lost target's box is where it was long ago: a weak response elsewhere says nothing for it.
-            (TrackState::Lost, _) => 0.0,
-            (_, PolicyModel::Gated) => self.params.occluded_score / (1.0 + spread(evidence.prior)),
-            _ => confidence.min(self.params.occluded_score),
+        let p = &self.params;
+        let lost = match p.model {
+            PolicyModel::Always => false,
+            PolicyModel::Calibrated | PolicyModel::Gated | PolicyModel::Paper => {
+                evidence.state == TrackState::Lost || self.unseen_s > p.lost_after_s
+            }
         };
-        let follow = state == TrackState::Occluded && self.params.model == PolicyModel::Calibrated;
-        let learn = follow && confidence >= self.params.learn_unsure_from;
-        Verdict { state, score, follow, learn }
+        if lost {
+            // A lost target's box is where it was long ago: a weak response elsewhere says nothing for it.
+            return Verdict { state: TrackState::Lost, score: 0.0, follow: false, learn: false };
+        }
+        let (score, follow, learn) = match p.model {
+            PolicyModel::Calibrated => {
+                (confidence.min(p.occluded_score), true, confidence >= p.calibrated.learn_unsure_from)
+            }
+            PolicyModel::Gated => (p.occluded_score / (1.0 + spread(evidence.prior)), false, false),
+            PolicyModel::Paper | PolicyModel::Always => (confidence.min(p.occluded_score), false, false),
+        };
+        Verdict { state: TrackState::Occluded, score, follow, learn }
     }
 
     /// Whether what was found is the target.
@@ -119,7 +125,7 @@ impl Policy {
         let p = &self.params;
         match p.model {
             PolicyModel::Always => true,
-            PolicyModel::Paper => found.psr.is_none_or(|psr| psr >= p.psr_from),
+            PolicyModel::Paper => found.psr.is_none_or(|psr| psr >= p.paper.psr_from),
             PolicyModel::Calibrated => {
                 found.confidence
                     >= match state {
@@ -131,8 +137,11 @@ impl Policy {
             PolicyModel::Gated => {
                 // Once lost there is no prediction to be near to.
                 let Some(share) = found.gate_share else { return found.confidence >= p.found_from };
-                let (near, far) =
-                    if self.unseen_s == 0.0 { (p.occluded_below, p.seen_from) } else { (p.seen_from, p.far_from) };
+                let (near, far) = if self.unseen_s == 0.0 {
+                    (p.occluded_below, p.seen_from)
+                } else {
+                    (p.seen_from, p.gated.far_from)
+                };
                 found.confidence >= near + share.clamp(0.0, 1.0).sqrt() * (far - near).max(0.0)
             }
         }
@@ -143,9 +152,9 @@ impl Policy {
         let dt_s = evidence.prior.dt_s;
         let outside = evidence.prior.bbox.clipped_to(evidence.frame).is_none();
         self.unseen_s += match self.params.model {
-            PolicyModel::Gated if outside => dt_s * self.params.outside_haste,
-            PolicyModel::Calibrated if confidence >= self.params.lost_below => 0.0,
-            _ => dt_s,
+            PolicyModel::Gated if outside => dt_s * self.params.gated.outside_haste,
+            PolicyModel::Calibrated if confidence >= self.params.calibrated.lost_below => 0.0,
+            PolicyModel::Calibrated | PolicyModel::Gated | PolicyModel::Paper | PolicyModel::Always => dt_s,
         };
     }
 }

@@ -27,13 +27,11 @@ fn policy(model: PolicyModel) -> Policy {
         seen_from: 0.3,
         found_from: 0.6,
         learn_from: 0.25,
-        learn_unsure_from: 2.0,
-        far_from: 0.9,
-        lost_below: 0.3,
         lost_after_s: 0.15,
         occluded_score: 0.15,
-        psr_from: 7.0,
-        outside_haste: 2.0,
+        calibrated: CalibratedParams { learn_unsure_from: 2.0, lost_below: 0.3 },
+        gated: GatedParams { far_from: 0.9, outside_haste: 2.0 },
+        paper: PaperParams { psr_from: 7.0 },
     })
 }
 
@@ -41,8 +39,8 @@ fn policy(model: PolicyModel) -> Policy {
 fn what_is_followed_in_doubt_is_learned_where_the_policy_says_so() {
     let doubtful = |model, confidence| {
         let policy = policy(model);
-        let mut policy =
-            Policy::new(PolicyParams { learn_unsure_from: 0.15, lost_below: 0.0, ..policy.params().clone() });
+        let calibrated = CalibratedParams { learn_unsure_from: 0.15, lost_below: 0.0 };
+        let mut policy = Policy::new(PolicyParams { calibrated, ..policy.params().clone() });
         judge(&mut policy, TrackState::Occluded, confidence)
     };
     let verdict = doubtful(PolicyModel::Calibrated, 0.15);

@@ -2,10 +2,9 @@
 
 mod params;
 
-pub use params::{SearchModel, SearchParams};
+pub use params::{GateParams, SearchModel, SearchParams, WideningParams};
 
-use crate::roles::{Gate, Look, Measurement, Prior, Search, ViewSize};
-use crate::{BoxCovariance, TrackState};
+use crate::{BoxCovariance, Gate, Look, Measurement, Prior, Search, TrackState, ViewSize};
 use pursuit_geometry::{BBox, Point, Size};
 use serde::{Deserialize, Serialize};
 
@@ -27,13 +26,15 @@ pub struct Situation<'a> {
     pub sure_from: f64,
 }
 
-/// A measurement and the search that led to it.
+/// What a search found; `F` is the localizer's own [`Finding`](crate::Localizer::Finding).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct Observation<F> {
     /// Where was looked.
     pub search: Search,
-    /// What was seen there.
+    /// What was measured there.
     pub measurement: Measurement,
+    /// What else the localizer saw there.
+    pub finding: F,
 }
 
 /// Proposes where to look, a round of searches at a time, until enough has been seen of a frame.
@@ -51,22 +52,36 @@ pub struct Proposer {
     cursor: usize,
     /// How long the target has not been seen, in seconds.
     unseen_s: f64,
-    #[serde(skip)]
-    progress: Progress,
 }
 
-/// How far the search of one frame has come; not state.
-#[derive(Debug, Clone, Default)]
-struct Progress {
+/// How far the search of one frame has come, and what it found.
+#[derive(Debug)]
+pub struct Progress<F> {
     round: Round,
-    near: Option<Found>,
-    swept: Option<Found>,
+    near: Option<Observation<F>>,
+    swept: Option<Observation<F>>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+impl<F> Default for Progress<F> {
+    fn default() -> Self {
+        Self { round: Round::First, near: None, swept: None }
+    }
+}
+
+impl<F> Progress<F> {
+    /// Takes the best observation of the round proposed last.
+    pub fn take(&mut self, best: Option<Observation<F>>) {
+        match self.round {
+            Round::Near => self.near = best,
+            Round::Sweep | Round::Centred => self.swept = best,
+            Round::First | Round::Done => {}
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Round {
     /// Nothing has been looked at.
-    #[default]
     First,
     /// Near the prediction.
     Near,
@@ -81,8 +96,7 @@ enum Round {
 impl Proposer {
     /// A proposer for a target that is at `bbox` now.
     pub fn new(params: SearchParams, bbox: &BBox) -> Self {
-        let mut proposer =
-            Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, unseen_s: 0.0, progress: Progress::default() };
+        let mut proposer = Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, unseen_s: 0.0 };
         proposer.settle(bbox);
         proposer
     }
@@ -114,12 +128,13 @@ impl Proposer {
 
     /// The part of the frame in which the target moves on; what is found outside of it came from elsewhere.
     pub fn neighbourhood(&self, situation: &Situation<'_>) -> BBox {
-        match self.gate(situation) {
-            Some(gate) => self.gate_region(&situation.prior.bbox, &gate),
-            None if self.params.model == SearchModel::Widening && situation.state != TrackState::Tracking => {
-                self.widened(situation)
+        let near = || situation.prior.bbox.scaled(self.params.reach);
+        match self.params.model {
+            SearchModel::Gate => {
+                self.gate(situation).map_or_else(near, |gate| self.gate_region(&situation.prior.bbox, &gate))
             }
-            None => situation.prior.bbox.scaled(self.params.reach),
+            SearchModel::Widening if situation.state != TrackState::Tracking => self.widened(situation),
+            SearchModel::Near | SearchModel::NearThenWide | SearchModel::Widening | SearchModel::Everywhere => near(),
         }
     }
 
@@ -129,26 +144,27 @@ impl Proposer {
         let near = situation.prior.bbox.scaled(self.params.reach);
         let both = near.union(&near.centered_at(Point::new(self.last.0, self.last.1)));
         let covariance = situation.prior.innovation_covariance.unwrap_or_else(BoxCovariance::zeros);
-        let rate = self.params.widening_per_s * situation.prior.bbox.area().sqrt();
+        let rate = self.params.widening.growth_per_s * situation.prior.bbox.area().sqrt();
         // Not both: what is followed in doubt keeps the covariance small, wherever it leads.
         let further =
             |axis: usize| (self.params.gate_chi2 * covariance[(axis, axis)].max(0.0)).sqrt().max(rate * self.unseen_s);
         BBox::from_center_size(both.center(), both.width() + 2.0 * further(0), both.height() + 2.0 * further(1))
     }
 
-    /// A new frame: the next call of [`propose`](Self::propose) is its first round.
-    pub fn begin(&mut self) {
-        self.progress = Progress::default();
-    }
-
-    /// The next round of searches, into `searches`; none: enough has been seen. `places` are hypotheses of the localizer's
-    /// own, which are looked at in the first round while the target is not in sight.
-    pub fn propose(&mut self, situation: &Situation<'_>, places: &[BBox], searches: &mut Vec<Search>) {
+    /// The next round of searches, into `searches`; none: enough has been seen. `progress` is new with the frame. `places` are
+    /// hypotheses of the localizer's own, which are looked at in the first round while the target is not in sight.
+    pub fn propose<F>(
+        &mut self,
+        situation: &Situation<'_>,
+        places: &[BBox],
+        progress: &mut Progress<F>,
+        searches: &mut Vec<Search>,
+    ) {
         searches.clear();
-        if self.progress.round == Round::First && situation.state != TrackState::Tracking {
+        if progress.round == Round::First && situation.state != TrackState::Tracking {
             searches.extend(places.iter().map(|place| self.at(*place)));
         }
-        self.progress.round = match self.progress.round {
+        progress.round = match progress.round {
             Round::First if self.is_wide(situation.state) => self.sweep(situation, self.params.wide_windows, searches),
             Round::First => {
                 searches.push(self.near(situation));
@@ -157,30 +173,25 @@ impl Proposer {
                 }
                 Round::Near
             }
-            Round::Near if self.is_unsure(situation.sure_from) && !self.looks_once(situation) => {
+            Round::Near if self.is_unsure(progress, situation.sure_from) && !self.looks_once(situation) => {
                 self.sweep(situation, self.params.side_windows, searches)
             }
-            Round::Sweep => self.centre(situation, searches),
+            Round::Sweep => {
+                searches
+                    .extend(progress.swept.as_ref().and_then(|best| self.centred(situation, &best.measurement.bbox)));
+                Round::Centred
+            }
             Round::Near | Round::Centred | Round::Done => Round::Done,
         };
     }
 
-    /// Takes the best measurement of the round proposed last.
-    pub fn take(&mut self, best: Option<Found>) {
-        match self.progress.round {
-            Round::Near => self.progress.near = best,
-            Round::Sweep | Round::Centred => self.progress.swept = best,
-            Round::First | Round::Done => {}
-        }
-    }
-
     /// What was found in this frame, after the last round. While the target is followed, what is seen elsewhere counts only
     /// if there is no doubt about it.
-    pub fn finish(&mut self, situation: &Situation<'_>) -> Option<Found> {
-        let Progress { near, swept, .. } = std::mem::take(&mut self.progress);
+    pub fn finish<F>(&mut self, situation: &Situation<'_>, progress: Progress<F>) -> Option<Observation<F>> {
+        let Progress { near, swept, .. } = progress;
         let seen = situation.state == TrackState::Tracking;
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
-        let found = if self.is_wide(situation.state) {
+        let mut found = if self.is_wide(situation.state) {
             swept
         } else {
             let least = situation.sure_from.max(self.params.side_from);
@@ -190,25 +201,19 @@ impl Proposer {
             }
             found
         };
-        found.map(|found| self.inside(found, situation.frame))
-    }
-
-    /// With the centre moved into the frame, where that is asked for.
-    fn inside(&self, mut found: Found, frame: Size) -> Found {
-        if self.params.keep_inside {
-            let (bounds, bbox) = (frame.bounds(), found.measurement.bbox);
-            let center = bbox.center();
-            let (x, y) = (center.x.clamp(0.0, bounds.right()), center.y.clamp(0.0, bounds.bottom()));
-            found.measurement.bbox = bbox.centered_at(Point::new(x, y));
-            if let Some(place) = &mut found.measurement.place {
-                place.center = Point::new(x, y);
-            }
+        if let Some(found) = found.as_mut().filter(|found| found.search.keep_inside) {
+            let bbox = &mut found.measurement.bbox;
+            *bbox = bbox.centered_at(inside(bbox.center(), situation.frame));
         }
         found
     }
 
     fn is_wide(&self, state: TrackState) -> bool {
-        state == TrackState::Lost && self.params.model != SearchModel::Near
+        state == TrackState::Lost
+            && match self.params.model {
+                SearchModel::Near => false,
+                SearchModel::NearThenWide | SearchModel::Gate | SearchModel::Widening | SearchModel::Everywhere => true,
+            }
     }
 
     /// Whether the first look is at the whole frame.
@@ -222,8 +227,8 @@ impl Proposer {
     }
 
     /// Whether the target that was seen near the prediction, now and in the frame before, may be another.
-    fn is_unsure(&self, sure_from: f64) -> bool {
-        let near = self.progress.near.as_ref().map(|f| f.measurement.confidence);
+    fn is_unsure<F>(&self, progress: &Progress<F>, sure_from: f64) -> bool {
+        let near = progress.near.as_ref().map(|f| f.measurement.confidence);
         near.is_some_and(|near| near < sure_from && self.latest < sure_from)
     }
 
@@ -243,12 +248,19 @@ impl Proposer {
                 situation.prior.innovation_covariance.map(|covariance| Gate { covariance, chi2 })
             }),
             look: Look::Near,
+            keep_inside: self.params.keep_inside,
         }
     }
 
     /// The look at a place that the localizer suggests: by its own hypotheses, so that no gate applies.
     fn at(&self, place: BBox) -> Search {
-        Search { expected: place, region: place.scaled(self.params.reach), gate: None, look: Look::Near }
+        Search {
+            expected: place,
+            region: place.scaled(self.params.reach),
+            gate: None,
+            look: Look::Near,
+            keep_inside: self.params.keep_inside,
+        }
     }
 
     /// The gate of the search model of that name.
@@ -258,14 +270,14 @@ impl Proposer {
             return None;
         }
         let covariance = situation.prior.innovation_covariance?;
-        let slack = p.gate_slack * situation.prior.bbox.area().sqrt();
-        let shrunk = if situation.state == TrackState::Occluded { covariance * p.gate_unseen } else { covariance };
+        let slack = p.gate.slack * situation.prior.bbox.area().sqrt();
+        let shrunk = if situation.state == TrackState::Occluded { covariance * p.gate.unseen } else { covariance };
         Some(Gate { covariance: shrunk + BoxCovariance::identity() * (slack * slack), chi2: p.gate_chi2 })
     }
 
     /// Where the gate reaches, and the margin about it.
     fn gate_region(&self, expected: &BBox, gate: &Gate) -> BBox {
-        let margin = self.params.gate_margin * expected.area().sqrt();
+        let margin = self.params.gate.margin * expected.area().sqrt();
         let reach = |axis: usize| (gate.chi2 * gate.covariance[(axis, axis)].max(0.0)).sqrt() + margin;
         BBox::from_center_size(expected.center(), expected.width() + 2.0 * reach(0), expected.height() + 2.0 * reach(1))
     }
@@ -273,8 +285,9 @@ impl Proposer {
     /// The next `windows` windows of the sweep over the frame.
     fn sweep(&mut self, situation: &Situation<'_>, windows: usize, searches: &mut Vec<Search>) -> Round {
         let (bounds, expected) = (situation.frame.bounds(), situation.prior.bbox);
+        let keep_inside = self.params.keep_inside;
         let Some(view) = situation.view else {
-            searches.push(Search { expected, region: bounds, gate: None, look: Look::Sweep });
+            searches.push(Search { expected, region: bounds, gate: None, look: Look::Sweep, keep_inside });
             return Round::Centred;
         };
         // Windows overlap by half: what lies near the edge of one is weakened by the localizer's own window.
@@ -288,21 +301,30 @@ impl Proposer {
                 bounds.top() + share(self.cursor / columns, rows) * bounds.height(),
             );
             let region = BBox::from_center_size(center, view.width, view.height);
-            searches.push(Search { expected: expected.centered_at(center), region, gate: None, look: Look::Sweep });
+            searches.push(Search {
+                expected: expected.centered_at(center),
+                region,
+                gate: None,
+                look: Look::Sweep,
+                keep_inside,
+            });
         }
         Round::Sweep
     }
 
-    /// A second look, centred on the best of the sweep.
-    fn centre(&self, situation: &Situation<'_>, searches: &mut Vec<Search>) -> Round {
-        if let (Some(best), Some(view)) = (&self.progress.swept, situation.view) {
-            let center = best.measurement.bbox.center();
-            let region = BBox::from_center_size(center, view.width, view.height);
-            let expected = situation.prior.bbox.centered_at(center);
-            searches.push(Search { expected, region, gate: None, look: Look::Centred });
-        }
-        Round::Centred
+    /// A second look, centred on the best of a sweep.
+    fn centred(&self, situation: &Situation<'_>, best: &BBox) -> Option<Search> {
+        let (center, view) = (best.center(), situation.view?);
+        let region = BBox::from_center_size(center, view.width, view.height);
+        let (expected, keep_inside) = (situation.prior.bbox.centered_at(center), self.params.keep_inside);
+        Some(Search { expected, region, gate: None, look: Look::Centred, keep_inside })
     }
+}
+
+/// The point of a frame of that size that is nearest to `point`.
+pub fn inside(point: Point, frame: Size) -> Point {
+    let bounds = frame.bounds();
+    Point::new(point.x.clamp(0.0, bounds.right()), point.y.clamp(0.0, bounds.bottom()))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The group `[search]`.
 
-crate::choices! {
+pursuit_parameters::choices! {
     /// Where the loop looks.
     pub enum SearchModel {
         /// Near the prediction, always.
@@ -17,7 +17,7 @@ crate::choices! {
     }
 }
 
-crate::parameters! {
+pursuit_parameters::parameters! {
     /// Where the loop looks.
     pub struct SearchParams {
         /// The rule.
@@ -27,24 +27,61 @@ crate::parameters! {
         /// Side of the region about the prediction in which the target moves on; what is found outside came from elsewhere.
         pub reach: f64 = 2.5, in 1.0..=20.0, unit "target sizes", source "ours";
         /// Windows looked at per frame while searching all over.
-        pub wide_windows: usize = 8, in 1..=1000, source "ours";
+        pub wide_windows: usize = 8, in 1..=1000, source "ours", of WIDE;
         /// Windows looked at elsewhere per frame while unsure of what is followed.
-        pub side_windows: usize = 0, in 0..=1000, source "ours";
+        pub side_windows: usize = 0, in 0..=1000, source "ours", of SIDEWAYS;
         /// Least probability from which what such a window shows is believed, where that is more than leaves no doubt.
-        pub side_from: f64 = 0.0, in 0.0..=1.0, source "ours";
+        pub side_from: f64 = 0.0, in 0.0..=1.0, source "ours", of SIDEWAYS;
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
-        /// Of `gate`, `widening`: greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
+        /// Greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
         /// freedom; 13.8 is its 99.9 % quantile).
         pub gate_chi2: f64 = 13.8, in above(0.0), source "ours";
-        /// Of `widening`: how fast the region grows at least while the target is unseen.
-        pub widening_per_s: f64 = 10.0, in 0.0..=1000.0, unit "target sizes/s", source "ours";
-        /// Of `gate`: standard deviation added to the gate, for what blur and shadow do to a measured centre.
-        pub gate_slack: f64 = 0.35, in 0.0..=10.0, unit "target sizes", source "ours";
-        /// Of `gate`: looked at on every side beyond the gate.
-        pub gate_margin: f64 = 1.0, in 0.0..=10.0, unit "target sizes", source "ours";
-        /// Of `gate`: what the gate's covariance is multiplied by while the target is coasted. A hidden target may bounce
-        /// behind what hides it, but far more often what shows up far away is something else.
-        pub gate_unseen: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// A gate that is searched.
+        pub gate: GateParams = GateParams::default(), of [SearchModel::Gate];
+        /// A region that grows.
+        pub widening: WideningParams = WideningParams::default(), of [SearchModel::Widening];
+    }
+    renamed {
+        "gate_slack" => ["gate.slack"],
+        "gate_margin" => ["gate.margin"],
+        "gate_unseen" => ["gate.unseen"],
+        "widening_per_s" => ["widening.growth_per_s"],
+    }
+}
+
+/// The models that look all over the frame once the target is lost.
+const WIDE: [SearchModel; 4] =
+    [SearchModel::NearThenWide, SearchModel::Gate, SearchModel::Widening, SearchModel::Everywhere];
+/// The models that look elsewhere while unsure of what is followed.
+const SIDEWAYS: [SearchModel; 4] =
+    [SearchModel::Near, SearchModel::NearThenWide, SearchModel::Gate, SearchModel::Everywhere];
+
+pursuit_parameters::parameters! {
+    /// The search `gate`.
+    pub struct GateParams {
+        /// Standard deviation added to the gate, for what blur and shadow do to a measured centre.
+        pub slack: f64 = 0.35, in 0.0..=10.0, unit "target sizes", source "ours";
+        /// Looked at on every side beyond the gate.
+        pub margin: f64 = 1.0, in 0.0..=10.0, unit "target sizes", source "ours";
+        /// What the gate's covariance is multiplied by while the target is coasted. A hidden target may bounce behind what hides
+        /// it, but far more often what shows up far away is something else.
+        pub unseen: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// The search `widening`.
+    pub struct WideningParams {
+        /// How fast the region grows at least while the target is unseen.
+        pub growth_per_s: f64 = 10.0, in 0.0..=1000.0, unit "target sizes/s", source "ours";
+    }
+}
+
+impl SearchParams {
+    /// Looks where the target was seen last, as the papers of correlation filters and Siamese networks do: on real sequences no
+    /// prediction does better (`docs/guide/motion-models.md`).
+    pub fn at_last_place() -> Self {
+        Self { prediction_gain: 0.0, ..Self::default() }
     }
 }

@@ -18,12 +18,15 @@ fn proposer(params: SearchParams) -> Proposer {
     Proposer::new(params, &BBox::from_center_size(Point::new(50.0, 40.0), 20.0, 20.0))
 }
 
+/// A look, and the centre of where it looked.
+type LookAt = (Look, f64, f64);
+
 /// Goes through all rounds; `answer` says the confidence of what a search finds at its centre.
 fn run(
     proposer: &mut Proposer,
     situation: &Situation<'_>,
     answer: impl Fn(&Search) -> Option<f64>,
-) -> (Vec<(Look, f64, f64)>, Option<Found>) {
+) -> (Vec<LookAt>, Option<Observation<()>>) {
     run_with(proposer, situation, &[], answer)
 }
 
@@ -33,20 +36,21 @@ fn run_with(
     situation: &Situation<'_>,
     places: &[BBox],
     answer: impl Fn(&Search) -> Option<f64>,
-) -> (Vec<(Look, f64, f64)>, Option<Found>) {
+) -> (Vec<LookAt>, Option<Observation<()>>) {
     let (mut searches, mut looks) = (Vec::new(), Vec::new());
-    proposer.begin();
+    let mut progress = Progress::default();
     loop {
-        proposer.propose(situation, places, &mut searches);
+        proposer.propose(situation, places, &mut progress, &mut searches);
         if searches.is_empty() {
-            return (looks, proposer.finish(situation));
+            return (looks, proposer.finish(situation, progress));
         }
         looks.extend(searches.iter().map(|s| (s.look, s.expected.center().x, s.expected.center().y)));
         let found = searches.iter().filter_map(|s| Some((s, answer(s)?)));
         let best = found.max_by(|a, b| a.1.total_cmp(&b.1));
-        proposer.take(best.map(|(search, confidence)| Found {
+        progress.take(best.map(|(search, confidence)| Observation {
             search: search.clone(),
             measurement: Measurement::new(search.expected, confidence),
+            finding: (),
         }));
     }
 }
@@ -141,7 +145,7 @@ fn more_may_be_asked_of_what_is_seen_elsewhere() {
     let mut proposer = proposer(SearchParams { side_windows: 1, side_from: 0.95, ..SearchParams::default() });
     let elsewhere = |far: f64| move |s: &Search| Some(if s.look == Look::Near { 0.5 } else { far });
     run(&mut proposer, &seen, elsewhere(0.9));
-    let look = |found: Option<Found>| found.map(|f| f.search.look);
+    let look = |found: Option<Observation<()>>| found.map(|f| f.search.look);
     assert_eq!(look(run(&mut proposer, &seen, elsewhere(0.94)).1), Some(Look::Near));
     assert_eq!(look(run(&mut proposer, &seen, elsewhere(0.95)).1), Some(Look::Centred));
 }
@@ -191,7 +195,7 @@ fn a_region_widens_while_the_target_is_unseen() {
         model: SearchModel::Widening,
         reach: 2.0,
         gate_chi2: 4.0,
-        widening_per_s: 10.0,
+        widening: WideningParams { growth_per_s: 10.0 },
         ..SearchParams::default()
     };
     let mut proposer = proposer(params);

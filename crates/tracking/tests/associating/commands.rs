@@ -43,14 +43,16 @@ fn parameters_change_for_all_targets_at_once() {
     many_.change(None, &"policy.lost_after_s = 0.05\nmotion.model = 'constant-acceleration'".parse().unwrap()).unwrap();
     assert_eq!(many_.params().policy.lost_after_s, 0.05);
     assert_eq!(states(&step(&mut many_, 11)), [(1, TrackState::Lost)]);
-    assert!(many_.change(None, &"gate = -1".parse().unwrap()).is_err());
-    assert!(many_.change(Some(TargetId(1)), &"gate = 1.0".parse().unwrap()).is_err());
+    assert!(many_.change(None, &"association.gate = -1".parse().unwrap()).is_err());
+    assert!(many_.change(Some(TargetId(1)), &"association.gate = 1.0".parse().unwrap()).is_err());
     assert!(matches!(
-        many_.change(Some(TargetId(8)), &"gate = 1.0".parse().unwrap()),
+        many_.change(Some(TargetId(8)), &"association.gate = 1.0".parse().unwrap()),
         Err(TrackingError::UnknownTarget { id: 8 })
     ));
-    assert_eq!(many_.params().gate, params().gate);
-    assert!(Associating::new(scripted(|_| vec![]), AssociationParams { gate: f64::NAN, ..params() }).is_err());
+    assert_eq!(many_.params().association.gate, params().association.gate);
+    let mut bad = params();
+    bad.association.gate = f64::NAN;
+    assert!(Associating::new(scripted(|_| vec![]), bad).is_err());
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn a_candidate_is_confirmed_by_m_of_n_and_forgotten_otherwise() {
     assert_eq!(candidates, [1, 1, 1, 1, 0, 0]);
 
     // One of one: at once, with the detection's own confidence.
-    let mut many_ = many(|_| vec![seen(at(100.0, 100.0))], with("confirm_hits = 1\nconfirm_looks = 1"));
+    let mut many_ = many(|_| vec![seen(at(100.0, 100.0))], with("birth.hits.hits = 1\nbirth.hits.looks = 1"));
     let tracks = step(&mut many_, 0);
     assert_eq!(estimate(&tracks, 1).score, 0.8);
     assert_eq!((estimate(&tracks, 1).bbox, tracks[0].started), (at(100.0, 100.0), true));
@@ -44,7 +44,7 @@ fn weak_detections_continue_targets_and_start_none() {
     let tracks = step(&mut many_, 3);
     assert_eq!((states(&tracks), estimate(&tracks, 1).score), (vec![(1, TrackState::Tracking)], 0.3));
     assert_eq!(many_.candidates().count(), 0, "0.4 is below birth_from");
-    let mut many_ = many(move |k| vec![weak(k)], with("least_confidence = 0.5"));
+    let mut many_ = many(move |k| vec![weak(k)], with("association.least_confidence = 0.5"));
     (0..3).for_each(|k| drop(step(&mut many_, k)));
     assert_eq!(states(&step(&mut many_, 3)), [(1, TrackState::Occluded)], "0.3 is passed over");
 }
@@ -70,7 +70,7 @@ pub fn gap(back: u64) -> impl Fn(u64) -> Vec<Detection> + Send + Sync + Clone {
 
 #[test]
 fn unseen_targets_are_coasted_then_lost_then_given_up() {
-    let mut many_ = many(gap(1000), with("dies_after_s = 2.0"));
+    let mut many_ = many(gap(1000), with("death.unseen.after_s = 2.0"));
     let mut seen_states = Vec::new();
     for k in 0..70 {
         let tracks = step(&mut many_, k);
@@ -95,6 +95,13 @@ fn unseen_targets_are_coasted_then_lost_then_given_up() {
 }
 
 #[test]
+fn targets_die_of_frames_missed() {
+    let mut many_ = many(gap(1000), with("death.model = 'misses'\ndeath.misses.most = 4"));
+    let alive: Vec<usize> = (0..20).map(|k| step(&mut many_, k).len()).collect();
+    assert_eq!((alive[9], alive[13], alive[14]), (1, 1, 0), "seen in frame 9, missed in five: {alive:?}");
+}
+
+#[test]
 fn lost_targets_are_detected_again_under_their_id() {
     let mut many_ = many(gap(40), params());
     for k in 0..40 {
@@ -113,7 +120,7 @@ fn lost_targets_are_detected_again_under_their_id() {
 #[test]
 fn a_target_that_leaves_the_picture_is_gone_for_good() {
     let leaving = |k: u64| if k < 20 { vec![seen(at(280.0 + 2.0 * k as f64, 100.0))] } else { vec![] };
-    let mut many_ = many(leaving, with("dies_after_s = 60.0"));
+    let mut many_ = many(leaving, with("death.unseen.after_s = 60.0"));
     let alive = (0..60).map(|k| step(&mut many_, k).len()).collect::<Vec<_>>();
     assert_eq!((alive[19], alive[22]), (1, 1));
     // Outside of the picture a second passes four times as fast.
@@ -148,7 +155,7 @@ pub fn painted(k: u64) -> pursuit_imaging::Frame {
 
 #[test]
 fn appearance_answers_when_no_detection_is_associated() {
-    let run = |params: AssociationParams, appearance: bool| {
+    let run = |params: ManyParams, appearance: bool| {
         let mut many = many(gap(1000), params);
         if appearance {
             many = many.with_appearance(recipe());
@@ -171,6 +178,38 @@ fn appearance_answers_when_no_detection_is_associated() {
     assert_eq!(followed[..58], [TrackState::Tracking; 58]);
     assert_eq!(followed[58], TrackState::Occluded, "{followed:?}");
     assert_eq!(run(with("appearance_s = 0.4"), true)[18], TrackState::Occluded);
+}
+
+#[test]
+fn detected_targets_have_one_belief() {
+    // What appearance sees beside a detection corrects nothing, so that it changes no box.
+    let run = |many: Associating| {
+        let mut many = many;
+        let mut said = Vec::new();
+        for k in 0..40 {
+            let mut tracks = Vec::new();
+            many.step(&painted(k), &mut tracks).unwrap();
+            said.extend(tracks.into_iter().filter_map(|t| t.estimate).map(|e| (e.bbox, e.covariance, e.velocity)));
+        }
+        said
+    };
+    let detected = || many(|k| vec![seen(at(60.0 + 2.0 * k as f64, 101.0))], params());
+    let alone = run(detected());
+    assert!(alone.len() > 30);
+    assert_eq!(alone, run(detected().with_appearance(recipe())));
+}
+
+#[test]
+fn appearance_must_be_sure_enough() {
+    let last = |changes: &str| {
+        let mut many = many(gap(20), with(changes)).with_appearance(recipe());
+        let mut tracks = Vec::new();
+        (0..15).for_each(|k| many.step(&painted(k), &mut tracks).unwrap());
+        states(&tracks)
+    };
+    // It sees with a probability of 0.9.
+    assert_eq!(last("appearance_from = 0.85"), [(1, TrackState::Tracking)]);
+    assert_eq!(last("appearance_from = 0.95"), [(1, TrackState::Occluded)]);
 }
 
 #[test]
@@ -225,4 +264,29 @@ fn of_two_that_meet_and_turn_back_each_keeps_to_its_class() {
     let (by_words, by_motion) = (farthest(true), farthest(false));
     assert!(by_words < 3.0, "{by_words}");
     assert!(by_motion > 20.0, "nothing but the words tells them apart: {by_motion}");
+}
+
+#[test]
+fn turning_cameras_are_taken_out_once_for_all() {
+    use pursuit_geometry::{Point, Size};
+    use pursuit_imaging::{CameraPose, Lens};
+    // Two things stand still in front of a camera that jerks to and fro.
+    let pose = |k: u64| {
+        let pan = if (k / 5).is_multiple_of(2) { 0.0 } else { 0.25 };
+        CameraPose::new(k as f64 / common::FPS, pan, 0.0, Lens::field_of_view(1.0).unwrap()).unwrap()
+    };
+    let size = Size::new(common::WIDTH, common::HEIGHT);
+    let seen_by = move |k: u64, x: f64| {
+        let there = pose(0).direction_of(Point::new(x, 100.0), size);
+        pose(k).point_of(there, size).map(|p| seen(at(p.x, p.y)))
+    };
+    let ids = |camera: &str| {
+        let script = move |k| [200.0, 250.0].into_iter().filter_map(|x| seen_by(k, x)).collect();
+        let mut many = many(script, with(&format!("motion.camera = '{camera}'\nassociation.reach = 1.5")));
+        let mut tracks = Vec::new();
+        (0..40).for_each(|k| many.step(&empty(k).with_camera(pose(k)), &mut tracks).unwrap());
+        tracks.last().unwrap().id.0
+    };
+    assert_eq!(ids("pose"), 2);
+    assert!(ids("none") > 2, "it is the turn that tells where they went");
 }

@@ -10,22 +10,22 @@ mod street;
 
 use common::{at, empty, frame, frame_at, recipe, recipe_of, scripted, seen};
 use pursuit_geometry::BBox;
-use pursuit_tracking::many::{Associating, AssociationParams};
+use pursuit_tracking::many::{Associating, AssociationModel, ManyParams};
 use pursuit_tracking::{Class, Detection, Estimate, MultiTracker, TargetId, Track, TrackState, TrackingError};
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 
-fn params() -> AssociationParams {
-    AssociationParams::default()
+fn params() -> ManyParams {
+    ManyParams::default()
 }
 
-fn with(changes: &str) -> AssociationParams {
-    use pursuit_tracking::parameters::Parameters;
+fn with(changes: &str) -> ManyParams {
+    use pursuit_parameters::Parameters;
     params().with("many", &changes.parse().unwrap()).unwrap()
 }
 
-fn many(script: impl Fn(u64) -> Vec<Detection> + Send + Sync + 'static, params: AssociationParams) -> Associating {
+fn many(script: impl Fn(u64) -> Vec<Detection> + Send + Sync + 'static, params: ManyParams) -> Associating {
     Associating::new(scripted(script), params).unwrap()
 }
 

@@ -52,7 +52,7 @@ pub struct Score {
     ids: usize,
 }
 
-pub fn walk(street: Street, seed: u64, frames: u64, params: AssociationParams) -> Score {
+pub fn walk(street: Street, seed: u64, frames: u64, params: ManyParams) -> Score {
     let street = std::sync::Arc::new(street);
     let script = street.clone();
     let mut many = many(move |k| script.detections(k, seed), params);
@@ -113,7 +113,7 @@ fn crossing_targets_keep_their_identities() {
 }
 
 /// Ten runs in which one detection in five is missing and nearly every other frame has a false alarm.
-fn hard(params: &AssociationParams) -> Score {
+fn hard(params: &ManyParams) -> Score {
     let mut total = Score::default();
     for seed in 0..10 {
         let street = Street { missed: 0.2, false_alarms: 0.3, jitter_px: 1.5, ..crossing() };
@@ -141,7 +141,30 @@ fn misses_and_false_alarms_are_borne() {
 #[test]
 fn the_overlap_may_have_a_say() {
     for seed in 0..3 {
-        let score = walk(crossing(), seed, 150, with("iou_weight = 4.0"));
+        let score = walk(crossing(), seed, 150, with("association.nearest.iou_weight = 4.0"));
         assert_eq!((score.switches, score.ids), (0, 4), "seed {seed}: {score:?}");
     }
+}
+
+#[test]
+fn every_association_model_follows_crossing_walkers() {
+    for model in AssociationModel::ALL {
+        for seed in 0..3 {
+            let params = with(&format!("association.model = '{}'", model.as_str()));
+            let score = walk(crossing(), seed, 150, params);
+            assert_eq!((score.switches, score.ids, score.false_tracks), (0, 4, 0), "{model:?}, seed {seed}: {score:?}");
+            assert_eq!(score.missed, 8, "{model:?}, seed {seed}: {score:?}");
+        }
+    }
+}
+
+#[test]
+fn births_differ_in_how_soon_they_confirm() {
+    let missed = |model: &str| {
+        let score = walk(crossing(), 0, 50, with(&format!("birth.model = '{model}'")));
+        assert_eq!((score.switches, score.ids), (0, 4), "{model}: {score:?}");
+        score.missed
+    };
+    // Four walkers: seen at once, or after three frames of confidence 0.8, which ln(7.2) nats each bring over 4.6.
+    assert_eq!((missed("immediate"), missed("hits"), missed("ratio")), (0, 8, 8));
 }

@@ -35,7 +35,7 @@ pub fn empty(index: u64) -> Frame {
     frame(index, &[])
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Follows a grey value.
     pub struct ShadeParams {
         /// Confidence of what it finds.
@@ -64,7 +64,9 @@ impl LocalizerRecipe for ShadeParams {
 }
 
 impl Localizer for ShadeLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    type Finding = ();
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
         let gray = frame.gray();
         let mut found: Option<BBox> = None;
         for y in 0..gray.height() {
@@ -75,10 +77,10 @@ impl Localizer for ShadeLocalizer {
                 }
             }
         }
-        Ok(found.filter(|_| self.shade > 0).map(|b| Measurement::new(b, self.confidence)))
+        Ok(found.filter(|_| self.shade > 0).map(|b| (Measurement::new(b, self.confidence), ())))
     }
 
-    fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> Result<()> {
+    fn adapt(&mut self, _: &Frame, _: BBox, (): &()) -> Result<()> {
         Ok(())
     }
 

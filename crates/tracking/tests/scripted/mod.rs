@@ -68,7 +68,7 @@ fn note(what: Asked) {
     ASKED.with_borrow_mut(|asked| asked.push(what));
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the scripted localizer.
     pub struct ScriptedParams {
         /// What `refine` multiplies sizes by.
@@ -83,35 +83,38 @@ pub struct Scripted {
 }
 
 impl Localizer for Scripted {
-    fn locate(&mut self, _: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    type Finding = ();
+
+    fn locate(&mut self, _: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
         note(Asked::Locate(search.look, search.expected));
         let seen = if search.look == Look::Near { SCRIPT.take() } else { FAR.take() };
         match search.look {
             Look::Near => SCRIPT.set(seen),
             Look::Sweep | Look::Centred => FAR.set(seen),
         }
-        Ok(seen.map(|(bbox, confidence)| Measurement::new(bbox, confidence)))
+        Ok(seen.map(|(bbox, confidence)| (Measurement::new(bbox, confidence), ())))
     }
 
-    fn refine(&mut self, _: &Frame, found: Measurement, _: Look) -> Result<Measurement> {
-        note(Asked::Refine(found.bbox));
-        Ok(Measurement { bbox: found.bbox.scaled(self.growth), ..found })
+    fn refine(&mut self, _: &Frame, _: &Search, measurement: &mut Measurement, (): &mut ()) -> Result<()> {
+        note(Asked::Refine(measurement.bbox));
+        measurement.bbox = measurement.bbox.scaled(self.growth);
+        Ok(())
     }
 
-    fn adapt(&mut self, _: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
+    fn adapt(&mut self, _: &Frame, bbox: BBox, (): &()) -> Result<()> {
         self.learned += 1;
         note(Asked::Adapt(bbox));
         Ok(())
     }
 
-    fn weigh(&mut self, _: &Frame, _: &Measurement, filtered: &BBox) -> Result<Weighed> {
+    fn weigh(&mut self, _: &Frame, (): &(), filtered: &BBox) -> Result<Weighed> {
         FILTERED.set(Some(*filtered));
         Ok(WEIGHED.get())
     }
 
-    fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
-        CONCLUDED.with_borrow_mut(|all| all.push((outcome.found.map(|m| m.bbox), outcome.state)));
-        PASSED.set(outcome.found.zip(outcome.followed).map(|(m, bbox)| (m.bbox, bbox)));
+    fn observe(&mut self, _: &Frame, outcome: &Outcome<'_, ()>) -> Result<()> {
+        CONCLUDED.with_borrow_mut(|all| all.push((outcome.found.map(|(found, ())| found), outcome.state)));
+        PASSED.set(outcome.found.zip(outcome.followed).map(|((found, ()), bbox)| (found, bbox)));
         Ok(())
     }
 

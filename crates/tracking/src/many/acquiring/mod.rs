@@ -2,16 +2,16 @@ mod saved;
 
 use super::hypothesis::Hypothesis;
 use super::{
-    AcquisitionParams, Clock, Elapsed, LastFrame, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock,
-    usable_detections,
+    AcquisitionParams, Clock, Elapsed, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock, usable_detections,
 };
+use crate::belief::LastFrame;
 use crate::class::Classes;
-use crate::parameters::Parameters;
 use crate::{Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use rayon::prelude::*;
-use saved::{Raw, Saved};
+use saved::Saved;
 use std::sync::Arc;
 
 /// The name that errors and saved states bear.
@@ -83,7 +83,7 @@ impl Acquiring {
 
     /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first.
     pub fn hypotheses(&self) -> impl Iterator<Item = (BBox, f64)> + '_ {
-        self.hypotheses.iter().map(|h| (h.bbox, h.evidence.nats))
+        self.hypotheses.iter().map(|h| (h.bbox, h.evidence.nats.0))
     }
 
     /// Whether the target is confirmed.
@@ -184,7 +184,7 @@ impl Acquiring {
             place += 1;
             !h.is_lost() && (leads || !h.evidence.is_refuted(params))
         });
-        let nats = |h: &Hypothesis| h.evidence.nats;
+        let nats = |h: &Hypothesis| h.evidence.nats.0;
         let Some(leader) = self.hypotheses.first().map(nats) else { return };
         let strongest = (1..self.hypotheses.len())
             .reduce(|a, b| if nats(&self.hypotheses[b]) > nats(&self.hypotheses[a]) { b } else { a });
@@ -227,7 +227,7 @@ impl Acquiring {
     /// Adds what the detector says of the frame as a whole to every target's figures.
     fn say(&self, tracks: &mut [Track]) {
         let figures = self.detector.diagnostics();
-        tracks.iter_mut().filter_map(|t| t.estimate.as_mut()).for_each(|e| e.diagnostics.extend(&figures));
+        tracks.iter_mut().filter_map(|t| t.estimate.as_mut()).for_each(|e| e.diagnostics.extend(figures.figures()));
     }
 
     /// Seeks the target, and says what is known of it.
@@ -279,7 +279,7 @@ fn followed(tracks: &[Track]) -> Vec<Followed> {
 
 impl MultiTracker for Acquiring {
     fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
-        let dt_s = LastFrame::advance(&mut self.last, frame)?;
+        let dt_s = LastFrame::start_or_advance(&mut self.last, frame)?;
         self.targets.step(frame, tracks)?;
         let Some(id) = self.sought else { return Ok(()) };
         let at = tracks.iter().position(|t| t.id == id);
@@ -370,7 +370,7 @@ impl MultiTracker for Acquiring {
     fn save(&self) -> Result<Vec<u8>> {
         let saved = |h: &Hypothesis| Ok((h.evidence, h.classes.clone(), h.bbox, h.tracker.save()?));
         let hypotheses = self.hypotheses.iter().map(saved).collect::<Result<_>>()?;
-        let raw = Raw {
+        let raw = Saved {
             params: self.params.clone(),
             recipe: (self.recipe.name().to_owned(), self.recipe.parameters()?.to_string()),
             targets: self.targets.save()?,

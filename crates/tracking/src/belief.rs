@@ -1,0 +1,217 @@
+//! What is believed of a target, whoever follows it: predict, judge, apply, report.
+
+use crate::motion::{Motion, MotionFilter, MotionParams, Sight};
+use crate::policy::{Evidence, Policy, PolicyParams, Verdict};
+use crate::{Diagnostics, Doubt, Estimate, Forecast, Measurement, Prior, Result, TrackState, TrackingError};
+use pursuit_estimation::EstimationError;
+use pursuit_geometry::{BBox, Point, Size};
+use pursuit_imaging::Frame;
+use serde::{Deserialize, Serialize};
+
+/// Time that stands still or runs backwards (flaky cameras do that) counts as this many seconds.
+const SHORTEST_STEP_S: f64 = 1e-3;
+
+/// The time of the frame seen last, and the size that frames must have.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LastFrame {
+    pub time_s: f64,
+    width: usize,
+    height: usize,
+}
+
+impl LastFrame {
+    pub fn of(frame: &Frame) -> Self {
+        Self { time_s: frame.time_s(), width: frame.size().width, height: frame.size().height }
+    }
+
+    /// Goes on to `frame` after checking that its size agrees. Returns the seconds from the last frame, > 0.
+    pub fn advance(&mut self, frame: &Frame) -> Result<f64> {
+        let expected = Size::new(self.width, self.height);
+        if frame.size() != expected {
+            return Err(TrackingError::FrameSize { index: frame.index(), expected, actual: frame.size() });
+        }
+        let dt_s = frame.time_s() - self.time_s;
+        if frame.time_s().is_finite() {
+            self.time_s = frame.time_s();
+        }
+        // Written so that NaN counts as the shortest step.
+        Ok(if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S })
+    }
+
+    /// The same, where `frame` may be the first.
+    pub fn start_or_advance(last: &mut Option<Self>, frame: &Frame) -> Result<f64> {
+        match last {
+            Some(last) => last.advance(frame),
+            None => {
+                *last = Some(Self::of(frame));
+                Ok(SHORTEST_STEP_S)
+            }
+        }
+    }
+}
+
+/// What is believed of a target, whoever looks for it: its motion, whether it is seen, and since when.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Belief {
+    pub(crate) motion: Motion,
+    pub(crate) policy: Policy,
+    pub(crate) state: TrackState,
+    /// The box reported when it was seen last.
+    pub(crate) last_believed: BBox,
+    pub(crate) last: LastFrame,
+}
+
+impl Belief {
+    /// Of a target that was just seen at `bbox` of `frame`.
+    ///
+    /// # Errors
+    /// When the motion model cannot start from the box.
+    pub(crate) fn new(
+        motion: &MotionParams,
+        policy: &PolicyParams,
+        frame: &Frame,
+        bbox: BBox,
+    ) -> Result<Self, EstimationError> {
+        Ok(Self {
+            motion: Motion::new(motion.clone(), bbox)?,
+            policy: Policy::new(policy.clone()),
+            state: TrackState::Tracking,
+            last_believed: bbox,
+            last: LastFrame::of(frame),
+        })
+    }
+
+    /// Somebody else says that the target is at `bbox` of `frame`.
+    pub(crate) fn restart(&mut self, frame: &Frame, bbox: BBox) {
+        self.motion.restart(bbox);
+        self.policy.restart();
+        self.state = TrackState::Tracking;
+        self.last_believed = bbox;
+        self.last = LastFrame::of(frame);
+    }
+
+    /// Moves what is believed with the picture, which the camera's motion moved by `(dx, dy)` pixels.
+    pub(crate) fn carry(&mut self, (dx, dy): (f64, f64)) {
+        self.motion.carry((dx, dy));
+        self.last_believed = self.last_believed.translated(dx, dy);
+    }
+
+    /// Where it should be after `dt_s` seconds.
+    ///
+    /// # Errors
+    /// When the step cannot be computed.
+    pub(crate) fn predict(&mut self, dt_s: f64) -> Result<Prior, EstimationError> {
+        self.motion.predict(dt_s)
+    }
+
+    /// What the policy says of what was found, and why the target is not tracked if it is not; `hidden` is asked why one is
+    /// not seen that should be in the picture.
+    pub(crate) fn judge(
+        &mut self,
+        frame: Size,
+        prior: &Prior,
+        found: Option<&Measurement>,
+        hidden: impl FnOnce() -> Option<Doubt>,
+    ) -> (Verdict, Option<Doubt>) {
+        let evidence = Evidence { frame, prior, found, state: self.state };
+        let verdict = within_reach(self.policy.judge(&evidence), frame, prior, found);
+        (verdict, evidence.doubt(verdict.state, hidden))
+    }
+
+    /// Corrects the motion by a measurement that is the target. It stands for those of `shared`, where there are any, which
+    /// are the target's each with its probability. Of a target that was lost, or that is `elsewhere`, what was believed of its
+    /// motion says nothing about where it is now.
+    ///
+    /// # Errors
+    /// When the step cannot be computed; the belief is then as before.
+    pub(crate) fn believe(
+        &mut self,
+        found: &Measurement,
+        shared: &[(Sight, f64)],
+        elsewhere: bool,
+    ) -> Result<(), EstimationError> {
+        if self.state == TrackState::Lost || elsewhere {
+            self.motion.restart(found.bbox);
+        } else if shared.is_empty() {
+            self.motion.correct(&Sight::from(found))?;
+        } else {
+            self.motion.correct_shared(shared)?;
+        }
+        self.last_believed = self.motion.bbox();
+        Ok(())
+    }
+
+    /// What is said of the target once it was judged and believed.
+    pub(crate) fn report(
+        &mut self,
+        frame: &Frame,
+        prior: &Prior,
+        (verdict, doubt): (Verdict, Option<Doubt>),
+        found: Option<&Measurement>,
+    ) -> Estimate {
+        self.state = verdict.state;
+        let lost = verdict.state == TrackState::Lost;
+        Estimate {
+            time_s: frame.time_s(),
+            bbox: if verdict.state == TrackState::Occluded { self.motion.bbox() } else { self.last_believed },
+            score: verdict.score.clamp(0.0, 1.0),
+            state: verdict.state,
+            doubt,
+            prediction: Some(prior.bbox),
+            measurement: found.map(|m| m.bbox),
+            searched: None,
+            covariance: self.motion.covariance(),
+            velocity: self.motion.velocity().filter(|_| !lost),
+            next: self.motion.next_sample(),
+            diagnostics: Diagnostics::default(),
+        }
+    }
+
+    /// Where the target will be `seconds` after the frame seen last.
+    ///
+    /// # Errors
+    /// When the motion model cannot be stepped that far.
+    pub(crate) fn forecast(&self, seconds: f64) -> Result<Forecast, EstimationError> {
+        let forecast = self.motion.forecast(self.last.time_s, seconds)?;
+        let filtered = self.motion.bbox();
+        if self.state != TrackState::Tracking || self.last_believed == filtered {
+            return Ok(forecast);
+        }
+        // The box reported is the measured one: the filtered motion goes on from there.
+        let (from, now, ahead) = (self.last_believed.center(), filtered.center(), forecast.bbox.center());
+        let center = Point::new(from.x + ahead.x - now.x, from.y + ahead.y - now.y);
+        let grown = forecast.bbox.width() / filtered.width();
+        let (width, height) = (self.last_believed.width() * grown, self.last_believed.height() * grown);
+        let bbox = if seconds > 0.0 { BBox::from_center_size(center, width, height) } else { self.last_believed };
+        Ok(Forecast { bbox, ..forecast })
+    }
+
+    /// Goes on with other parameters.
+    ///
+    /// # Errors
+    /// When the motion model cannot start from the box believed now; everything is then as before.
+    pub(crate) fn change(&mut self, motion: &MotionParams, policy: &PolicyParams) -> Result<(), EstimationError> {
+        if self.motion.params() != motion {
+            self.motion.change(motion.clone())?;
+        }
+        self.policy.change(policy.clone());
+        Ok(())
+    }
+}
+
+/// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
+/// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there, and
+/// nobody should steer by it.
+fn within_reach(verdict: Verdict, frame: Size, prior: &Prior, found: Option<&Measurement>) -> Verdict {
+    let outside = found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
+    let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
+    let reach = frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let astray = state == TrackState::Occluded && !reach.contains(prior.bbox.center());
+    let state = if astray { TrackState::Lost } else { state };
+    if state == verdict.state { verdict } else { Verdict { state, score: 0.0, follow: false, learn: false } }
+}
+
+/// Says of an error of the motion model whose it is.
+pub(crate) fn failed(owner: &str, index: u64, source: EstimationError) -> TrackingError {
+    TrackingError::Computation { tracker: owner.to_owned(), index, source: Box::new(source) }
+}

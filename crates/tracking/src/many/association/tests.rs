@@ -1,0 +1,167 @@
+use super::*;
+use crate::motion::MotionParams;
+use crate::{BoxCovariance, Prior};
+use pursuit_geometry::{BBox, Point};
+
+fn prior(covariance: Option<BoxCovariance>) -> Prior {
+    Prior { bbox: BBox::from_ltwh(100.0, 50.0, 20.0, 20.0), innovation_covariance: covariance, dt_s: 0.25 }
+}
+
+fn expectation(covariance: Option<BoxCovariance>) -> Expectation {
+    Expectation::new(&prior(covariance), &MotionParams::default()).unwrap()
+}
+
+/// The expected box, moved and resized.
+fn at(dx: f64, dy: f64, dw: f64, dh: f64) -> BBox {
+    BBox::from_center_size(Point::new(110.0 + dx, 60.0 + dy), 20.0 + dw, 20.0 + dh)
+}
+
+fn params(changes: &str) -> AssociationParams {
+    use pursuit_parameters::Parameters;
+    let params = AssociationParams { gate: 9.0, reach: 2.0, ..AssociationParams::default() };
+    params.with("association", &changes.parse().unwrap()).unwrap()
+}
+
+const SIZE: Size = Size::new(320, 200);
+
+/// Standard deviations of 2, 3, 4 and 5 px.
+fn uneven() -> Option<BoxCovariance> {
+    Some(BoxCovariance::from_diagonal(&Vector4::new(4.0, 9.0, 16.0, 25.0)))
+}
+
+fn confirmed<'a>(expectation: &'a Expectation, classes: &'a Classes) -> Claimant<'a> {
+    Claimant { expectation, confirmed: true, state: TrackState::Tracking, classes }
+}
+
+/// What each target is given, detections by their numbers.
+fn given(params: AssociationParams, targets: &[Claimant<'_>], detections: &[Detection]) -> Vec<Vec<usize>> {
+    let mut association = Association::new(params).unwrap();
+    association.associate(targets, detections, SIZE).unwrap();
+    association.shares().iter().map(|shares| shares.iter().map(|(d, _)| *d).collect()).collect()
+}
+
+fn seen(bbox: BBox) -> Detection {
+    Detection::new(bbox, 0.8)
+}
+
+#[test]
+fn distances_are_in_standard_deviations() {
+    let expected = expectation(uneven());
+    for (bbox, want) in [
+        (at(2.0, 0.0, 0.0, 0.0), 1.0),
+        (at(0.0, 3.0, 0.0, 0.0), 1.0),
+        (at(0.0, 0.0, 4.0, 0.0), 1.0),
+        (at(0.0, 0.0, 0.0, -5.0), 1.0),
+        (at(4.0, 0.0, 8.0, 0.0), 8.0),
+    ] {
+        assert!((expected.distance2(&bbox) - want).abs() < 1e-9);
+    }
+    let classes = Classes::default();
+    let one = |bbox| given(params(""), &[confirmed(&expected, &classes)], &[seen(bbox)]);
+    assert_eq!(one(at(4.0, 0.0, 8.0, 0.0)), [[0]]);
+    assert!(one(at(4.0, 0.0, 8.0, 5.1))[0].is_empty(), "9.04 is beyond the gate");
+}
+
+#[test]
+fn another_class_counts_as_distance() {
+    let expected = expectation(uneven());
+    let mut classes = Classes::default();
+    classes.count(&"dog".into(), 1.0);
+    let cat = |bbox| vec![Detection { class: Some("cat".into()), ..seen(bbox) }];
+    let one = |bbox, share: &str| given(params(share), &[confirmed(&expected, &classes)], &cat(bbox));
+    // A class that one in e detections has wrong is two farther: 6.9 and 7.1 of 9.
+    let (inside, beyond) = (at(6.9_f64.sqrt() * 2.0, 0.0, 0.0, 0.0), at(7.1_f64.sqrt() * 2.0, 0.0, 0.0, 0.0));
+    assert_eq!(one(inside, "other_class = 0.36787944117144233"), [[0]]);
+    assert!(one(beyond, "other_class = 0.36787944117144233")[0].is_empty());
+    assert_eq!(one(beyond, "other_class = 1.0"), [[0]]);
+}
+
+#[test]
+fn overlap_has_the_say_its_weight_gives() {
+    // Nearer by size alone, but off to the side; and in place, but larger.
+    let expected = expectation(Some(BoxCovariance::identity() * 100.0));
+    let classes = Classes::default();
+    let detections = [seen(at(9.0, 0.0, 0.0, 0.0)), seen(at(0.0, 0.0, 6.0, 7.2))];
+    let one = |changes| given(params(changes), &[confirmed(&expected, &classes)], &detections);
+    assert_eq!(one("gate = 20.0"), [[0]]);
+    assert_eq!(one("gate = 20.0\nnearest.iou_weight = 10.0"), [[1]]);
+}
+
+#[test]
+fn nothing_is_found_out_of_reach() {
+    let wide = expectation(Some(BoxCovariance::identity() * 1e6));
+    let classes = Classes::default();
+    let one = |dx| given(params(""), &[confirmed(&wide, &classes)], &[seen(at(dx, 0.0, 0.0, 0.0))]);
+    assert_eq!(one(40.0), [[0]]);
+    assert!(one(40.5)[0].is_empty(), "reach is two sizes of 20 px");
+}
+
+#[test]
+fn without_a_model_the_starting_speed_measures() {
+    let motion = MotionParams {
+        position_noise: 0.0,
+        size_noise: 0.1,
+        size_change: 0.2,
+        start_speed: 0.4,
+        noise_floor_px: 0.5,
+        ..MotionParams::default()
+    };
+    // 0.4 sizes/s for a quarter of a second are 2 px; sizes: 2 px and 0.2 · 20 · ½ = 2 px.
+    let want = BoxCovariance::from_diagonal(&Vector4::new(4.25, 4.25, 8.25, 8.25));
+    // A covariance that is none counts as no model.
+    for covariance in [None, Some(BoxCovariance::identity() * -1.0)] {
+        let expected = Expectation::new(&prior(covariance), &motion).unwrap();
+        assert!((expected.measurement().covariance() - want).norm() < 1e-9);
+        assert!((expected.distance2(&at(2.0, 0.0, 0.0, 0.0)) - 4.0 / 4.25).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn two_stages_give_sure_detections_first() {
+    let near = expectation(Some(BoxCovariance::identity() * 100.0));
+    let classes = Classes::default();
+    let (sure, weak) = (|bbox| Detection::new(bbox, 0.9), |bbox| Detection::new(bbox, 0.3));
+    let two =
+        |targets: &[Claimant<'_>], detections: &[Detection]| given(params("model = 'two-stage'"), targets, detections);
+    let target = || confirmed(&near, &classes);
+    // The weak one is nearer, the sure one counts more.
+    let both = [weak(at(0.0, 0.0, 0.0, 0.0)), sure(at(6.0, 0.0, 0.0, 0.0))];
+    assert_eq!(two(&[target()], &both), [[1]]);
+    assert_eq!(two(&[target()], &both[..1]), [[0]]);
+    // A lost target is given no weak detection, a candidate only what targets leave.
+    let lost = Claimant { state: TrackState::Lost, ..target() };
+    let candidate = || Claimant { confirmed: false, ..target() };
+    assert!(two(&[lost], &both[..1])[0].is_empty());
+    assert!(two(&[candidate()], &both[..1])[0].is_empty());
+    assert_eq!(two(&[candidate()], &both), [[1]]);
+    assert_eq!(two(&[candidate(), target()], &both[1..]), [vec![], vec![0]]);
+    // Overlap .1 is too little of a sure one (.2), .4 of a weak one (.5).
+    assert!(two(&[target()], &[sure(at(16.4, 0.0, 0.0, 0.0))])[0].is_empty());
+    assert!(two(&[target()], &[weak(at(8.6, 0.0, 0.0, 0.0))])[0].is_empty());
+}
+
+#[test]
+fn joint_shares_are_probabilities() {
+    let near = expectation(Some(BoxCovariance::identity() * 100.0));
+    let classes = Classes::default();
+    let mut joint = Association::new(params("model = 'joint'")).unwrap();
+    let pair = [seen(at(-5.0, 0.0, 0.0, 0.0)), seen(at(5.0, 0.0, 0.0, 0.0))];
+    joint.associate(&[confirmed(&near, &classes)], &pair, SIZE).unwrap();
+    let [(0, left), (1, right)] = joint.shares()[0].as_slice() else { panic!("{:?}", joint.shares()) };
+    assert!((left - right).abs() < 1e-9 && left + right > 0.9 && left + right < 1.0, "{left} {right}");
+    // Detection 0 is of either target alike, and so of one of them almost surely: it starts no other.
+    joint.associate(&[confirmed(&near, &classes), confirmed(&near, &classes)], &pair[..1], SIZE).unwrap();
+    let each: Vec<_> = joint.shares().iter().map(|shares| shares[0]).collect();
+    assert!(each.iter().all(|(d, p)| *d == 0 && (p - 0.5).abs() < 0.01), "{each:?}");
+    assert_eq!(joint.left().collect::<Vec<_>>(), [false]);
+}
+
+#[test]
+fn joint_events_beyond_the_limit_fall_to_nearest() {
+    let near = expectation(Some(BoxCovariance::identity() * 100.0));
+    let classes = Classes::default();
+    let targets: Vec<_> = (0..6).map(|_| confirmed(&near, &classes)).collect();
+    let detections: Vec<_> = (0..6).map(|k| seen(at(f64::from(k), 0.0, 0.0, 0.0))).collect();
+    let found = given(params("model = 'joint'\njoint.most_events = 10"), &targets, &detections);
+    assert!(found.iter().all(|given| given.len() == 1), "{found:?}");
+}

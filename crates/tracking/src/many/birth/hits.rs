@@ -1,0 +1,46 @@
+//! M of N.
+
+use serde::{Deserialize, Serialize};
+
+pursuit_parameters::parameters! {
+    /// M of N: a candidate is a target once it was detected in enough of its last frames.
+    pub struct HitsParams {
+        /// M: frames in which it must have been detected …
+        pub hits: usize = 3, in 1..=64, unit "frames", source "ours";
+        /// … of the last N.
+        pub looks: usize = 5, in 1..=64, unit "frames", source "ours";
+    }
+    ordered { hits <= looks }
+}
+
+/// In which frames a candidate was detected.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::many) struct Hits {
+    /// A bit a frame, the last frame in the lowest.
+    history: u64,
+    /// Frames since its birth.
+    looks: u64,
+}
+
+impl Hits {
+    pub fn look(&mut self, detected: bool) {
+        self.history = self.history << 1 | u64::from(detected);
+        self.looks += 1;
+    }
+
+    pub fn confirm(&self, params: &HitsParams) -> bool {
+        self.recent(params) >= params.hits
+    }
+
+    /// Whether M of N cannot be reached any more.
+    pub fn refute(&self, params: &HitsParams) -> bool {
+        let looks = usize::try_from(self.looks).unwrap_or(usize::MAX).min(params.looks);
+        looks - self.recent(params).min(looks) > params.looks - params.hits
+    }
+
+    /// How often it was detected in the last N frames.
+    fn recent(&self, params: &HitsParams) -> usize {
+        let unused = u64::BITS.saturating_sub(params.looks as u32);
+        (self.history << unused).count_ones() as usize
+    }
+}

@@ -1,0 +1,35 @@
+//! Constant velocity, replaced by a regression of the last velocities while the target manoeuvres (gao2007).
+
+use super::center::{CenterModel, Start, Step};
+use super::paper::Scaled;
+use pursuit_estimation::Result;
+use pursuit_estimation::gao2007::GatedParams;
+use pursuit_estimation::point::{GatedPoint, PointFilter as _};
+
+pursuit_parameters::parameters! {
+    /// The motion model `gao2007`.
+    pub struct Gao2007Params {
+        /// Normalised innovation squared that tells of a manoeuvre.
+        pub surprise: f64 = 9.21, in above(0.0), source "99 % of χ² with 2 degrees of freedom";
+        /// The frame interval that the paper counts in.
+        pub frame_s: f64 = 0.033, in above(0.0), unit "s", source "ours";
+    }
+}
+
+impl CenterModel for Gao2007Params {
+    type Belief = Scaled<GatedPoint>;
+
+    fn start(&self, start: &Start) -> Result<Scaled<GatedPoint>> {
+        Scaled::new(start, start.extent_px, |s| {
+            // White acceleration of density q has, held over a step, the variance q / dt.
+            let acceleration = start.noise.acceleration / self.frame_s;
+            let settings =
+                GatedParams { threshold: self.surprise, ..GatedParams::recommended(acceleration, s.variance) };
+            GatedPoint::new(settings, s.point, &s.at, &s.noise)
+        })
+    }
+
+    fn advance(&self, belief: &mut Scaled<GatedPoint>, step: &Step) -> Result<()> {
+        belief.filter.predict(step.dt_s)
+    }
+}
