@@ -13,7 +13,7 @@ use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the scale space trackers.
     pub struct DsstParams {
         /// Channels that the features of the translation filter are compressed to; 0 leaves them as they are.
@@ -105,7 +105,7 @@ impl LocalizerRecipe for DsstParams {
 
 fn recipe(name: &'static str, localizer: DsstParams) -> TrackerRecipe<DsstParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        motion: MotionParams::sudden(),
         policy: PolicyParams::default(),
         search: SearchParams::default(),
     };

@@ -2,6 +2,7 @@
 //! file of parameters and assembly, in one [`registry`].
 
 pub mod acpf;
+mod ahead;
 pub mod appearance;
 pub mod ball;
 pub mod correlation;
@@ -22,3 +23,134 @@ pub mod runtime;
 pub mod siamese;
 pub mod staple;
 pub mod tld;
+
+use pursuit_tracking::TrackerEntry;
+
+/// An entry whose recipe is made by a function of the name.
+macro_rules! tracker {
+    ($name:literal, $paper:literal, $recipe:path, $summary:literal) => {
+        TrackerEntry::new($name, $summary, $paper, |name| Box::new($recipe(name)))
+    };
+}
+
+/// Every tracker. A new one is its module above and its entry here.
+const TRACKERS: &[TrackerEntry] = &[
+    tracker!(
+        "pursuit",
+        "pursuit",
+        pursuit::pursuit,
+        "the default: a filter and a network watch, one judge decides; says when the target is hidden, finds it again"
+    ),
+    tracker!(
+        "pursuit-light",
+        "pursuit",
+        pursuit::light,
+        "the default's filter alone: quicker, says when the target is hidden, finds it again"
+    ),
+    tracker!(
+        "nanotrack",
+        "nanotrack",
+        nanotrack::nanotrack,
+        "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
+    ),
+    tracker!(
+        "fear-xs",
+        "siamese",
+        siamese::fear_xs,
+        "FEAR-XS, a Siamese network by file: more robust than nanotrack, and slower"
+    ),
+    tracker!(
+        "siamese",
+        "siamese",
+        siamese::siamese,
+        "any Siamese network of yours: ONNX files and a TOML file that describes them"
+    ),
+    tracker!(
+        "ball",
+        "ball",
+        ball::ball,
+        "a ball (or anything of one colour) by colour and shape, with a filter for bounces"
+    ),
+    tracker!(
+        "depth-occlusion",
+        "zhai2024",
+        depth_occlusion::depth_occlusion,
+        "correlation on depth: knows when something nearer hides the target, waits, finds it again, in any light"
+    ),
+    tracker!(
+        "depth-occlusion-fused",
+        "zhai2024",
+        depth_occlusion::depth_occlusion_fused,
+        "depth-occlusion on the gradients of depth and of the picture together"
+    ),
+    tracker!(
+        "person",
+        "qu2010",
+        person::person,
+        "someone before a camera that stands still: the default's eye, the background's outline, the next position predicted"
+    ),
+    tracker!(
+        "bacf",
+        "bacf",
+        regularised::bacf,
+        "background-aware correlation filter on gradients and colour names: accurate, quick"
+    ),
+    tracker!(
+        "strcf",
+        "strcf",
+        regularised::strcf,
+        "spatial-temporal regularised correlation filter: learns each frame anew, near the last"
+    ),
+    tracker!("kcf", "kcf", kcf::kcf, "kernelized correlation filter on HOG with a search over sizes: very fast"),
+    tracker!(
+        "kcf-fixed",
+        "kcf",
+        kcf::kcf_fixed,
+        "kernelized correlation filter on HOG as published: keeps the size, faster still"
+    ),
+    tracker!(
+        "kcf-depth",
+        "kcf",
+        kcf::kcf_depth,
+        "kernelized correlation filter on HOG of depth (of grey where there is none): keeps the size"
+    ),
+    tracker!(
+        "acpf",
+        "zhai2024",
+        acpf::acpf,
+        "occlusion-aware particle filter on colour and depth: the baseline that depth-occlusion is compared with"
+    ),
+    tracker!("csk", "kcf", kcf::csk, "kernelized correlation filter on grey values: the circulant structure tracker"),
+    tracker!(
+        "mosse",
+        "mosse",
+        mosse::mosse,
+        "minimum output sum of squared error on grey values: the fastest, keeps the size"
+    ),
+    tracker!("staple", "staple", staple::staple, "HOG correlation beside colour histograms: bears deformation, fast"),
+    tracker!("dsst", "dsst", dsst::dsst, "correlation on gradients beside a filter along scale: exact sizes, quick"),
+    tracker!(
+        "fdsst",
+        "dsst",
+        dsst::fdsst,
+        "dsst on compressed features with half as many sizes, interpolated: quicker"
+    ),
+    tracker!(
+        "kalman-tld",
+        "zhu2014",
+        tld::kalman_tld,
+        "follows points, learns what the target is, finds it again; a Kalman filter says where to scan"
+    ),
+    tracker!(
+        "tld",
+        "tld",
+        tld::tld,
+        "tracking-learning-detection: as kalman-tld, all over the frame at every frame, without the filter"
+    ),
+    tracker!(
+        "median-flow",
+        "tld",
+        flow::median_flow,
+        "follows points there and back: exact on smooth motion, very fast, never finds a target again"
+    ),
+];

@@ -6,11 +6,11 @@ use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::policy::{PaperParams, PolicyParams};
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the filter of minimum output sum of squared error.
     pub struct MosseParams {
         /// Standard deviation of the wanted response in patch pixels.
@@ -56,14 +56,14 @@ impl LocalizerRecipe for MosseParams {
 /// `mosse`. Its paper's own rule (`policy.model = "paper"`) takes a peak-to-sidelobe ratio below 7 for an occlusion.
 pub fn mosse(name: &'static str) -> TrackerRecipe<MosseParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        motion: MotionParams::sudden(),
         policy: PolicyParams {
             occluded_below: 0.35,
             seen_from: 0.45,
             found_from: 0.45,
             learn_from: 0.35,
             lost_after_s: 2.0,
-            psr_from: 7.0,
+            paper: PaperParams { psr_from: 7.0 },
             ..PolicyParams::default()
         },
         search: SearchParams::default(),

@@ -1,26 +1,21 @@
 //! The Siamese network tracker `nanotrack`: NanoTrack v3, its network written out in `pursuit-inference`, in the one loop
 //! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
 
-use crate::correlation::probability;
+use crate::siamese::{SiameseLocalizer, SiameseModel};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
-use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::NanoTrackV3;
-use pursuit_inference::siamese::{Exemplar, Location, SiameseConfig, SiameseTracker};
+use pursuit_inference::siamese::{Location, SiameseConfig};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
-use pursuit_tracking::{
-    Diagnostics, GroupParams, Localizer, LocalizerRecipe, Measurement, Result, Search, TrackerRecipe, TrackingError,
-    ViewSize,
-};
-use serde::{Deserialize, Serialize};
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe, TrackingError};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the Siamese network tracker.
     pub struct NanoTrackParams {
         /// Weight of the cosine window against the network's score.
-        pub window: f64 = 0.455, in 0.0..=1.0, source "NanoTrack v3, configv3.yaml";
+        pub window_weight: f64 = 0.455, in 0.0..=1.0, source "NanoTrack v3, configv3.yaml";
         /// Penalty on changes of size and shape.
         pub penalty: f64 = 0.138, in 0.0..=10.0, source "NanoTrack v3, configv3.yaml";
         /// How fast the size follows.
@@ -32,63 +27,42 @@ pursuit_tracking::parameters! {
         /// Score: weight of the log odds of the network's score.
         pub score_weight: f64 = 0.48, in 0.0.., source "ours, fitted";
     }
+    renamed { "window" => ["window_weight"] }
 }
 
-/// Finds the target by a network that compares a window with the target as it was at the start. It learns nothing.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Saved", into = "Saved")]
-pub struct NanoTrackLocalizer {
-    params: NanoTrackParams,
-    tracker: SiameseTracker<NanoTrackV3>,
-}
+/// The localizer of `nanotrack`.
+pub type NanoTrackLocalizer = SiameseLocalizer<NanoTrackParams>;
 
-/// What is stored: the network itself is not.
-#[derive(Clone, Serialize, Deserialize)]
-struct Saved {
-    params: NanoTrackParams,
-    exemplar: Exemplar,
-}
+impl SiameseModel for NanoTrackParams {
+    type Network = NanoTrackV3;
 
-impl From<NanoTrackLocalizer> for Saved {
-    fn from(localizer: NanoTrackLocalizer) -> Self {
-        Self { params: localizer.params, exemplar: localizer.tracker.exemplar().clone() }
+    const NAME: &'static str = "nanotrack";
+
+    fn open(&self) -> Result<(NanoTrackV3, SiameseConfig)> {
+        let config = SiameseConfig::nanotrack_v3()
+            .with_weights(self.window_weight, self.penalty, self.size_rate)
+            .and_then(|config| config.with_min_side_px(self.min_side_px));
+        NanoTrackV3::new().and_then(|network| Ok((network, config?))).map_err(|e| TrackingError::Computation {
+            tracker: Self::NAME.to_owned(),
+            index: 0,
+            source: Box::new(e),
+        })
+    }
+
+    fn score_weights(&self) -> (f64, f64) {
+        (self.score_bias, self.score_weight)
     }
 }
 
-impl TryFrom<Saved> for NanoTrackLocalizer {
-    type Error = InferenceError;
+impl LocalizerRecipe for NanoTrackParams {
+    type Localizer = NanoTrackLocalizer;
 
-    fn try_from(Saved { params, exemplar }: Saved) -> Result<Self, InferenceError> {
-        let tracker = SiameseTracker::restore(NanoTrackV3::new()?, params.config()?, exemplar)?;
-        Ok(Self { params, tracker })
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<NanoTrackLocalizer> {
+        SiameseLocalizer::new(self, frame, bbox)
     }
-}
-
-impl NanoTrackParams {
-    fn config(&self) -> Result<SiameseConfig, InferenceError> {
-        SiameseConfig::nanotrack_v3()
-            .with_weights(self.window, self.penalty, self.size_rate)?
-            .with_min_side_px(self.min_side_px)
-    }
-
-    /// The probability that a box of the network's score is right.
-    fn probability(&self, score: f64) -> f64 {
-        let score = score.clamp(1e-6, 1.0 - 1e-6);
-        probability(self.score_bias + self.score_weight * (score / (1.0 - score)).ln())
-    }
-}
-
-fn failed(frame: &Frame) -> impl FnOnce(InferenceError) -> TrackingError {
-    let index = frame.index();
-    move |e| TrackingError::Computation { tracker: "nanotrack".to_owned(), index, source: Box::new(e) }
 }
 
 impl NanoTrackLocalizer {
-    /// Where the target is by the network, looked for about `about` at its size.
-    pub(crate) fn look(&mut self, frame: &Frame, about: &BBox) -> Result<Option<Location>> {
-        self.tracker.locate(frame, about.center(), (about.width(), about.height())).map_err(failed(frame))
-    }
-
     /// What was found about `about` in a picture of `size`, as large as if as many more `frames` in which the network was not
     /// asked had shown the same.
     pub(crate) fn caught_up(&self, found: Location, about: &BBox, frames: usize, size: Size) -> Location {
@@ -109,9 +83,10 @@ impl NanoTrackLocalizer {
     /// of that.
     pub(crate) fn score_at(&self, about: &BBox, place: Point) -> Option<f64> {
         let config = self.tracker.config();
-        let n = config.answer_side() as isize;
-        let cells =
-            self.side(about, config.template_side()).recip() * config.template_side() as f64 / config.stride_px();
+        let n = config.answer_side as isize;
+        let context = config.context * (about.width() + about.height());
+        let side = ((about.width() + context) * (about.height() + context)).sqrt();
+        let cells = config.template_side_px as f64 / side / config.stride_px;
         let cell = |d: f64| (d * cells).round() as isize + n / 2;
         let (column, row) = (cell(place.x - about.center().x), cell(place.y - about.center().y));
         let inside = |k: isize| (0..n).contains(&k);
@@ -123,57 +98,12 @@ impl NanoTrackLocalizer {
             self.tracker.scores().enumerate().filter_map(near).fold(0.0, f64::max)
         })
     }
-
-    /// Side of the square of the frame that an image of `samples` covers.
-    fn side(&self, about: &BBox, samples: usize) -> f64 {
-        let config = self.tracker.config();
-        let context = config.context() * (about.width() + about.height());
-        ((about.width() + context) * (about.height() + context)).sqrt() * samples as f64 / config.template_side() as f64
-    }
-}
-
-impl LocalizerRecipe for NanoTrackParams {
-    type Localizer = NanoTrackLocalizer;
-
-    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<NanoTrackLocalizer> {
-        let start = |network| SiameseTracker::new(network, self.config()?, frame, bbox);
-        let tracker = NanoTrackV3::new().and_then(start).map_err(failed(frame))?;
-        Ok(NanoTrackLocalizer { params: self.clone(), tracker })
-    }
-}
-
-impl Localizer for NanoTrackLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let expected = &search.expected;
-        let size = (expected.width(), expected.height());
-        let found = self.tracker.locate(frame, expected.center(), size).map_err(failed(frame))?;
-        Ok(found.map(|found| Measurement {
-            strength: found.score,
-            peak: Some(found.score),
-            diagnostics: Diagnostics::default().with("network_score", found.score).with("penalty", found.penalty),
-            ..Measurement::new(found.bbox, self.params.probability(found.score))
-        }))
-    }
-
-    fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> Result<()> {
-        Ok(())
-    }
-
-    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
-        *self = self.params.localizer(frame, bbox)?;
-        Ok(())
-    }
-
-    fn view(&self, expected: &BBox) -> Option<ViewSize> {
-        let side = self.side(expected, self.tracker.config().search_side());
-        Some(ViewSize { width: side, height: side })
-    }
 }
 
 /// `nanotrack`. The released tracker looks where the target was, and so does this one.
 pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams {
             occluded_below: 0.6,
             seen_from: 0.7,
@@ -181,7 +111,7 @@ pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
             occluded_score: 1.0,
             ..PolicyParams::default()
         },
-        search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
+        search: SearchParams { reach: 4.0, wide_windows: 3, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer: NanoTrackParams::default(), groups }
 }
@@ -192,7 +122,7 @@ mod tests {
     use pursuit_imaging::Image;
 
     #[test]
-    fn a_size_catches_up_with_the_frames_in_which_nobody_asked() {
+    fn a_size_catches_up_with_frames_not_asked() {
         let picture = Image::from_fn(96, 64, |x, y| ((x * 7) ^ (y * 5)) as u8).unwrap();
         let frame = Frame::new(0, 0.0, picture);
         let about = BBox::from_ltwh(20.0, 10.0, 24.0, 30.0);

@@ -13,7 +13,7 @@ use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the regularised correlation filters.
     pub struct RegularisedParams {
         /// Standard deviation of the label as a share of √(width · height) of the target.
@@ -31,11 +31,12 @@ pursuit_tracking::parameters! {
         /// The solver.
         pub solver: SolverParams = SolverParams::default();
         /// Sizes tried.
-        pub scale: ScaleLadderParams = ScaleLadderParams { levels: 2, step: 1.01, penalty: 1.0 };
+        pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 2, step: 1.01, penalty: 1.0 };
         /// The score, fitted as `docs/papers/bacf.md` says.
         pub score: ScoreParams =
             ScoreParams { bias: -7.0, psr: 3.0, collapse: 1.1, likeness: 2.3, ..ScoreParams::default() };
     }
+    renamed { "scale" => ["scale_ladder"] }
 }
 
 impl LocalizerRecipe for RegularisedParams {
@@ -46,7 +47,7 @@ impl LocalizerRecipe for RegularisedParams {
             window: self.window.clone(),
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            ladder: self.scale.clone(),
+            ladder: self.scale_ladder.clone(),
             score: self.score.clone(),
             ..CorrelationSpec::new(
                 FeatureKind::Appearance { names: frame.has_color() },
@@ -59,9 +60,9 @@ impl LocalizerRecipe for RegularisedParams {
 
 fn recipe(name: &'static str, localizer: RegularisedParams) -> TrackerRecipe<RegularisedParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams::default(),
-        search: SearchParams { prediction_gain: 0.0, wide_windows: 6, ..SearchParams::default() },
+        search: SearchParams { wide_windows: 6, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer, groups }
 }

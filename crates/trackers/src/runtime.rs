@@ -2,11 +2,11 @@
 
 use pursuit_inference::InferenceError;
 use pursuit_inference::onnx::{Backend, OnnxOptions};
+use pursuit_parameters::{FileName, ParameterError};
 use pursuit_tracking::TrackingError;
-use pursuit_tracking::parameters::FileName;
 use std::path::Path;
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// Which library runs a network.
     pub enum Library {
         /// onnxruntime where it is found, else rten.
@@ -18,7 +18,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How a network that comes as a file is run.
     pub struct RuntimeParams {
         /// The library that runs it.
@@ -52,5 +52,5 @@ impl RuntimeParams {
 /// The error about the file named by the parameter `name` of `owner`, which cannot be used.
 pub(crate) fn unusable(owner: &str, name: &str) -> impl FnOnce(InferenceError) -> TrackingError {
     let (owner, name) = (owner.to_owned(), name.to_owned());
-    move |e| TrackingError::Parameter { owner, name, problem: e.to_string() }
+    move |e| ParameterError::new(owner, name, e.to_string()).into()
 }

@@ -13,7 +13,7 @@ use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the sum of template and pixel-wise learners.
     pub struct StapleParams {
         /// Regularisation of the template as a share of the mean energy of a frequency, λ.
@@ -60,9 +60,9 @@ impl LocalizerRecipe for StapleParams {
 /// `staple`.
 pub fn staple(name: &'static str) -> TrackerRecipe<StapleParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        motion: MotionParams::sudden(),
         policy: PolicyParams::default(),
-        search: SearchParams { prediction_gain: 0.0, ..SearchParams::default() },
+        search: SearchParams::at_last_place(),
     };
     TrackerRecipe { name, localizer: StapleParams::default(), groups }
 }

@@ -5,7 +5,7 @@
 use pursuit_estimation::motion::StepBox;
 use pursuit_geometry::BBox;
 use pursuit_scenes::ball::{BallMotion, BallParams, ball_track};
-use pursuit_tracking::motion::{BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox, MotionFilter, Sight};
+use pursuit_tracking::motion::{BoxFilter, BoxNoise, ManoeuvringBox, MotionFilter, MotionParams, Sight};
 
 const SEEDS: u64 = 200;
 
@@ -67,13 +67,13 @@ fn paper(motion: BallMotion) -> Outcome {
 }
 
 fn adaptive(motion: BallMotion) -> Outcome {
-    let outcome = run(motion, |bbox| Box::new(ManoeuvringBox::new(ManoeuvreNoise::ball(), bbox).unwrap()));
+    let outcome = run(motion, |bbox| Box::new(ManoeuvringBox::new(&MotionParams::ball(), bbox).unwrap()));
     println!("{} adaptive {outcome:.3?}", motion.name());
     outcome
 }
 
 #[test]
-fn linear_motion_is_filtered_below_the_noise_by_both_modes() {
+fn both_modes_filter_linear_motion_below_noise() {
     for outcome in [paper(BallMotion::Linear), adaptive(BallMotion::Linear)] {
         assert!(outcome.filtered_ratio() <= 0.70, "{outcome:?}");
         assert!(outcome.predicted_ratio() <= 0.90, "{outcome:?}");
@@ -97,7 +97,7 @@ fn bouncing_balls_need_the_adaptive_mode() {
 }
 
 #[test]
-fn the_adaptive_mode_is_the_default_because_it_is_better_on_every_scene() {
+fn the_adaptive_mode_is_better_on_every_scene() {
     for motion in BallMotion::ALL {
         let (printed, ours) = (paper(motion), adaptive(motion));
         assert!(ours.predicted_rmse < printed.predicted_rmse, "{motion:?} {printed:?} {ours:?}");

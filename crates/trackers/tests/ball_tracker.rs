@@ -74,7 +74,7 @@ fn the_detector_leaves_noise_texture_and_boxes_alone() {
 }
 
 #[test]
-fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
+fn the_detector_finds_only_the_presets_balls() {
     let colors: [(&str, Rgb8); 6] = [
         ("yellow", YELLOW),
         ("orange", [230, 120, 30]),
@@ -111,7 +111,7 @@ fn the_detector_finds_balls_of_every_preset_and_only_of_that() {
 }
 
 #[test]
-fn of_several_balls_the_one_that_moves_is_followed() {
+fn of_several_balls_the_moving_is_followed() {
     const GREEN: Rgb8 = [60, 170, 60];
     let (orange, radius) = ([230, 120, 30], 14.0);
     for (asked, still, moving) in [("auto", orange, GREEN), ("auto", GREEN, orange), ("yellow", YELLOW, YELLOW)] {
@@ -138,7 +138,7 @@ fn of_several_balls_the_one_that_moves_is_followed() {
 }
 
 #[test]
-fn an_unknown_colour_is_refused_with_the_names_there_are() {
+fn an_unknown_colour_is_refused_with_names() {
     let error = registry::tracker("ball").unwrap().recipe(&set("color", "purple")).err().unwrap().to_string();
     for word in ["color", "purple", "auto", "yellow", "orange", "green", "white", "red", "blue"] {
         assert!(error.contains(word), "{error}");
@@ -147,7 +147,7 @@ fn an_unknown_colour_is_refused_with_the_names_there_are() {
 }
 
 #[test]
-fn streaks_of_a_fast_ball_are_measured_as_the_ball() {
+fn streaks_are_measured_as_the_ball() {
     // 34 px a frame, the shutter open for 0.9 of it: twice as long as wide, which the printed squareness gate refuses.
     let radius = 16.0;
     let at = |k: f64| Point::new(30.0 + 34.0 * k, 120.0 + 6.0 * k);
@@ -164,7 +164,7 @@ fn streaks_of_a_fast_ball_are_measured_as_the_ball() {
 }
 
 #[test]
-fn a_ball_that_leaves_is_lost_and_found_when_it_returns() {
+fn a_ball_that_leaves_is_found_on_return() {
     let radius = 15.0;
     let truth = |p: Point| BBox::from_center_size(p, 2.0 * radius, 2.0 * radius);
     let out = |k: u64| Point::new(250.0 + 8.0 * k as f64, 100.0);
@@ -223,7 +223,7 @@ fn play(query: &str, color: &str, mut with: impl FnMut(u64, &Estimate, &pursuit_
 }
 
 #[test]
-fn table_tennis_with_a_hand_dimmed_light_and_balls_of_like_colour() {
+fn table_tennis_with_hand_dim_light_and_decoys() {
     for (query, color) in [
         ("scene:table-tennis?seed=11", "yellow"),
         ("scene:table-tennis?seed=12&hue=24&like=-14", "orange"),

@@ -3,6 +3,7 @@
 
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
+use pursuit_testkit::value_noise;
 use pursuit_trackers::registry;
 use pursuit_tracking::{MultiTracker, TargetSet, TrackState, Tracker};
 
@@ -21,12 +22,7 @@ fn texture(x: f64, y: f64, seed: u32) -> f64 {
         h = (h ^ (h >> 12)).wrapping_mul(0x297a_2d39);
         f64::from((h ^ (h >> 15)) & 255)
     };
-    let (u, v) = (x / 5.0, y / 5.0);
-    let (i, j) = (u.floor() as i64, v.floor() as i64);
-    let (a, b) = (u - u.floor(), v - v.floor());
-    let top = lattice(i, j) * (1.0 - a) + lattice(i + 1, j) * a;
-    let bottom = lattice(i, j + 1) * (1.0 - a) + lattice(i + 1, j + 1) * a;
-    top * (1.0 - b) + bottom * b
+    value_noise((x, y), 5.0, |t| t, lattice)
 }
 
 /// A textured target at `bbox` (none: absent) over a duller textured background.
@@ -200,7 +196,7 @@ fn no_motion_model_allocates_after_the_first_frames() {
 }
 
 #[test]
-fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
+fn a_small_target_takes_little_memory() {
     for name in names() {
         let frame = color(0, Some(path(0, 64.0, 64.0)));
         let _ = frame.gray();
@@ -226,7 +222,7 @@ fn a_tracker_of_a_64_pixel_target_takes_little_memory() {
 }
 
 #[test]
-fn a_target_that_vanishes_is_no_longer_reported_as_tracked() {
+fn a_target_that_vanishes_is_not_tracked() {
     for name in names() {
         let frame = |k: u64, there: bool| color(k, there.then(|| path(k, 40.0, 40.0)));
         let mut tracker = start(name, &frame(0, true), path(0, 40.0, 40.0));

@@ -35,7 +35,7 @@ fn follow(recipe: &dyn Recipe, scene: &dyn Scene, change: impl Fn(Frame) -> Fram
 }
 
 #[test]
-fn it_says_when_it_is_hidden_and_is_back_at_once() {
+fn a_hidden_target_is_back_at_once() {
     for (seed, keys) in [(3, "hidden=20"), (4, "hidden=15&occluder=similar"), (5, "hidden=25&nearer=400&pan=20")] {
         let scene = scene(&format!("seed={seed}&width=240&height=160&duration=3&{keys}"));
         let said = follow(&*recipe("depth-occlusion", ""), &*scene, |f| f);
@@ -152,7 +152,7 @@ fn an_occluded_target_is_not_learned() {
 }
 
 #[test]
-fn what_something_nearer_hides_is_said_to_be_covered() {
+fn a_target_behind_something_nearer_is_covered() {
     let scene = scene("seed=3&width=240&height=160&duration=3&hidden=20");
     let (first, truth) = frame(&*scene, 0);
     let mut tracker: Box<dyn Tracker> = recipe("depth-occlusion", "").init(&first, truth.extent.unwrap()).unwrap();
@@ -218,7 +218,7 @@ fn after_a_leap(settings: &str, leap: f64) -> f64 {
 }
 
 #[test]
-fn what_leaps_back_is_looked_for_where_it_was() {
+fn a_leap_back_is_sought_where_it_was() {
     for leap in [20.0, 35.0, 40.0] {
         let overlap = after_a_leap("", leap);
         assert!(overlap > 0.9, "{leap} px: {overlap}");

@@ -145,7 +145,7 @@ fn halved(frame: &Frame) -> Frame {
 type Change = Box<dyn Fn(Frame) -> Frame>;
 
 #[test]
-fn the_same_clips_in_other_colours_lights_and_sizes() {
+fn the_same_clips_in_other_colours_and_sizes() {
     let turn = |degrees: f64| -> Change { Box::new(move |f| repainted(&f, |p| turned(p, degrees))) };
     let dim = || -> Change { Box::new(|f| repainted(&f, |p| p.map(|c| (f64::from(c) * 0.45) as u8))) };
     let pale = || -> Change {

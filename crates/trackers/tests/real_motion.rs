@@ -7,7 +7,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
 use pursuit_media::{OpenOptions, open};
 use pursuit_trackers::registry;
-use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, AssociationParams};
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
 use pursuit_tracking::{Estimate, MultiTracker, Track, TrackState};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ fn detector(set: &str) -> Box<dyn pursuit_tracking::Detector> {
 /// Everybody, by the four phases.
 fn many(set: &str) -> Box<dyn MultiTracker> {
     let motion = registry::detector("motion").unwrap().motion();
-    let params = AssociationParams { motion, ..AssociationParams::default() };
+    let params = ManyParams { motion, ..ManyParams::default() };
     Box::new(Associating::new(detector(set), params).unwrap())
 }
 

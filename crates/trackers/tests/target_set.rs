@@ -62,7 +62,7 @@ fn company_and_threads_change_nothing() {
 }
 
 #[test]
-fn targets_come_and_go_at_any_time_and_ids_are_never_used_again() {
+fn ids_are_never_used_again() {
     let (frames, truth) = film();
     let recipe = recipe("kcf");
     let mut set = TargetSet::new();

@@ -10,25 +10,20 @@ const HISTOGRAMS: usize = 3 * CELLS;
 /// How the colours in a box are distributed: histograms of red, green and blue in each quarter, each summing to one; empty
 /// where the quarter lies outside of the frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<f32>", into = "Vec<f32>")]
+#[serde(remote = "QuarterColors", transparent)]
 pub struct QuarterColors(Vec<f32>);
 
-impl From<QuarterColors> for Vec<f32> {
-    fn from(colors: QuarterColors) -> Self {
-        colors.0
-    }
-}
+pursuit_estimation::checked!(QuarterColors);
 
-impl TryFrom<Vec<f32>> for QuarterColors {
-    type Error = &'static str;
-
-    fn try_from(values: Vec<f32>) -> Result<Self, Self::Error> {
+impl QuarterColors {
+    fn restored(self) -> Result<Self, &'static str> {
+        let values = &self.0;
         let bins = values.len() / HISTOGRAMS;
         let sound = bins > 0
             && values.len() == bins * HISTOGRAMS
             && values.iter().all(|v| (0.0..=1.0).contains(v))
             && values.chunks_exact(bins).all(|row| row.iter().sum::<f32>() <= 1.0 + 1e-4);
-        if sound { Ok(Self(values)) } else { Err("its colour histograms do not sum to one") }
+        if sound { Ok(self) } else { Err("its colour histograms do not sum to one") }
     }
 }
 
@@ -125,10 +120,10 @@ mod tests {
     #[test]
     fn histograms_that_cannot_be_are_refused() {
         let whole = of([100; 3], [100; 3]);
-        assert_eq!(QuarterColors::try_from(Vec::from(whole.clone())).unwrap(), whole);
-        assert!(QuarterColors::try_from(vec![0.5; 16 * HISTOGRAMS]).is_err());
-        assert!(QuarterColors::try_from(vec![0.0; 3]).is_err() && QuarterColors::try_from(vec![0.0; 25]).is_err());
-        assert!(QuarterColors::try_from(Vec::new()).is_err());
-        assert_eq!(QuarterColors::try_from(vec![0.5; 24]).unwrap().bins(), 2);
+        assert_eq!(whole.clone().restored().unwrap(), whole);
+        assert!(QuarterColors(vec![0.5; 16 * HISTOGRAMS]).restored().is_err());
+        assert!(QuarterColors(vec![0.0; 3]).restored().is_err() && QuarterColors(vec![0.0; 25]).restored().is_err());
+        assert!(QuarterColors(Vec::new()).restored().is_err());
+        assert_eq!(QuarterColors(vec![0.5; 24]).restored().unwrap().bins(), 2);
     }
 }

@@ -1,13 +1,15 @@
 use super::{AcpfParams, QuarterColors};
+use crate::ahead::Ahead;
 use crate::depth::DepthHistogram;
 use nalgebra::SVector;
 use pursuit_estimation::EstimationError;
 use pursuit_estimation::particle::{ParticleFilter, ParticleOptions};
+use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{
-    Diagnostics, Localizer, Measurement, Outcome, Prior, Result, Search, TrackState, TrackingError,
+    Figure, Figures, Localizer, Measurement, Outcome, Prior, Result, Search, TrackState, TrackingError,
 };
 use rand_core::Rng;
 use serde::{Deserialize, Serialize};
@@ -20,7 +22,7 @@ type State = SVector<f64, 4>;
 
 /// Where the target is, by particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "AcpfLocalizer")]
 pub struct AcpfLocalizer {
     params: AcpfParams,
     first_px: (f64, f64),
@@ -29,44 +31,43 @@ pub struct AcpfLocalizer {
     depths: Option<DepthHistogram>,
     /// The target was hidden in the frame before.
     hidden: bool,
+    /// The particles in the frame being looked at.
     #[serde(skip)]
-    ahead: Ahead,
+    ahead: Ahead<ParticleFilter<4>>,
+    #[serde(skip)]
+    buffers: Buffers,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    params: AcpfParams,
-    first_px: (f64, f64),
-    particles: ParticleFilter<4>,
-    colors: QuarterColors,
-    depths: Option<DepthHistogram>,
-    hidden: bool,
-}
+pursuit_estimation::checked!(AcpfLocalizer);
 
-impl TryFrom<Raw> for AcpfLocalizer {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, first_px, particles, colors, depths, hidden } = raw;
-        let sound = [first_px.0, first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
-        if !sound || params.check_all().is_err() {
+impl AcpfLocalizer {
+    fn restored(self) -> Result<Self, &'static str> {
+        let sound = [self.first_px.0, self.first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
+        if !sound || self.params.check_all().is_err() {
             return Err("its target has no size, or its parameters are out of range");
         }
-        if colors.bins() != params.bins {
+        if self.colors.bins() != self.params.bins {
             return Err("its colour histograms have another number of bins than its parameters say");
         }
-        Ok(Self { params, first_px, particles, colors, depths, hidden, ahead: Ahead::default() })
+        Ok(self)
     }
 }
 
-/// The particles in the frame being looked at; not state until that frame has been judged.
+/// Overwritten at every use.
 #[derive(Debug, Clone, Default)]
-struct Ahead {
-    particles: Option<ParticleFilter<4>>,
+struct Buffers {
     likelihoods: Vec<f64>,
-    scratch: Option<QuarterColors>,
-    fresh: bool,
+    colors: Option<QuarterColors>,
+}
+
+pursuit_tracking::figures! {
+    /// What the particles say.
+    struct AcpfFigures {
+        /// How alike the colours, and the depths where there are any, are to the target's, 0 to 1.
+        similarity;
+        /// Share of the weight of the particles that see the target.
+        seen;
+    }
 }
 
 /// A number in `[0, 1)`.
@@ -96,7 +97,8 @@ impl AcpfLocalizer {
         let particles = ParticleFilter::from_states(states, options, SEED).map_err(failed(frame))?;
         let depths = frame.depth_mm().map(|depth| DepthHistogram::of(&params.histogram, depth, &bbox));
         let first_px = (bbox.width(), bbox.height());
-        Ok(Self { params: params.clone(), first_px, particles, colors, depths, hidden: false, ahead: Ahead::default() })
+        let (ahead, buffers) = (Ahead::default(), Buffers::default());
+        Ok(Self { params: params.clone(), first_px, particles, colors, depths, hidden: false, ahead, buffers })
     }
 
     fn bbox(&self, state: &State) -> BBox {
@@ -140,26 +142,19 @@ impl AcpfLocalizer {
 
     /// Moves and weighs copies of the particles.
     fn look_ahead(&mut self, frame: &Frame, shift: (f64, f64)) -> Result<(), EstimationError> {
-        let mut ahead = std::mem::take(&mut self.ahead);
-        ahead.fresh = false;
-        let mut particles = match ahead.particles.take() {
-            Some(mut copy) => {
-                copy.clone_from(&self.particles);
-                copy
+        let (mut ahead, mut buffers) = (std::mem::take(&mut self.ahead), std::mem::take(&mut self.buffers));
+        let carried = ahead.carry(&self.particles, |particles| {
+            self.step(particles, shift)?;
+            let colors = buffers.colors.get_or_insert_with(|| QuarterColors::empty(self.params.bins));
+            buffers.likelihoods.clear();
+            for state in particles.states() {
+                let (seen, hidden, _) = self.likelihood(frame, &self.bbox(state), colors);
+                buffers.likelihoods.push(if state[3] > 0.5 { hidden } else { seen });
             }
-            None => self.particles.clone(),
-        };
-        self.step(&mut particles, shift)?;
-        let scratch = ahead.scratch.get_or_insert_with(|| QuarterColors::empty(self.params.bins));
-        ahead.likelihoods.clear();
-        for state in particles.states() {
-            let (seen, hidden, _) = self.likelihood(frame, &self.bbox(state), scratch);
-            ahead.likelihoods.push(if state[3] > 0.5 { hidden } else { seen });
-        }
-        particles.weigh(&ahead.likelihoods)?;
-        (ahead.particles, ahead.fresh) = (Some(particles), true);
-        self.ahead = ahead;
-        Ok(())
+            particles.weigh(&buffers.likelihoods).map(drop)
+        });
+        (self.ahead, self.buffers) = (ahead, buffers);
+        carried
     }
 
     /// The mean of the particles that see the target, and their share of all weight.
@@ -172,24 +167,28 @@ impl AcpfLocalizer {
 }
 
 impl Localizer for AcpfLocalizer {
-    fn locate(&mut self, frame: &Frame, _: &Search) -> Result<Option<Measurement>> {
-        let found = self.ahead.particles.as_ref().filter(|_| self.ahead.fresh).and_then(Self::seen);
+    type Finding = ();
+
+    const FIGURES: &[&[Figure]] = &[AcpfFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, _: &Search) -> Result<Option<(Measurement, ())>> {
+        let found = self.ahead.get().and_then(Self::seen);
         let Some((state, weight)) = found else { return Ok(None) };
         let bbox = self.bbox(&state);
-        let mut scratch = self.ahead.scratch.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
+        let mut scratch = self.buffers.colors.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
         let (_, _, similarity) = self.likelihood(frame, &bbox, &mut scratch);
-        self.ahead.scratch = Some(scratch);
+        self.buffers.colors = Some(scratch);
         // Both have to agree: most particles see it, and what they see is alike.
-        let alike = 1.0 / (1.0 + (-(similarity - self.params.hidden_similarity) / self.params.softness).exp());
-        let diagnostics = Diagnostics::default().with("similarity", similarity).with("seen", weight);
-        Ok(Some(Measurement { diagnostics, ..Measurement::new(bbox, weight.min(1.0).sqrt() * alike) }))
+        let alike = sigmoid((similarity - self.params.hidden_similarity) / self.params.softness);
+        let diagnostics = AcpfFigures { similarity, seen: weight }.into();
+        Ok(Some((Measurement { diagnostics, ..Measurement::new(bbox, weight.min(1.0).sqrt() * alike) }, ())))
     }
 
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
-        let mut now = self.ahead.scratch.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, (): &()) -> Result<()> {
+        let mut now = self.buffers.colors.take().unwrap_or_else(|| QuarterColors::empty(self.params.bins));
         now.measure(frame.color(), &bbox, self.params.side);
         self.colors.blend(&now, self.params.learning_rate);
-        self.ahead.scratch = Some(now);
+        self.buffers.colors = Some(now);
         if let Some(depth) = frame.depth_mm() {
             let now = DepthHistogram::of(&self.params.histogram, depth, &bbox);
             self.depths.get_or_insert(now).blend(&now, self.params.learning_rate);
@@ -205,12 +204,9 @@ impl Localizer for AcpfLocalizer {
         self.look_ahead(frame, shift).map_err(failed(frame))
     }
 
-    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_, ()>) -> Result<()> {
         self.hidden = outcome.state != TrackState::Tracking;
-        if let Some(ahead) = self.ahead.particles.as_mut().filter(|_| self.ahead.fresh) {
-            std::mem::swap(&mut self.particles, ahead);
-            self.ahead.fresh = false;
-        }
+        self.ahead.settle(&mut self.particles);
         self.particles.resample_if_needed().map(drop).map_err(failed(frame))
     }
 

@@ -15,7 +15,7 @@ use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the occlusion-aware particle filter.
     pub struct AcpfParams {
         /// Particles.

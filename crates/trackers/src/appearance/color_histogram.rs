@@ -1,6 +1,6 @@
 use crate::correlation::ColorParams;
 use pursuit_geometry::Size;
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -13,7 +13,7 @@ const BINS: usize = 1 << (3 * BITS);
 /// Histograms of the colours of the target and of its surroundings; says of a pixel how likely it belongs to the target
 /// (bertinetto2016, section 3.4: the per-pixel linear regression has the closed form ρ(O) / (ρ(O) + ρ(B))).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "ColorHistogram")]
 pub struct ColorHistogram {
     target: Vec<f32>,
     surroundings: Vec<f32>,
@@ -24,31 +24,17 @@ pub struct ColorHistogram {
     work: Work,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    target: Vec<f32>,
-    surroundings: Vec<f32>,
-    half: (f64, f64),
-    params: ColorParams,
-}
+pursuit_estimation::checked!(ColorHistogram);
 
-impl TryFrom<Raw> for ColorHistogram {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { target, surroundings, half, params } = raw;
+impl ColorHistogram {
+    fn restored(self) -> Result<Self, &'static str> {
         let sane = |v: f64| v.is_finite() && v > 0.0;
-        if target.len() == BINS
-            && surroundings.len() == BINS
-            && sane(half.0)
-            && sane(half.1)
-            && params.check_all().is_ok()
-        {
-            Ok(Self { target, surroundings, half, params, work: Work::default() })
-        } else {
-            Err("its colour histograms do not have the right size")
-        }
+        let sound = self.target.len() == BINS
+            && self.surroundings.len() == BINS
+            && sane(self.half.0)
+            && sane(self.half.1)
+            && self.params.check_all().is_ok();
+        if sound { Ok(self) } else { Err("its colour histograms do not have the right size") }
     }
 }
 
@@ -243,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn likelihood_is_high_on_the_target_and_low_beside_it() {
+    fn likelihood_is_higher_on_the_target_than_beside() {
         let mut model = ColorHistogram::new((16.0, 16.0), ColorParams::default());
         model.learn(&scene(12, 8), true);
         assert!(model.likelihood(&scene(20, 4), (8.0, -4.0)) > 0.99);

@@ -1,7 +1,7 @@
 use pursuit_vision::patch::dot;
 use serde::{Deserialize, Serialize};
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// How similarities to what is the object and to what is not become one number in `[0, 1]`.
     pub enum SimilarityForm {
         /// `(1 − S⁻) / ((1 − S⁻) + (1 − S⁺))`, of distances: the form of the released TLD, whose thresholds suit it.
@@ -58,7 +58,7 @@ pub struct Resemblance {
 /// Both sets are bounded. What is forgotten to make room is drawn at random from the later half: the earliest half, by
 /// which drift is told, stays.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "ObjectModel")]
 pub struct ObjectModel {
     length: usize,
     capacity: usize,
@@ -67,37 +67,20 @@ pub struct ObjectModel {
     random: u64,
 }
 
-/// What is stored, before it is checked.
-#[derive(Clone, Serialize, Deserialize)]
-struct Raw {
-    length: usize,
-    capacity: usize,
-    positives: Vec<f32>,
-    negatives: Vec<f32>,
-    random: u64,
-}
+pursuit_estimation::checked!(ObjectModel);
 
-impl From<ObjectModel> for Raw {
-    fn from(m: ObjectModel) -> Self {
-        let ObjectModel { length, capacity, positives, negatives, random } = m;
-        Self { length, capacity, positives, negatives, random }
-    }
-}
-
-impl TryFrom<Raw> for ObjectModel {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { length, capacity, positives, negatives, random } = raw;
-        if length == 0 || capacity < 2 {
+impl ObjectModel {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { length, capacity, positives, negatives, .. } = &self;
+        if *length == 0 || *capacity < 2 {
             return Err("an object model needs patches and room for two");
         }
-        for set in [&positives, &negatives] {
-            if set.len() % length != 0 || set.len() / length > capacity || set.iter().any(|v| !v.is_finite()) {
+        for set in [positives, negatives] {
+            if set.len() % length != 0 || set.len() / length > *capacity || set.iter().any(|v| !v.is_finite()) {
                 return Err("the patches of an object model do not fit it");
             }
         }
-        Ok(Self { length, capacity, positives, negatives, random })
+        Ok(self)
     }
 }
 

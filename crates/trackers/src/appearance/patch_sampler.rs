@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_are_means_over_their_part_of_the_box() {
+    fn pixels_are_means_over_parts_of_boxes() {
         let image = image();
         let mut sampler = PatchSampler::default();
         let mut patch = Vec::new();

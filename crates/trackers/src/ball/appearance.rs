@@ -14,7 +14,7 @@ const PART: f64 = 0.75;
 
 /// A histogram of hue, saturation and value that sums to one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<f32>", into = "Vec<f32>")]
+#[serde(remote = "Appearance", transparent)]
 pub(super) struct Appearance {
     bins: Vec<f32>,
 }
@@ -26,18 +26,12 @@ impl Default for Appearance {
     }
 }
 
-impl From<Appearance> for Vec<f32> {
-    fn from(appearance: Appearance) -> Self {
-        appearance.bins
-    }
-}
+pursuit_estimation::checked!(Appearance);
 
-impl TryFrom<Vec<f32>> for Appearance {
-    type Error = &'static str;
-
-    fn try_from(bins: Vec<f32>) -> Result<Self, Self::Error> {
-        let sound = bins.len() == LENGTH && bins.iter().all(|b| b.is_finite() && *b >= 0.0);
-        if sound { Ok(Self { bins }) } else { Err("its histogram of colours cannot be") }
+impl Appearance {
+    fn restored(self) -> Result<Self, &'static str> {
+        let sound = self.bins.len() == LENGTH && self.bins.iter().all(|b| b.is_finite() && *b >= 0.0);
+        if sound { Ok(self) } else { Err("its histogram of colours cannot be") }
     }
 }
 

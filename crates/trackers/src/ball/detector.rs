@@ -5,7 +5,7 @@ use super::palette::{BallColor, SATURATED};
 use super::params::BallDetectorParams;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
-use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
+use pursuit_tracking::{Detection, Detector, DetectorRecipe, Followed, Needs, Result, TrackingError};
 use pursuit_vision::PixelWindow;
 
 /// As much is made of one pixel at most.
@@ -16,6 +16,8 @@ const PLAIN_STEP: f64 = 40.0;
 const DISK_CIRCULARITY: f64 = 0.89;
 
 impl DetectorRecipe for BallDetectorParams {
+    const NEEDS: Needs = Needs { color: true, file: false };
+
     fn detector(&self) -> Result<Box<dyn Detector>> {
         Ok(Box::new(BallDetector { params: self.clone(), blobs: ColorBlobFinder::default(), before: Vec::new() }))
     }

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stays_is_known_and_what_goes_is_forgotten() {
+    fn distractors_that_go_are_forgotten() {
         let leaf = BBox::from_ltwh(10.0, 10.0, 20.0, 20.0);
         let everywhere = BBox::from_ltwh(0.0, 0.0, 100.0, 100.0);
         let mut distractors = Distractors::new(DistractorParams::default());

@@ -9,16 +9,16 @@ use super::params::{BallParams, SightParams};
 use nalgebra::{Matrix2, Vector2};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::motion::{Completion, CutSides, complete};
-use pursuit_tracking::parameters::Parameters;
-use pursuit_tracking::{Diagnostics, Gate, Localizer, Look, Measurement, Result, Search, TrackingError};
+use pursuit_tracking::{Figure, Figures, Gate, Localizer, Look, Measurement, Result, Search, TrackingError};
 use pursuit_vision::PixelWindow;
 use pursuit_vision::color::HsvRange;
 use serde::{Deserialize, Serialize};
 
 /// The colour localizer of the ball.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "BallLocalizer")]
 pub struct BallLocalizer {
     params: BallParams,
     range: HsvRange,
@@ -32,28 +32,16 @@ pub struct BallLocalizer {
     scratch: Scratch,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    params: BallParams,
-    range: HsvRange,
-    appearance: Appearance,
-    solidity: f64,
-    margins: [f64; 4],
-    distractors: Distractors,
-}
+pursuit_estimation::checked!(BallLocalizer);
 
-impl TryFrom<Raw> for BallLocalizer {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, range, appearance, solidity, margins, distractors } = raw;
-        let widest = params.sight.widest_margin;
-        let fits = margins.iter().all(|m| m.is_finite() && m.abs() <= widest) && (0.0..=1.0).contains(&solidity);
-        if params.check_all().is_err() || !fits {
+impl BallLocalizer {
+    fn restored(self) -> Result<Self, &'static str> {
+        let widest = self.params.sight.widest_margin;
+        let fits = self.margins.iter().all(|m| m.is_finite() && m.abs() <= widest);
+        if self.params.check_all().is_err() || !fits || !(0.0..=1.0).contains(&self.solidity) {
             return Err("its numbers do not fit each other");
         }
-        Ok(Self { params, range, appearance, solidity, margins, distractors, scratch: Scratch::default() })
+        Ok(self)
     }
 }
 
@@ -66,8 +54,33 @@ struct Scratch {
     /// Regions that were not taken for the ball in the last frame.
     others: Vec<BBox>,
     looked_at: Option<PixelWindow>,
-    /// Whether the last measurement showed the ball whole and sharp, so that appearance may learn from it.
+    /// Which look all this is of, counted from the start.
+    looks: u64,
+}
+
+/// What a look saw, and which one it was.
+#[derive(Debug, Clone)]
+pub struct BallFinding {
+    search: Search,
+    look: u64,
+    /// Whether it showed the ball whole and sharp, so that appearance may learn from it.
     clear: bool,
+}
+
+pursuit_tracking::figures! {
+    /// What is said of a region taken for the ball.
+    struct BallFigures {
+        /// Its area.
+        area_px in "px²";
+        /// How alike its colours are to the ball's, 0 to 1.
+        color_likeness;
+        /// Regions that could be the ball.
+        sightings;
+        /// Whether all of it is seen, 0 or 1.
+        whole;
+        /// Whether it is a streak, 0 or 1: the ball moved while the picture was taken.
+        streak;
+    }
 }
 
 /// A candidate seen as the ball.
@@ -228,18 +241,13 @@ impl BallLocalizer {
                 || ball_likeness(blobs, candidate) >= self.params.sight.return_roundness)
             && !self.distractors.holds(&candidate.bbox)
     }
-}
 
-impl Localizer for BallLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    /// Looks for the ball and sorts what it sees.
+    fn look(&mut self, frame: &Frame, search: &Search) -> Result<Option<Sighting>> {
         if !frame.has_color() {
-            return Err(TrackingError::MissingPlane {
-                tracker: "ball".to_owned(),
-                needed: "colour",
-                index: frame.index(),
-            });
+            return Err(no_color(frame));
         }
-        self.scratch.clear = false;
+        self.scratch.looks = self.scratch.looks.wrapping_add(1);
         self.scratch.others.clear();
         self.scratch.looked_at = PixelWindow::of(&search.region, frame.size());
         let Some(window) = self.scratch.looked_at else { return Ok(None) };
@@ -259,27 +267,48 @@ impl Localizer for BallLocalizer {
         let Scratch { sightings, others, .. } = &mut self.scratch;
         others.extend(sightings.iter().map(|s| s.bbox));
         others.retain(|o| o.intersection(&best.whole).is_none());
-        self.scratch.clear = best.cut.is_whole() && !best.streak;
-        let diagnostics = Diagnostics::default()
-            .with("area_px", best.area)
-            .with("color_likeness", best.likeness)
-            .with("sightings", self.scratch.sightings.len() as f64)
-            .with("whole", f64::from(u8::from(best.cut.is_whole())))
-            .with("streak", f64::from(u8::from(best.streak)));
-        Ok(Some(Measurement {
+        Ok(Some(best))
+    }
+}
+
+fn no_color(frame: &Frame) -> TrackingError {
+    TrackingError::MissingPlane { tracker: "ball".to_owned(), needed: "colour", index: frame.index() }
+}
+
+impl Localizer for BallLocalizer {
+    type Finding = BallFinding;
+
+    const FIGURES: &[&[Figure]] = &[BallFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, BallFinding)>> {
+        let Some(best) = self.look(frame, search)? else { return Ok(None) };
+        let measurement = Measurement {
             sigma_px: Some(best.sigma_px),
             gate_share: search.gate.map(|gate| best.distance / gate.chi2),
-            diagnostics,
+            diagnostics: BallFigures {
+                area_px: best.area,
+                color_likeness: best.likeness,
+                sightings: self.scratch.sightings.len() as f64,
+                whole: f64::from(u8::from(best.cut.is_whole())),
+                streak: f64::from(u8::from(best.streak)),
+            }
+            .into(),
             // A colour region where the ball may be is the ball nearly always; what is left is whether its box fits.
             ..Measurement::new(best.bbox, f64::midpoint(1.0, best.confidence))
-        }))
+        };
+        let clear = best.cut.is_whole() && !best.streak;
+        Ok(Some((measurement, BallFinding { search: search.clone(), look: self.scratch.looks, clear })))
     }
 
-    fn adapt(&mut self, _: &Frame, bbox: BBox, _: &Measurement) -> Result<()> {
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &BallFinding) -> Result<()> {
+        if self.scratch.looks != finding.look {
+            // The regions to learn from are those of another look: they are found once more.
+            self.look(frame, &finding.search)?;
+        }
         if let Some(window) = self.scratch.looked_at {
             self.distractors.note(&self.scratch.others, &window.to_bbox());
         }
-        if self.scratch.clear {
+        if finding.clear {
             let region = self.region_of(&bbox);
             self.scratch.seen.take(&self.scratch.blobs, &region);
             self.appearance.follow(&self.scratch.seen, self.params.learning_rate);
@@ -289,11 +318,7 @@ impl Localizer for BallLocalizer {
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         if !frame.has_color() {
-            return Err(TrackingError::MissingPlane {
-                tracker: "ball".to_owned(),
-                needed: "colour",
-                index: frame.index(),
-            });
+            return Err(no_color(frame));
         }
         self.scratch.seen = Appearance::default();
         self.appearance = Appearance::default();

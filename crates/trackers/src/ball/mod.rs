@@ -21,7 +21,7 @@ pub use params::{BallDetectorParams, BallParams, DistractorParams, SightParams};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::{PolicyModel, PolicyParams};
+use pursuit_tracking::policy::{GatedParams, PolicyModel, PolicyParams};
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Needs, Result, TrackerRecipe};
 
@@ -44,7 +44,7 @@ pub fn ball(name: &'static str) -> TrackerRecipe<BallParams> {
             occluded_below: 0.625,
             seen_from: 0.75,
             found_from: 0.75,
-            far_from: 0.925,
+            gated: GatedParams { far_from: 0.925, ..GatedParams::default() },
             learn_from: 0.75,
             lost_after_s: 0.68,
             occluded_score: 0.4,

@@ -4,7 +4,7 @@ use super::color_blobs::ColorBlobFinder;
 use pursuit_geometry::BBox;
 use pursuit_vision::color::{HUES, Hsv8, HsvRange};
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// Which colour to look for.
     pub enum BallColor {
         /// Learned from the box.

@@ -1,6 +1,6 @@
 use super::palette::BallColor;
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the ball localizer.
     pub struct BallParams {
         /// Colour of the ball: `auto` learns it from the box; the others are tolerant ranges of hue, saturation and value within
@@ -26,7 +26,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How regions of the ball's colour are judged near the prediction and far from it.
     pub struct SightParams {
         /// Pixels that the ball keeps across when a large part of a picture is searched at a fraction of its size.
@@ -86,7 +86,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Things of the ball's colour that are not the ball and stay where they are.
     pub struct DistractorParams {
         /// As many are remembered.
@@ -100,7 +100,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the ball detector.
     pub struct BallDetectorParams {
         /// Colour of the ball, or `auto` for whatever looks most like a ball in any of them but white.

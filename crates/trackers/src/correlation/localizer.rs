@@ -1,16 +1,18 @@
-use super::filters::{Filter, ResponseFilter};
+use super::filters::Filter;
 use super::params::{Subpixel, SweepBy};
 use super::peaks::Peaks;
 use super::scale::ScaleFilter;
-use super::score::{Evidence, PeakBaseline, peak_quality, probability};
+use super::score::{CorrelationFigures, Evidence, PeakBaseline, peak_quality};
 use super::search_window::SearchWindow;
 use super::spec::{CorrelationSpec, FirstSamples, in_cells};
 use crate::appearance::{ColorHistogram, InitialTemplate, Support};
 use crate::correlation::Likeness;
-use crate::features::{FeatureSet, Features};
+use crate::features::FeatureSet;
+use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
-use pursuit_tracking::{Diagnostics, Localizer, Look, Measurement, Place, Result, Search, ViewSize};
+use pursuit_tracking::search::inside;
+use pursuit_tracking::{Figure, Figures, Localizer, Look, Measurement, Result, Search, ViewSize};
 use pursuit_vision::fourier::{HannEnds, hann_plane, newton_peak, parabola_peak, signed_shift};
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
@@ -103,10 +105,10 @@ impl Scratch {
     }
 }
 
-/// What one look gave.
+/// The peak of the response in which a look saw the target.
 #[derive(Debug, Clone, Copy)]
-pub struct Sighting {
-    /// Where, in pixels.
+pub struct ResponsePeak {
+    /// Where, in pixels: exact, where a box rounds its centre.
     pub center: Point,
     /// How many times larger than at the start the target was taken to be.
     pub scale: f64,
@@ -121,12 +123,12 @@ pub struct Sighting {
 }
 
 /// The target's cells.
-fn support(window: &SearchWindow, features: &impl Features) -> Support {
+fn support(window: &SearchWindow, features: &FeatureSet) -> Support {
     Support::middle(in_cells(window.target_in_patch(), features.cell_px()), features.grid(window.patch()))
 }
 
 /// The channels that the initial template is made of.
-fn template_channels(spec: &CorrelationSpec, features: &impl Features) -> usize {
+fn template_channels(spec: &CorrelationSpec, features: &FeatureSet) -> usize {
     match spec.score.likeness_by {
         Likeness::Cosine => features.gradient_channels(),
         Likeness::Correlation => features.channels(),
@@ -188,7 +190,7 @@ impl CorrelationLocalizer {
     }
 
     /// The filter's answer in the window about `center`: the likeliest of its peaks.
-    fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Sighting> {
+    fn respond(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<ResponsePeak> {
         let Self { spec, window, filter, colors, initial, baseline, scratch, .. } = self;
         scratch.extract(frame, &window.window(center, scale));
         let Scratch { features, plain, windowed, response, peaks, .. } = scratch;
@@ -201,7 +203,7 @@ impl CorrelationLocalizer {
         }
         let quality = peak_quality(response, size.width, spec.peaks.sidelobe_share);
         let cell = window.step(scale) * cell_px as f64;
-        let mut best: Option<Sighting> = None;
+        let mut best: Option<ResponsePeak> = None;
         for (x, y, height) in peaks.find(response, size.width, &spec.peaks) {
             let (right, down) = (signed_shift(x, size.width), signed_shift(y, size.height));
             let (dx, dy) = match spec.peaks.subpixel {
@@ -230,7 +232,7 @@ impl CorrelationLocalizer {
             if best.is_none_or(|b| log_odds > b.log_odds) {
                 let center = Point::new(center.x + dx * cell, center.y + dy * cell);
                 let height = f64::from(height);
-                best = Some(Sighting { center, scale, height, apce: quality.apce, evidence, log_odds });
+                best = Some(ResponsePeak { center, scale, height, apce: quality.apce, evidence, log_odds });
             }
         }
         best
@@ -269,7 +271,7 @@ impl CorrelationLocalizer {
     }
 
     /// The likeliest place near the target that was at `expected`, at its size.
-    pub fn sight(&mut self, frame: &Frame, expected: &BBox) -> Option<Sighting> {
+    pub fn sight(&mut self, frame: &Frame, expected: &BBox) -> Option<ResponsePeak> {
         let (center, scale) = (expected.center(), self.window.scale_of(expected));
         self.respond(frame, center, scale)
     }
@@ -281,8 +283,8 @@ impl CorrelationLocalizer {
     }
 
     /// The best of all sizes tried at one place.
-    fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<Sighting> {
-        let mut best: Option<(f64, Sighting)> = None;
+    fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<ResponsePeak> {
+        let mut best: Option<(f64, ResponsePeak)> = None;
         let levels = 2 * self.spec.ladder.levels + 1;
         for k in 0..levels {
             let Some((factor, penalty)) = self.spec.sizes().nth(k) else { break };
@@ -296,49 +298,11 @@ impl CorrelationLocalizer {
     }
 }
 
-impl Localizer for CorrelationLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let (center, scale) = (search.expected.center(), self.window.scale_of(&search.expected));
-        let found = match search.look {
-            Look::Near => self.respond_at_sizes(frame, center, scale),
-            Look::Sweep | Look::Centred => self.respond(frame, center, scale),
-        };
-        let Some(found) = found else { return Ok(None) };
-        let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
-        Ok(Some(Measurement {
-            strength: match self.spec.score.sweep_by {
-                SweepBy::Height => found.height,
-                SweepBy::Score => found.log_odds,
-            },
-            place: Some(Place { center: found.center, scale: found.scale }),
-            peak: Some(peak),
-            psr: Some(psr),
-            diagnostics: Diagnostics::default()
-                .with("peak", peak)
-                .with("psr", psr)
-                .with("apce", found.apce)
-                .with("peak_ratio", peak_ratio)
-                .with("likeness", likeness)
-                .with("color", color),
-            ..Measurement::new(self.window.bbox(found.center, found.scale), probability(found.log_odds))
-        }))
-    }
-
-    /// Measures the size by the filter along scale.
-    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        let Some(params) = &self.spec.scale else { return Ok(found) };
-        if look != Look::Near && !params.on_return {
-            return Ok(found);
-        }
-        let Some(Place { center, scale }) = found.place else { return Ok(found) };
-        let scale = self.scale_at(frame, center, scale);
-        let place = Some(Place { center, scale });
-        Ok(Measurement { bbox: self.window.bbox(center, scale), place, ..found })
-    }
-
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
+impl CorrelationLocalizer {
+    /// Learns what the target looks like at `bbox`, where the response's peak was `peak` high.
+    pub fn learn(&mut self, frame: &Frame, bbox: &BBox, peak: f64) {
         let Self { spec, window, filter, scale, colors, scratch, .. } = self;
-        let (center, size) = (bbox.center(), window.scale_of(&bbox));
+        let (center, size) = (bbox.center(), window.scale_of(bbox));
         scratch.extract(frame, &window.window(center, size));
         filter.learn(&scratch.windowed, spec.learning_rate);
         if let (Some(colors), Some(patch)) = (colors, scratch.features.patch()) {
@@ -347,9 +311,62 @@ impl Localizer for CorrelationLocalizer {
         if let Some(filter) = scale {
             filter.learn(frame, &window.bbox(center, size));
         }
-        if let Some(peak) = measurement.peak {
-            self.baseline.believe(peak, spec.score.usual_rate);
+        self.baseline.believe(peak, spec.score.usual_rate);
+    }
+
+    /// The middle of what `search` found at this `peak`: exact, unless it was moved into the frame.
+    pub fn middle(&self, frame: &Frame, search: &Search, peak: &ResponsePeak) -> Point {
+        if search.keep_inside {
+            inside(self.window.bbox(peak.center, peak.scale).center(), frame.size())
+        } else {
+            peak.center
         }
+    }
+}
+
+impl Localizer for CorrelationLocalizer {
+    type Finding = ResponsePeak;
+
+    const FIGURES: &[&[Figure]] = &[CorrelationFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ResponsePeak)>> {
+        let (center, scale) = (search.expected.center(), self.window.scale_of(&search.expected));
+        let found = match search.look {
+            Look::Near => self.respond_at_sizes(frame, center, scale),
+            Look::Sweep | Look::Centred => self.respond(frame, center, scale),
+        };
+        let Some(found) = found else { return Ok(None) };
+        let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
+        let measurement = Measurement {
+            strength: match self.spec.score.sweep_by {
+                SweepBy::Height => found.height,
+                SweepBy::Score => found.log_odds,
+            },
+            psr: Some(psr),
+            diagnostics: CorrelationFigures { peak, psr, apce: found.apce, peak_ratio, likeness, color }.into(),
+            ..Measurement::new(self.window.bbox(found.center, found.scale), sigmoid(found.log_odds))
+        };
+        Ok(Some((measurement, found)))
+    }
+
+    /// Measures the size by the filter along scale.
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        search: &Search,
+        measurement: &mut Measurement,
+        finding: &mut ResponsePeak,
+    ) -> Result<()> {
+        if self.spec.scale.as_ref().is_some_and(|params| search.look == Look::Near || params.on_return) {
+            finding.center = self.middle(frame, search, finding);
+            finding.scale = self.scale_at(frame, finding.center, finding.scale);
+            measurement.bbox = self.window.bbox(finding.center, finding.scale);
+        }
+        Ok(())
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &ResponsePeak) -> Result<()> {
+        self.learn(frame, &bbox, finding.evidence.peak);
         Ok(())
     }
 

@@ -19,12 +19,12 @@ mod score;
 mod search_window;
 pub mod spec;
 
-pub use localizer::{CorrelationLocalizer, Sighting};
+pub use localizer::{CorrelationLocalizer, ResponsePeak};
 pub use params::{
     ColorParams, Likeness, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, SolverParams, Subpixel,
     SweepBy, WindowParams, WindowShape,
 };
 pub use peaks::Peaks;
-pub use score::{Evidence, PeakBaseline, peak_quality, probability};
+pub use score::{CorrelationFigures, Evidence, PeakBaseline, peak_quality};
 pub use search_window::SearchWindow;
 pub use spec::CorrelationSpec;

@@ -1,6 +1,6 @@
 //! Parameter groups that the correlation trackers are composed of.
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// The window's shape.
     pub enum WindowShape {
         /// Proportional to the target's box.
@@ -13,7 +13,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The window that is searched, and the patch sampled from it.
     pub struct WindowParams {
         /// The window's shape.
@@ -37,7 +37,7 @@ pursuit_tracking::parameters! {
     ordered { smallest_area_px <= largest_area_px }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Sizes that are simply tried.
     pub struct ScaleLadderParams {
         /// Sizes tried on either side of the last one; 0 keeps the size.
@@ -49,7 +49,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The correlation filter along scale.
     pub struct ScaleFilterParams {
         /// Sizes sampled, S; 1 keeps the size.
@@ -79,7 +79,7 @@ pursuit_tracking::parameters! {
     ordered { size_kept_px <= size_followed_px }
 }
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// How the peak between the cells is found.
     pub enum Subpixel {
         /// By the parabola through the peak's neighbours.
@@ -89,7 +89,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How a response is read.
     pub struct PeakParams {
         /// Peaks of a response that are looked at; the likeliest is believed.
@@ -108,7 +108,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// What two views have to have in common to be alike.
     pub enum Likeness {
         /// Their values: the cosine between them, of gradients alone.
@@ -118,7 +118,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// By what the windows of a sweep over the frame are compared.
     pub enum SweepBy {
         /// The height of the response's peak.
@@ -128,7 +128,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The score: a logistic regression of what is known of the response and of the target's looks. Fitted to the overlap with
     /// the truth on real sequences, each weighing the same; a weight of 0 leaves its evidence out.
     pub struct ScoreParams {
@@ -157,7 +157,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Histograms of the colours of the target and of its surroundings.
     pub struct ColorParams {
         /// Share of the colours' response beside the filter's (α); 0: they are evidence for the score alone.
@@ -171,7 +171,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The alternating directions that solve a regularised filter.
     pub struct SolverParams {
         /// First penalty γ.

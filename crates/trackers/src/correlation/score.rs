@@ -20,6 +20,24 @@ pub struct Evidence {
     pub color: f64,
 }
 
+pursuit_tracking::figures! {
+    /// What a correlation filter says of a place.
+    pub struct CorrelationFigures {
+        /// Height of the response's peak.
+        peak;
+        /// Peak-to-sidelobe ratio of the response (bolme2010, section 3.5).
+        psr;
+        /// Average peak-to-correlation energy of the response (wang2017, eq. 9).
+        apce;
+        /// The peak relative to the usual one.
+        peak_ratio;
+        /// Likeness to the initial template, -1 to 1.
+        likeness;
+        /// Mean likelihood of the colours in the box; one half where colours are not looked at.
+        color;
+    }
+}
+
 fn ln(v: f64) -> f64 {
     v.max(LEAST).ln()
 }
@@ -34,11 +52,6 @@ impl ScoreParams {
             + self.peak * ln(seen.peak)
             + self.color * ln(seen.color)
     }
-}
-
-/// The probability whose log odds are `log_odds`.
-pub fn probability(log_odds: f64) -> f64 {
-    1.0 / (1.0 + (-log_odds).exp())
 }
 
 /// How clearly a response's peak stands out, of rows of `width`; a square of half side `sidelobe_share` of the shorter side
@@ -73,7 +86,7 @@ mod tests {
     use pursuit_vision::fourier::{average_peak_to_correlation_energy, peak_to_sidelobe_ratio};
 
     #[test]
-    fn the_score_is_the_logistic_function_of_the_weighted_evidence() {
+    fn the_score_is_logistic_in_weighted_evidence() {
         let score = ScoreParams {
             bias: -2.0,
             psr: 0.5,
@@ -91,8 +104,6 @@ mod tests {
         assert_eq!(odds(0.7, 0.6), odds(1.3, 0.6));
         assert!(odds(0.5, 0.6) < odds(0.61, 0.6) && odds(1.0, 0.1) < odds(1.0, 0.6));
         assert!(odds(0.0, -1.0).is_finite() && odds(f64::MAX, 1.0).is_finite());
-        assert!((probability(0.0) - 0.5).abs() < 1e-15 && (probability(3.0_f64.ln()) - 0.75).abs() < 1e-12);
-        assert_eq!((probability(-1e6), probability(1e6)), (0.0, 1.0));
     }
 
     #[test]

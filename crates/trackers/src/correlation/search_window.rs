@@ -13,7 +13,7 @@ const LONGEST_SIDE: usize = 4096;
 
 /// How the target, the window searched and the patch sampled from it hang together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "SearchWindow")]
 pub struct SearchWindow {
     width_px: f64,
     height_px: f64,
@@ -22,28 +22,15 @@ pub struct SearchWindow {
     scales: (f64, f64),
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    width_px: f64,
-    height_px: f64,
-    step: f64,
-    patch: Size,
-    scales: (f64, f64),
-}
+pursuit_estimation::checked!(SearchWindow);
 
-impl TryFrom<Raw> for SearchWindow {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { width_px, height_px, step, patch, scales } = raw;
+impl SearchWindow {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { width_px, height_px, step, patch, scales } = self;
         let positive = [width_px, height_px, step, scales.0, scales.1].iter().all(|v| v.is_finite() && *v > 0.0);
         let sides = 1..=LONGEST_SIDE;
-        if positive && scales.0 <= scales.1 && sides.contains(&patch.width) && sides.contains(&patch.height) {
-            Ok(Self { width_px, height_px, step, patch, scales })
-        } else {
-            Err("its search window has a size that cannot be")
-        }
+        let sound = positive && scales.0 <= scales.1 && sides.contains(&patch.width) && sides.contains(&patch.height);
+        if sound { Ok(self) } else { Err("its search window has a size that cannot be") }
     }
 }
 
@@ -120,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_have_whole_cells_of_good_length_and_bounded_area() {
+    fn windows_have_whole_cells_and_bounded_area() {
         for (w, h) in [(31.0, 45.0), (4.0, 4.0), (3.0, 200.0), (400.0, 300.0), (64.0, 64.0)] {
             let bbox = BBox::from_ltwh(10.0, 20.0, w, h);
             let params = WindowParams { largest_area_px: 10_000.0, ..WindowParams::default() };

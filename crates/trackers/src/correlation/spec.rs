@@ -3,7 +3,7 @@
 use super::filters::FilterKind;
 use super::params::{ColorParams, PeakParams, ScaleFilterParams, ScaleLadderParams, ScoreParams, WindowParams};
 use crate::features::{FeatureKind, FeatureSet};
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// What a correlation localizer is made of: a value, saved with the tracker.

@@ -8,22 +8,16 @@ pub const BINS: usize = 32;
 
 /// How the depths in a box are distributed: 32 bins that sum to one; without any data all are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "[f64; BINS]", into = "[f64; BINS]")]
+#[serde(remote = "DepthHistogram", transparent)]
 pub struct DepthHistogram([f64; BINS]);
 
-impl From<DepthHistogram> for [f64; BINS] {
-    fn from(histogram: DepthHistogram) -> Self {
-        histogram.0
-    }
-}
+pursuit_estimation::checked!(DepthHistogram);
 
-impl TryFrom<[f64; BINS]> for DepthHistogram {
-    type Error = &'static str;
-
-    fn try_from(bins: [f64; BINS]) -> Result<Self, Self::Error> {
-        let sum: f64 = bins.iter().sum();
-        let sound = bins.iter().all(|b| (0.0..=1.0).contains(b)) && sum <= 1.0 + 1e-6;
-        if sound { Ok(Self(bins)) } else { Err("its depth histogram does not sum to one") }
+impl DepthHistogram {
+    fn restored(self) -> Result<Self, &'static str> {
+        let sum: f64 = self.0.iter().sum();
+        let sound = self.0.iter().all(|b| (0.0..=1.0).contains(b)) && sum <= 1.0 + 1e-6;
+        if sound { Ok(self) } else { Err("its depth histogram does not sum to one") }
     }
 }
 
@@ -75,18 +69,18 @@ mod tests {
     #[test]
     fn depths_count_for_the_bins_about_them() {
         // 1.125 m is the middle of the fifth bin, 2.25 m lies between the ninth and the tenth.
-        let bins: [f64; BINS] = of(1125, 2250).into();
+        let bins = of(1125, 2250).0;
         let want = |k: usize| match k {
             4 => 0.5,
             8 | 9 => 0.25,
             _ => 0.0,
         };
         assert!(bins.iter().enumerate().all(|(k, b)| (b - want(k)).abs() < 1e-12), "{bins:?}");
-        let far: [f64; BINS] = of(60, 60_000).into();
+        let far = of(60, 60_000).0;
         assert_eq!((far[0], far[BINS - 1]), (0.5, 0.5));
-        let half: [f64; BINS] = of(0, 1125).into();
+        let half = of(0, 1125).0;
         assert_eq!(half[4], 1.0, "what has no data does not count");
-        assert_eq!(<[f64; BINS]>::from(of(0, 0)), [0.0; BINS]);
+        assert_eq!(of(0, 0).0, [0.0; BINS]);
     }
 
     #[test]
@@ -106,6 +100,6 @@ mod tests {
         let before = a;
         a.blend(&of(0, 0), 0.5);
         assert_eq!(a, before);
-        assert!(DepthHistogram::try_from([0.5; BINS]).is_err() && DepthHistogram::try_from(a.0).is_ok());
+        assert!(DepthHistogram([0.5; BINS]).restored().is_err() && a.restored().is_ok());
     }
 }

@@ -11,7 +11,7 @@ pub use params::{HistogramParams, RegionParams};
 pub use region::{BoxDepth, MeanDepth, Surface, samples};
 pub use sampler::DepthSampler;
 
-use pursuit_tracking::policy::{PolicyModel, PolicyParams};
+use pursuit_tracking::policy::{GatedParams, PolicyModel, PolicyParams};
 
 /// The policy of methods that know by a rule of their own whether they see their target: one half of their probability is
 /// that rule's threshold.
@@ -21,7 +21,7 @@ pub(crate) fn by_own_rule() -> PolicyParams {
         occluded_below: 0.5,
         seen_from: 0.5,
         found_from: 0.5,
-        far_from: 0.5,
+        gated: GatedParams { far_from: 0.5, ..GatedParams::default() },
         learn_from: 0.5,
         lost_after_s: 2.0,
         ..PolicyParams::default()

@@ -1,4 +1,4 @@
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How the depth of a box is looked at.
     pub struct RegionParams {
         /// Points along a side of the grid that a box's depth is taken from.
@@ -16,7 +16,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Histograms of the depths in a box, of 32 bins (zhai2024, eq. 26).
     pub struct HistogramParams {
         /// Points along a side of the grid that they are made of.

@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_spread_over_the_box_and_stay_in_the_frame() {
+    fn samples_spread_over_boxes_within_the_frame() {
         let image = Image::from_fn(10, 10, |x, y| (10 * y + x) as u16).unwrap();
         let at = |bbox: BBox| samples(image.view(), &bbox, 2).collect::<Vec<_>>();
         assert_eq!(at(BBox::from_ltwh(2.0, 4.0, 4.0, 2.0)), [43, 45, 53, 55]);

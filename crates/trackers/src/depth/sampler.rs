@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_take_the_farther_end_and_do_not_mix() {
+    fn holes_take_the_farther_end_unmixed() {
         let row = [0, 1000, 0, 0, 2000, 0];
         let image = Image::from_fn(6, 3, |x, y| if y == 1 { row[x] } else { 0 }).unwrap();
         let got = sample(&image, &Window::new(Point::new(3.0, 1.5), 1.0, Size::new(6, 1)));

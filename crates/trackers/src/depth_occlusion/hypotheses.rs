@@ -1,5 +1,6 @@
 use super::DepthOcclusionParams;
 use super::path::{Pinhole, SpacePath};
+use crate::ahead::Ahead;
 use crate::depth::DepthHistogram;
 use nalgebra::SVector;
 use pursuit_estimation::Result;
@@ -19,18 +20,12 @@ pub struct Hypotheses {
     particles: LikelihoodNoiseFilter,
     target: Option<DepthHistogram>,
     path: Option<SpacePath>,
+    /// The particles in the frame being looked at.
     #[serde(skip)]
-    ahead: Ahead,
-}
-
-/// The particles as they are in the frame being looked at; not state until that frame has been judged.
-#[derive(Debug, Clone, Default)]
-struct Ahead {
-    particles: Option<LikelihoodNoiseFilter>,
-    /// Logarithms of the particles' likelihoods.
+    ahead: Ahead<LikelihoodNoiseFilter>,
+    /// A buffer: logarithms of the particles' likelihoods.
+    #[serde(skip)]
     likelihoods: Vec<f64>,
-    /// The particles were moved to the frame being looked at.
-    fresh: bool,
 }
 
 /// What the camera's lens makes of a frame, where it is known.
@@ -56,6 +51,7 @@ impl Hypotheses {
             target: depth.map(|depth| DepthHistogram::of(&params.histogram, depth, bbox)),
             path: None,
             ahead: Ahead::default(),
+            likelihoods: Vec::new(),
         })
     }
 
@@ -71,24 +67,17 @@ impl Hypotheses {
         size: &BBox,
         dt_s: f64,
     ) -> Result<()> {
-        let Ahead { particles, likelihoods, fresh } = &mut self.ahead;
-        *fresh = false;
-        let ahead = match particles {
-            Some(ahead) => {
-                ahead.clone_from(&self.particles);
-                ahead
-            }
-            None => particles.insert(self.particles.clone()),
-        };
         let in_space = match (&self.path, pinhole(frame)) {
             (Some(path), Some(pinhole)) => path.shift_px(&params.space, pinhole, dt_s)?,
             _ => None,
         };
-        match in_space {
-            Some(shift) => ahead.predict_by(&shift, dt_s)?,
-            None => ahead.predict(dt_s)?,
-        }
-        if let (Some(target), Some(depth)) = (&self.target, depth) {
+        let Self { particles, target, ahead, likelihoods, .. } = self;
+        ahead.carry(particles, |ahead| {
+            match in_space {
+                Some(shift) => ahead.predict_by(&shift, dt_s)?,
+                None => ahead.predict(dt_s)?,
+            }
+            let (Some(target), Some(depth)) = (target, depth) else { return Ok(()) };
             let log_likelihood = |state: &SVector<f64, 2>| {
                 let here = size.centered_at(Point::new(state[0], state[1]));
                 let similarity = DepthHistogram::of(&params.histogram, depth, &here).similarity(target);
@@ -96,16 +85,14 @@ impl Hypotheses {
             };
             likelihoods.clear();
             likelihoods.extend(ahead.particles().states().iter().map(log_likelihood));
-            ahead.particles_mut().weigh(likelihoods)?;
-        }
-        *fresh = true;
-        Ok(())
+            ahead.particles_mut().weigh(likelihoods).map(drop)
+        })
     }
 
     /// Places worth a look, into `places`: the particles' mean (eq. 29), and the heaviest particles that are apart from it
     /// and from each other, as many as the parameters say in all.
     pub fn clusters(&self, params: &DepthOcclusionParams, size: &BBox, places: &mut Vec<BBox>) {
-        let Some(ahead) = self.ahead.particles.as_ref().filter(|_| self.ahead.fresh) else { return };
+        let Some(ahead) = self.ahead.get() else { return };
         let first = places.len();
         let mean = ahead.particles().mean();
         add_apart(places, size.centered_at(Point::new(mean[0], mean[1])), params.apart);
@@ -133,10 +120,7 @@ impl Hypotheses {
         dt_s: f64,
     ) -> Result<()> {
         let space = &params.space;
-        if let Some(ahead) = self.ahead.particles.as_mut().filter(|_| self.ahead.fresh) {
-            std::mem::swap(&mut self.particles, ahead);
-            self.ahead.fresh = false;
-        }
+        self.ahead.settle(&mut self.particles);
         if let Some(path) = &mut self.path {
             path.predict(space, dt_s)?;
         }
@@ -209,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hidden_target_is_looked_for_where_it_went() {
+    fn a_hidden_target_is_sought_where_it_went() {
         let (mut hypotheses, size, last) = followed();
         let empty = frame(11, Point::new(-99.0, -99.0));
         for k in 1..=10 {
@@ -236,10 +220,10 @@ mod tests {
         hypotheses.settle(&params(), &gone, Some((still, None)), 1.0 / 30.0).unwrap();
         let unweighed = {
             hypotheses.look_ahead(&params(), &shown, None, &size, 1.0 / 30.0).unwrap();
-            hypotheses.ahead.particles.as_ref().unwrap().particles().mean()
+            hypotheses.ahead.get().unwrap().particles().mean()
         };
         hypotheses.look_ahead(&params(), &shown, shown.depth_mm(), &size, 1.0 / 30.0).unwrap();
-        let weighed = hypotheses.ahead.particles.as_ref().unwrap().particles().mean();
+        let weighed = hypotheses.ahead.get().unwrap().particles().mean();
         let away = |v: SVector<f64, 2>| (v - vector(there)).norm();
         assert!(away(weighed) < away(unweighed), "{weighed} {unweighed} {there:?}");
     }

@@ -1,20 +1,20 @@
 use super::hypotheses::add_apart;
 use super::{DepthOcclusionParams, Hypotheses, Occluder, Sought, TargetDepth};
-use crate::correlation::CorrelationLocalizer;
+use crate::correlation::{CorrelationFigures, CorrelationLocalizer, ResponsePeak};
 use crate::depth::samples;
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, ImageView};
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{
-    Diagnostics, Doubt, Localizer, Look, Measurement, Outcome, Place, Prior, Result, Search, TrackState, TrackingError,
+    Doubt, Figure, Figures, Localizer, Look, Measurement, Outcome, Prior, Result, Search, TrackState, TrackingError,
     ViewSize,
 };
 use serde::{Deserialize, Serialize};
 
 /// Finds the target by the correlation of depth, and knows when something nearer hides it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "DepthLocalizer")]
 pub struct DepthLocalizer {
     params: DepthOcclusionParams,
     /// On depth, from the first frame with depth on.
@@ -32,33 +32,55 @@ pub struct DepthLocalizer {
     learned: u64,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    params: DepthOcclusionParams,
-    depth: Option<DepthFilter>,
-    picture: CorrelationLocalizer,
-    hypotheses: Hypotheses,
-    hidden: bool,
-    occluder: Option<Occluder>,
-    last: BBox,
-    learned: u64,
-}
+pursuit_estimation::checked!(DepthLocalizer);
 
-impl TryFrom<Raw> for DepthLocalizer {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, depth, picture, hypotheses, hidden, occluder, last, learned } = raw;
-        if params.check_all().is_err() {
+impl DepthLocalizer {
+    fn restored(self) -> Result<Self, &'static str> {
+        if self.params.check_all().is_err() {
             return Err("its parameters are out of range");
         }
-        if occluder.is_some_and(|o| !o.distance_m.is_finite()) {
+        if self.occluder.is_some_and(|o| !o.distance_m.is_finite()) {
             return Err("what hides its target has no distance");
         }
-        Ok(Self { params, depth, picture, hypotheses, hidden, occluder, last, learned })
+        Ok(self)
     }
 }
+
+pursuit_tracking::figures! {
+    /// What the filter on depth says of a place.
+    struct DepthFigures {
+        /// Height of the response's peak.
+        response;
+        /// The same after depth had its say.
+        penalised;
+        /// What that has to be.
+        threshold;
+        /// Mean depth of the box; 0 where there is none.
+        depth_m in "m";
+        /// The share of the box that something nearer covers, beyond what is the target's own shape.
+        covered;
+        /// Peak-to-sidelobe ratio of the response.
+        psr;
+    }
+}
+
+/// What a look saw: the peak in the response of the filter that looked, and of the one on depth the response after depth had
+/// its say.
+#[derive(Debug, Clone, Copy)]
+pub struct DepthFinding {
+    peak: ResponsePeak,
+    penalised: Option<f64>,
+}
+
+impl DepthFinding {
+    /// How well it answered.
+    fn response(&self) -> f64 {
+        self.penalised.unwrap_or(self.peak.evidence.peak)
+    }
+}
+
+/// What a look found, if anything.
+type Seen = Option<(Measurement, DepthFinding)>;
 
 /// The filter on depth and what is known of the target's distance.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -119,93 +141,91 @@ impl DepthLocalizer {
     }
 
     /// The better of two looks, near the prediction and, if it has hardly answered there, where it was last.
-    fn locate_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let found = self.look_in_depth(frame, search)?;
-        let dropped = |m: &Measurement| {
+    fn locate_in_depth(&mut self, frame: &Frame, depth: ImageView<'_, u16>, search: &Search) -> Result<Seen> {
+        let found = self.look_in_depth(frame, depth, search)?;
+        let dropped = |(m, _): &(Measurement, DepthFinding)| {
             let part = self.depth.as_ref();
             part.is_some_and(|part| part.target.has_dropped(&self.params, m.strength))
         };
         let near = search.look == Look::Near && !self.hidden;
         // What is being covered answers less wherever it is looked for.
         let astray = near && self.params.look_back && found.as_ref().is_some_and(dropped);
-        if !astray || self.covered(frame, &search.expected) > self.params.learn_covered {
+        if !astray || self.covered(Some(depth), &search.expected) > self.params.learn_covered {
             return Ok(found);
         }
         let expected = search.expected.centered_at(self.last.center());
-        let back = self.look_in_depth(frame, &Search { expected, ..search.clone() })?;
-        Ok(found.into_iter().chain(back).max_by(|a, b| a.strength.total_cmp(&b.strength)))
+        let back = self.look_in_depth(frame, depth, &Search { expected, ..search.clone() })?;
+        Ok(found.into_iter().chain(back).max_by(|a, b| a.0.strength.total_cmp(&b.0.strength)))
     }
 
     /// The response of the filter on depth, held against the distances.
-    fn look_in_depth(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let (Some(mut part), Some(depth)) = (self.depth.take(), usable_depth(&self.params, frame)) else {
-            return Ok(None);
-        };
+    fn look_in_depth(&mut self, frame: &Frame, depth: ImageView<'_, u16>, search: &Search) -> Result<Seen> {
+        let Some(mut part) = self.depth.take() else { return Ok(None) };
         let search = self.expected_size(depth, &part.target, search);
         let located = part.filter.locate(frame, &search);
         let target = part.target;
         self.depth = Some(part);
-        let Some(found) = located? else { return Ok(None) };
-        let raw = found.peak.unwrap_or(0.0);
+        let Some((found, peak)) = located? else { return Ok(None) };
+        let raw = peak.evidence.peak;
         let sought = match search.look {
             _ if !self.hidden => Sought::InSight,
             Look::Near => Sought::Hidden,
             Look::Sweep | Look::Centred => Sought::Anywhere,
         };
         let seen = target.judge(&self.params, depth, &found.bbox, raw, sought);
-        let confidence = seen.judged.probability(self.params.softness);
-        Ok(Some(Measurement {
-            confidence,
+        let measurement = Measurement {
+            confidence: seen.judged.probability(self.params.softness),
             strength: seen.judged.response,
             velocity_share: target.velocity_share(&self.params, seen.judged.response),
-            peak: Some(seen.judged.response),
-            diagnostics: Diagnostics::default()
-                .with("response", raw)
-                .with("penalised", seen.judged.response)
-                .with("threshold", seen.judged.threshold)
-                .with("depth_m", seen.depth.mean_m.unwrap_or(0.0))
-                .with("covered", seen.covered)
-                .with("psr", found.psr.unwrap_or(0.0)),
+            diagnostics: DepthFigures {
+                response: raw,
+                penalised: seen.judged.response,
+                threshold: seen.judged.threshold,
+                depth_m: seen.depth.mean_m.unwrap_or(0.0),
+                covered: seen.covered,
+                psr: peak.evidence.psr,
+            }
+            .into(),
             ..found
-        }))
+        };
+        Ok(Some((measurement, DepthFinding { peak, penalised: Some(seen.judged.response) })))
     }
 
-    /// Whether this frame is looked at by its depth.
-    fn sees_depth(&self, frame: &Frame) -> bool {
-        self.depth.is_some() && usable_depth(&self.params, frame).is_some()
+    /// The frame's depth where it can be used: as `finding` says where there is one.
+    fn depth_of<'a>(&self, frame: &'a Frame, finding: Option<&DepthFinding>) -> Option<ImageView<'a, u16>> {
+        match finding {
+            Some(DepthFinding { penalised: Some(_), .. }) => frame.depth_mm(),
+            Some(_) | None => usable_depth(&self.params, frame),
+        }
     }
 
-    /// How much of the target at `bbox` something nearer covers.
-    fn covered(&self, frame: &Frame, bbox: &BBox) -> f64 {
-        match (&self.depth, usable_depth(&self.params, frame)) {
+    /// How much of the target at `bbox` something nearer covers; nothing where that cannot be told.
+    fn covered(&self, depth: Option<ImageView<'_, u16>>, bbox: &BBox) -> f64 {
+        match (&self.depth, depth) {
             (Some(part), Some(depth)) => part.target.judge(&self.params, depth, bbox, 0.0, Sought::InSight).covered,
             _ => 0.0,
         }
     }
 
     /// The target was seen: what is known of its distance follows, unless it is partly covered.
-    fn saw(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
+    fn saw(&mut self, depth: Option<ImageView<'_, u16>>, outcome: &Outcome<'_, DepthFinding>) {
         let was_hidden = std::mem::replace(&mut self.hidden, false);
         self.occluder = None;
         self.last = outcome.bbox;
-        let clear = self.covered(frame, &outcome.bbox) <= self.params.learn_covered;
-        let (Some(part), Some(depth), Some(found)) =
-            (&mut self.depth, usable_depth(&self.params, frame), outcome.found)
-        else {
-            return;
-        };
+        let clear = self.covered(depth, &outcome.bbox) <= self.params.learn_covered;
+        let (Some(part), Some(depth), Some((_, finding))) = (&mut self.depth, depth, outcome.found) else { return };
         if was_hidden {
             part.target.found_again(&self.params, depth, &outcome.bbox);
         } else if clear {
-            part.target.learn(&self.params, depth, &outcome.bbox, found.peak.unwrap_or(0.0));
+            part.target.learn(&self.params, depth, &outcome.bbox, finding.response());
             self.hypotheses.learn(&self.params, depth, &outcome.bbox);
         }
     }
 
     /// The target is out of sight: what is nearer at its place hides it.
-    fn missed(&mut self, frame: &Frame, outcome: &Outcome<'_>) {
+    fn missed(&mut self, depth: Option<ImageView<'_, u16>>, outcome: &Outcome<'_, DepthFinding>) {
         self.hidden = true;
-        let (Some(part), Some(depth)) = (&self.depth, usable_depth(&self.params, frame)) else { return };
+        let (Some(part), Some(depth)) = (&self.depth, depth) else { return };
         let seen = part.target.judge(&self.params, depth, &outcome.bbox, 0.0, Sought::Hidden);
         if outcome.state == TrackState::Lost {
             self.occluder = None;
@@ -216,34 +236,56 @@ impl DepthLocalizer {
 }
 
 impl Localizer for DepthLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        if self.sees_depth(frame) { self.locate_in_depth(frame, search) } else { self.picture.locate(frame, search) }
+    type Finding = DepthFinding;
+
+    const FIGURES: &[&[Figure]] = &[DepthFigures::ALL, CorrelationFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Seen> {
+        match usable_depth(&self.params, frame).filter(|_| self.depth.is_some()) {
+            Some(depth) => self.locate_in_depth(frame, depth, search),
+            None => {
+                let found = self.picture.locate(frame, search)?;
+                Ok(found.map(|(measurement, peak)| (measurement, DepthFinding { peak, penalised: None })))
+            }
+        }
     }
 
     /// Measures the size by the distance.
-    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        let (Some(part), Some(depth)) = (&self.depth, usable_depth(&self.params, frame)) else { return Ok(found) };
-        let (Some(place), true) = (found.place, self.params.scale_from_depth) else { return Ok(found) };
-        let anywhere = look != Look::Near;
-        let Some(scale) = part.target.scale_in(&self.params, depth, &found.bbox, anywhere) else { return Ok(found) };
-        let window = part.filter.window();
-        let scale = window.within_bounds(scale);
-        let place = Place { scale, ..place };
-        Ok(Measurement { bbox: window.bbox(place.center, scale), place: Some(place), ..found })
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        search: &Search,
+        measurement: &mut Measurement,
+        finding: &mut DepthFinding,
+    ) -> Result<()> {
+        let by_depth = finding.penalised.is_some() && self.params.scale_from_depth;
+        let (Some(part), Some(depth), true) = (&self.depth, frame.depth_mm(), by_depth) else { return Ok(()) };
+        let anywhere = search.look != Look::Near;
+        if let Some(scale) = part.target.scale_in(&self.params, depth, &measurement.bbox, anywhere) {
+            let (window, peak) = (part.filter.window(), &mut finding.peak);
+            peak.center = part.filter.middle(frame, search, peak);
+            peak.scale = window.within_bounds(scale);
+            measurement.bbox = window.bbox(peak.center, peak.scale);
+        }
+        Ok(())
     }
 
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        if self.covered(frame, &bbox) > self.params.learn_covered {
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &DepthFinding) -> Result<()> {
+        let depth = self.depth_of(frame, Some(finding));
+        if self.covered(depth, &bbox) > self.params.learn_covered {
             return Ok(());
         }
         self.learned = self.learned.wrapping_add(1);
         match &mut self.depth {
-            Some(part) if usable_depth(&self.params, frame).is_some() => part.filter.adapt(frame, bbox, measurement)?,
-            Some(_) => return self.picture.adapt(frame, bbox, measurement),
+            Some(part) if depth.is_some() => part.filter.learn(frame, &bbox, finding.response()),
+            Some(_) => {
+                self.picture.learn(frame, &bbox, finding.response());
+                return Ok(());
+            }
             none => *none = DepthFilter::new(&self.params, frame, &bbox),
         }
         if self.depth.is_none() || self.learned.is_multiple_of(self.params.picture_every.max(1) as u64) {
-            self.picture.adapt(frame, bbox, measurement)?;
+            self.picture.learn(frame, &bbox, finding.response());
         }
         Ok(())
     }
@@ -265,18 +307,19 @@ impl Localizer for DepthLocalizer {
         Ok(())
     }
 
-    fn doubt(&self, frame: &Frame, expected: &BBox) -> Option<Doubt> {
-        (self.covered(frame, expected) > self.params.learn_covered).then_some(Doubt::Covered)
+    fn doubt(&self, frame: &Frame, expected: &BBox, finding: Option<&DepthFinding>) -> Option<Doubt> {
+        (self.covered(self.depth_of(frame, finding), expected) > self.params.learn_covered).then_some(Doubt::Covered)
     }
 
-    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_, DepthFinding>) -> Result<()> {
+        let depth = self.depth_of(frame, outcome.found.map(|(_, finding)| finding));
         let seen = outcome.state == TrackState::Tracking;
         if seen {
-            self.saw(frame, outcome);
+            self.saw(depth, outcome);
         } else {
-            self.missed(frame, outcome);
+            self.missed(depth, outcome);
         }
-        let distance_m = self.depth.as_ref().filter(|_| self.sees_depth(frame)).map(|part| part.target.surface_m());
+        let distance_m = self.depth.as_ref().filter(|_| depth.is_some()).map(|part| part.target.surface_m());
         let seen = seen.then(|| (outcome.bbox.center(), distance_m));
         self.hypotheses.settle(&self.params, frame, seen, outcome.dt_s).map_err(failed(frame))
     }

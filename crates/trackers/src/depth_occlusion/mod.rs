@@ -14,7 +14,7 @@ mod response;
 mod target;
 
 pub use hypotheses::Hypotheses;
-pub use localizer::DepthLocalizer;
+pub use localizer::{DepthFinding, DepthLocalizer};
 pub use occluder::Occluder;
 pub use params::{DepthOcclusionParams, OccluderParams, SpaceParams};
 pub use path::{Pinhole, SpacePath};

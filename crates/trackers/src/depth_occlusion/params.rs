@@ -1,7 +1,7 @@
 use crate::depth::{HistogramParams, RegionParams};
 use crate::kcf::{KcfFeatures, KcfParams};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the depth-aware tracker.
     pub struct DepthOcclusionParams {
         /// ε: what a metre of difference between the mean depths, before and here, takes from the response.
@@ -98,7 +98,7 @@ impl DepthOcclusionParams {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How what hides the target is followed.
     pub struct OccluderParams {
         /// Pixels within this of its distance are its own.
@@ -110,7 +110,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The target's path in space, where the camera's lens is known.
     pub struct SpaceParams {
         /// Spectral density of the white acceleration.

@@ -1,5 +1,7 @@
 //! How far depth speaks against a response: equations (20) and (30) of zhai2024.
 
+use pursuit_estimation::sigmoid;
+
 /// Equation (20): the response less ε times the difference of the mean depths, of the patch before and of this one.
 ///
 /// With ε′ it is equation (30) as it must be meant: with the difference taken absolutely. As printed, without the bars,
@@ -25,7 +27,7 @@ impl Judged {
     /// The probability that it is the target: one half at the threshold, so that a policy that asks for one half decides as
     /// the paper does. `softness` is the response that changes the odds by e.
     pub fn probability(&self, softness: f64) -> f64 {
-        1.0 / (1.0 + (-(self.response - self.threshold) / softness).exp())
+        sigmoid((self.response - self.threshold) / softness)
     }
 }
 
@@ -58,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn nearer_and_farther_cost_the_same_and_the_unknown_nothing() {
+    fn nearer_and_farther_cost_the_same() {
         assert!((penalised(0.5, 0.2, Some(2.0), Some(1.0)) - 0.3).abs() < 1e-12);
         assert!((penalised(0.5, 0.2, Some(2.0), Some(3.0)) - 0.3).abs() < 1e-12);
         assert_eq!((penalised(0.5, 0.2, None, Some(3.0)), penalised(0.5, 0.2, Some(3.0), None)), (0.5, 0.5));

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_speaks_against_what_covers_and_what_is_elsewhere() {
+    fn depth_speaks_against_covers_and_other_places() {
         let params = params();
         let mut target = TargetDepth::new(&params, image(2000, false).view(), &region()).unwrap();
         assert_eq!(target.surface_m(), 2.0);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_velocity_takes_the_less_the_lower_the_response() {
+    fn a_lower_response_moves_the_velocity_less() {
         let params = DepthOcclusionParams { velocity_doubt: 2.0, ..params() };
         let mut target = TargetDepth::new(&params, image(2000, false).view(), &region()).unwrap();
         assert_eq!(target.velocity_share(&params, 0.1), 1.0, "no response is usual yet");

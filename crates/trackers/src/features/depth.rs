@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn fused_features_are_those_of_depth_and_then_those_of_the_picture() {
+    fn fused_features_are_depths_then_the_pictures() {
         let (fused, depth) = (extract(&frame(1, true), true), extract(&frame(1, true), false));
         let n = depth.as_slice().len();
         assert_eq!(&fused.as_slice()[..n], depth.as_slice());

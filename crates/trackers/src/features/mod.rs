@@ -13,6 +13,7 @@ use pursuit_imaging::Frame;
 use pursuit_vision::hog::HogLayout;
 use pursuit_vision::sampling::{Planes, Window};
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// Turns a window of a frame into planes of features on a grid of cells.
 ///
@@ -112,8 +113,10 @@ pub enum FeatureSet {
     Appearance(Box<AppearanceFeatures>),
 }
 
-impl FeatureSet {
-    fn inner(&self) -> &dyn Features {
+impl Deref for FeatureSet {
+    type Target = dyn Features;
+
+    fn deref(&self) -> &Self::Target {
         match self {
             Self::Gray(f) => f,
             Self::LogGray(f) => f,
@@ -124,34 +127,14 @@ impl FeatureSet {
     }
 }
 
-impl Features for FeatureSet {
-    fn channels(&self) -> usize {
-        self.inner().channels()
-    }
-
-    fn cell_px(&self) -> usize {
-        self.inner().cell_px()
-    }
-
-    fn grid(&self, patch: Size) -> Size {
-        self.inner().grid(patch)
-    }
-
-    fn extract(&mut self, frame: &Frame, window: &Window, out: &mut Planes) {
+impl DerefMut for FeatureSet {
+    fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
-            Self::Gray(f) => f.extract(frame, window, out),
-            Self::LogGray(f) => f.extract(frame, window, out),
-            Self::Hog(f) => f.extract(frame, window, out),
-            Self::Depth(f) => f.extract(frame, window, out),
-            Self::Appearance(f) => f.extract(frame, window, out),
+            Self::Gray(f) => f,
+            Self::LogGray(f) => f,
+            Self::Hog(f) => &mut **f,
+            Self::Depth(f) => &mut **f,
+            Self::Appearance(f) => &mut **f,
         }
-    }
-
-    fn gradient_channels(&self) -> usize {
-        self.inner().gradient_channels()
-    }
-
-    fn patch(&self) -> Option<&Planes> {
-        self.inner().patch()
     }
 }

@@ -1,7 +1,7 @@
 use super::FlowParams;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, ImageView};
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{Result, TrackingError};
 use pursuit_vision::flow::{BoxMotion, MedianFlow, Pyramid, Start};
 use pursuit_vision::{PixelWindow, VisionError};
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_found_on_one_level_from_a_prediction_and_without_one_where_it_is_wrong() {
+    fn wrong_predictions_leave_points_as_without_one() {
         let bbox = BBox::from_ltwh(70.0, 50.0, 44.0, 36.0);
         let (to, moved) = (frame(12, -9), bbox.translated(12.0, -9.0));
         // One level alone does not see 15 pixels far: what is found there, is by the prediction.

@@ -3,22 +3,22 @@
 
 use super::{FlowParams, Follower};
 use crate::appearance::PatchSampler;
-use crate::correlation::probability;
+use pursuit_estimation::sigmoid;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::parameters::Parameters;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{
-    Diagnostics, GroupParams, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, TrackerRecipe,
+    Figure, Figures, GroupParams, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, TrackerRecipe,
 };
 use serde::{Deserialize, Serialize};
 
 /// Pixels across, and down, the patches by which a box is compared with that of the start.
 const SIDE: usize = 15;
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the tracker of points.
     pub struct MedianFlowTrackerParams {
         /// How the box is followed.
@@ -32,40 +32,44 @@ pursuit_tracking::parameters! {
     }
 }
 
+pursuit_tracking::figures! {
+    /// What the points of a box say.
+    struct FlowFigures {
+        /// Median correlation of the points' patches.
+        correlation;
+        /// Correlation of the box with that of the start.
+        likeness;
+        /// Median forward-backward error of the points.
+        forward_backward_px in "px";
+        /// Median distance of the points from where the box's motion takes them.
+        residual_px in "px";
+        /// Points that agree.
+        points;
+    }
+}
+
 /// Follows the points of a box. It knows how the box looked at the start, for its score alone.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "MedianFlowLocalizer")]
 pub struct MedianFlowLocalizer {
     params: MedianFlowTrackerParams,
     follower: Follower,
     first: Vec<f32>,
+    #[serde(skip)]
     sampler: PatchSampler,
+    #[serde(skip)]
     patch: Vec<f32>,
 }
 
-/// What is stored.
-#[derive(Clone, Serialize, Deserialize)]
-struct Raw {
-    params: MedianFlowTrackerParams,
-    follower: Follower,
-    first: Vec<f32>,
-}
+pursuit_estimation::checked!(MedianFlowLocalizer);
 
-impl From<MedianFlowLocalizer> for Raw {
-    fn from(it: MedianFlowLocalizer) -> Self {
-        Self { params: it.params, follower: it.follower, first: it.first }
-    }
-}
-
-impl TryFrom<Raw> for MedianFlowLocalizer {
-    type Error = String;
-
-    fn try_from(Raw { params, follower, first }: Raw) -> Result<Self, Self::Error> {
-        params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
-        if first.len() != SIDE * SIDE || first.iter().any(|v| !v.is_finite()) {
+impl MedianFlowLocalizer {
+    fn restored(self) -> Result<Self, String> {
+        self.params.check_all().map_err(|(name, problem)| format!("`{name}` {problem}"))?;
+        if self.first.len() != SIDE * SIDE || self.first.iter().any(|v| !v.is_finite()) {
             return Err("its first patch has another size".to_owned());
         }
-        Ok(Self { params, follower, first, sampler: PatchSampler::default(), patch: Vec::new() })
+        Ok(self)
     }
 }
 
@@ -81,30 +85,37 @@ impl LocalizerRecipe for MedianFlowTrackerParams {
 }
 
 impl Localizer for MedianFlowLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    type Finding = ();
+
+    const FIGURES: &[&[Figure]] = &[FlowFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
         let Some(motion) = self.follower.follow(frame, &search.expected)? else { return Ok(None) };
         self.sampler.normalized(frame.gray(), &motion.bbox, SIDE, &mut self.patch);
         let likeness = f64::from(pursuit_vision::patch::dot(&self.patch, &self.first));
         let p = &self.params;
         let log_odds = p.score_bias + p.score_correlation * motion.correlation + p.score_likeness * likeness;
-        Ok(Some(Measurement {
-            diagnostics: Diagnostics::default()
-                .with("correlation", motion.correlation)
-                .with("likeness", likeness)
-                .with("forward_backward_px", motion.forward_backward_px)
-                .with("residual_px", motion.residual_px)
-                .with("points", motion.kept as f64),
-            ..Measurement::new(motion.bbox, probability(log_odds))
-        }))
+        let measurement = Measurement {
+            diagnostics: FlowFigures {
+                correlation: motion.correlation,
+                likeness,
+                forward_backward_px: motion.forward_backward_px,
+                residual_px: motion.residual_px,
+                points: motion.kept as f64,
+            }
+            .into(),
+            ..Measurement::new(motion.bbox, sigmoid(log_odds))
+        };
+        Ok(Some((measurement, ())))
     }
 
-    fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> Result<()> {
+    fn adapt(&mut self, _: &Frame, _: BBox, (): &()) -> Result<()> {
         Ok(())
     }
 
-    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_, ()>) -> Result<()> {
         let followed = outcome.found.filter(|_| outcome.followed.is_some());
-        followed.map_or(Ok(()), |measurement| self.follower.keep(frame, measurement.bbox))
+        followed.map_or(Ok(()), |(measured, ())| self.follower.keep(frame, measured))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
@@ -116,7 +127,7 @@ impl Localizer for MedianFlowLocalizer {
 /// `median-flow`. Where its points disagree it has failed: it looks for them again at the same place only.
 pub fn median_flow(name: &'static str) -> TrackerRecipe<MedianFlowTrackerParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams { lost_after_s: 2.0, ..PolicyParams::default() },
         search: SearchParams { model: SearchModel::Near, ..SearchParams::default() },
     };

@@ -1,10 +1,11 @@
 //! How a box is followed by the points in it.
 
 use pursuit_geometry::Size;
-use pursuit_tracking::{Result, TrackingError};
+use pursuit_parameters::ParameterError;
+use pursuit_tracking::Result;
 use pursuit_vision::flow::{LucasKanadeParams, MedianFlow, MedianFlowParams, ScaleRule};
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// How the size follows from the ratios of pairwise distances.
     pub enum ScaleBy {
         /// Their median (kalal2010).
@@ -14,7 +15,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How a box is followed by the points in it.
     pub struct FlowParams {
         /// Points across, and down.
@@ -32,7 +33,7 @@ pursuit_tracking::parameters! {
         /// Side of the patches that are correlated.
         pub patch_px: usize = 10, in 3..=63, unit "px", source "kalal2010, section 3: 10";
         /// How the size follows.
-        pub scale: ScaleBy = ScaleBy::Median, source "kalal2010; the mean: zhu2014, equation (9)";
+        pub scale_by: ScaleBy = ScaleBy::Median, source "kalal2010; the mean: zhu2014, equation (9)";
         /// The box is lost beyond this median deviation from the median displacement.
         pub residual_px: f64 = 10.0, in above(0.0), unit "px", source "kalal2012, section 5.5: 10";
         /// The box is lost beyond this median forward-backward error.
@@ -48,6 +49,7 @@ pursuit_tracking::parameters! {
         /// What is kept at least.
         pub least_margin_px: f64 = 32.0, in 0.0..=1000.0, unit "px", source "ours";
     }
+    renamed { "scale" => ["scale_by"] }
 }
 
 impl FlowParams {
@@ -69,17 +71,13 @@ impl FlowParams {
                 ..LucasKanadeParams::default()
             },
             patch_px: self.patch_px,
-            scale: match self.scale {
+            scale: match self.scale_by {
                 ScaleBy::Median => ScaleRule::Median,
                 ScaleBy::Mean => ScaleRule::Mean,
             },
             max_residual_px: self.residual_px,
             max_forward_backward_px: self.error_px,
         };
-        MedianFlow::new(params).map_err(|e| TrackingError::Parameter {
-            owner: "flow".to_owned(),
-            name: "flow".to_owned(),
-            problem: e.to_string(),
-        })
+        MedianFlow::new(params).map_err(|e| ParameterError::new("flow", "flow", e.to_string()).into())
     }
 }

@@ -15,7 +15,7 @@ use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// What the filter looks at.
     pub enum KcfFeatures {
         /// Histograms of oriented gradients.
@@ -29,7 +29,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// Which kernel compares patches.
     pub enum KernelKind {
         /// A Gaussian of the distance.
@@ -41,7 +41,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the kernelized correlation filters.
     pub struct KcfParams {
         /// What the filter looks at.
@@ -65,11 +65,12 @@ pursuit_tracking::parameters! {
         /// The window.
         pub window: WindowParams = WindowParams { padding: 2.0, ..WindowParams::default() };
         /// Sizes tried.
-        pub scale: ScaleLadderParams = ScaleLadderParams { levels: 1, ..ScaleLadderParams::default() };
+        pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 1, ..ScaleLadderParams::default() };
         /// The score, fitted as `docs/papers/kcf.md` says.
         pub score: ScoreParams =
             ScoreParams { bias: -2.0, psr: 0.22, collapse: 1.3, likeness: 7.7, ..ScoreParams::default() };
     }
+    renamed { "scale" => ["scale_ladder"] }
 }
 
 impl KcfParams {
@@ -89,7 +90,7 @@ impl KcfParams {
             window: self.window.clone(),
             label: spec::Label::OfTarget(self.label_sigma),
             learning_rate: self.learning_rate,
-            ladder: self.scale.clone(),
+            ladder: self.scale_ladder.clone(),
             score: self.score.clone(),
             ..CorrelationSpec::new(features, FilterKind::Kernel { kernel, lambda: self.lambda })
         }
@@ -112,7 +113,7 @@ impl LocalizerRecipe for KcfParams {
 
 fn groups(policy: PolicyParams) -> GroupParams {
     GroupParams {
-        motion: MotionParams { acceleration: 300.0, ..MotionParams::default() },
+        motion: MotionParams::sudden(),
         policy,
         search: SearchParams { wide_windows: 6, ..SearchParams::default() },
     }
@@ -122,6 +123,6 @@ fn groups(policy: PolicyParams) -> GroupParams {
 pub fn kcf(name: &'static str) -> TrackerRecipe<KcfParams> {
     let policy = PolicyParams { seen_from: 0.6, found_from: 0.6, ..PolicyParams::default() };
     let mut groups = groups(policy);
-    groups.search.prediction_gain = 0.0;
+    groups.search = SearchParams { wide_windows: 6, ..SearchParams::at_last_place() };
     TrackerRecipe { name, localizer: KcfParams::default(), groups }
 }

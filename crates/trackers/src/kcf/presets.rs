@@ -15,7 +15,7 @@ impl KcfParams {
                 largest_area_px: 62_500.0,
                 ..WindowParams::default()
             },
-            scale: ScaleLadderParams::default(),
+            scale_ladder: ScaleLadderParams::default(),
             ..Self::default()
         }
     }
@@ -34,7 +34,7 @@ impl KcfParams {
     /// On HOG, of fixed size.
     pub(crate) fn fixed() -> Self {
         Self {
-            scale: ScaleLadderParams::default(),
+            scale_ladder: ScaleLadderParams::default(),
             score: ScoreParams { bias: -1.8, psr: 0.17, collapse: 1.25, likeness: 7.1, ..ScoreParams::default() },
             ..Self::default()
         }

@@ -5,7 +5,7 @@ use pursuit_imaging::Frame;
 use pursuit_vision::PixelWindow;
 use serde::{Deserialize, Serialize};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The background of the person tracker.
     pub struct BackdropParams {
         /// Time constant of the running average.
@@ -50,7 +50,7 @@ const UNIT: i32 = 256;
 
 /// The background: a mean for every channel of every pixel, and whether it was ever seen.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "Backdrop")]
 pub(super) struct Backdrop {
     width: usize,
     height: usize,
@@ -60,25 +60,15 @@ pub(super) struct Backdrop {
     known: Vec<bool>,
 }
 
-#[derive(Deserialize)]
-struct Raw {
-    width: usize,
-    height: usize,
-    channels: usize,
-    mean: Vec<u16>,
-    known: Vec<bool>,
-}
+pursuit_estimation::checked!(Backdrop);
 
-impl TryFrom<Raw> for Backdrop {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { width, height, channels, mean, known } = raw;
-        let pixels = width.checked_mul(height).filter(|n| *n > 0);
-        let fits = matches!(channels, 1 | 3)
-            && pixels == Some(known.len())
-            && pixels.and_then(|n| n.checked_mul(channels)) == Some(mean.len());
-        if fits { Ok(Self { width, height, channels, mean, known }) } else { Err("its background has no size") }
+impl Backdrop {
+    fn restored(self) -> Result<Self, &'static str> {
+        let pixels = self.width.checked_mul(self.height).filter(|n| *n > 0);
+        let fits = matches!(self.channels, 1 | 3)
+            && pixels == Some(self.known.len())
+            && pixels.and_then(|n| n.checked_mul(self.channels)) == Some(self.mean.len());
+        if fits { Ok(self) } else { Err("its background has no size") }
     }
 }
 
@@ -202,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn it_knows_what_it_has_seen_and_nothing_else() {
+    fn only_what_was_seen_is_known() {
         let here = BBox::from_ltwh(9.0, 7.0, 8.0, 18.0);
         let mut backdrop = Backdrop::new(&frame(1.0, None));
         backdrop.learn(&frame(1.0, Some(10)), &here, 0.1);

@@ -1,9 +1,10 @@
 use super::PersonParams;
 use super::backdrop::{Backdrop, BackdropParams};
-use crate::correlation::CorrelationLocalizer;
+use crate::correlation::{CorrelationFigures, CorrelationLocalizer, ResponsePeak};
+use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image};
-use pursuit_tracking::{Localizer, LocalizerRecipe, Look, Measurement, Outcome, Result, Search, ViewSize};
+use pursuit_tracking::{Figure, Figures, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, ViewSize};
 use pursuit_vision::PixelWindow;
 use pursuit_vision::background::learning_rate;
 use pursuit_vision::regions::RegionFinder;
@@ -24,7 +25,6 @@ pub struct PersonLocalizer {
 /// Not state: overwritten at every use.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
-    expected: Option<BBox>,
     mask: Option<Image<u8>>,
     finder: RegionFinder,
 }
@@ -36,6 +36,14 @@ struct Outline {
     bbox: Option<BBox>,
     /// Share of the expected box that stands out.
     fill: f64,
+}
+
+pursuit_tracking::figures! {
+    /// What the background says of a box.
+    struct BackdropFigures {
+        /// Share of the box that stands out of the background.
+        fill;
+    }
 }
 
 /// Mask codes: nothing is known there, it stands out.
@@ -106,13 +114,14 @@ impl PersonLocalizer {
         });
         boxes.filter(|b| b.fraction_inside(expected) >= params.inside).reduce(|a, b| a.union(&b))
     }
+}
 
-    /// The box of the appearance's centre and area, and of the expected shape: correlation knows the first shape only.
-    fn shaped(&self, found: &BBox) -> BBox {
-        match self.scratch.expected.filter(|e| e.area() > 0.0) {
-            Some(expected) => expected.scaled((found.area() / expected.area()).sqrt()).centered_at(found.center()),
-            None => *found,
-        }
+/// The box of the appearance's centre and area, and of the expected shape: correlation knows the first shape only.
+fn shaped(found: &BBox, expected: &BBox) -> BBox {
+    if expected.area() > 0.0 {
+        expected.scaled((found.area() / expected.area()).sqrt()).centered_at(found.center())
+    } else {
+        *found
     }
 }
 
@@ -155,7 +164,7 @@ fn evidence(fill: f64, even: f64) -> f64 {
 /// `confidence` with `added` log-odds.
 fn with_odds(confidence: f64, added: f64) -> f64 {
     let kept = confidence.clamp(1e-6, 1.0 - 1e-6);
-    1.0 / (1.0 + (-(added + (kept / (1.0 - kept)).ln())).exp())
+    sigmoid(added + logit(kept))
 }
 
 /// A share `part` of the way from `a` to `b`.
@@ -170,33 +179,42 @@ fn between(a: &BBox, b: &BBox, part: f64) -> BBox {
 }
 
 impl Localizer for PersonLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        self.scratch.expected = Some(search.expected);
+    type Finding = ResponsePeak;
+
+    const FIGURES: &[&[Figure]] = &[CorrelationFigures::ALL, BackdropFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ResponsePeak)>> {
         self.appearance.locate(frame, search)
     }
 
-    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        let mut found = self.appearance.refine(frame, found, look)?;
-        found.bbox = self.shaped(&found.bbox);
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        search: &Search,
+        measurement: &mut Measurement,
+        finding: &mut ResponsePeak,
+    ) -> Result<()> {
+        self.appearance.refine(frame, search, measurement, finding)?;
+        measurement.bbox = shaped(&measurement.bbox, &search.expected);
         if !self.backdrop.fits(frame) {
-            return Ok(found);
+            return Ok(());
         }
-        let Some(outline) = self.outline(frame, &found.bbox) else { return Ok(found) };
+        let Some(outline) = self.outline(frame, &measurement.bbox) else { return Ok(()) };
         let evidence = evidence(outline.fill, self.params.even);
-        found.confidence = with_odds(found.confidence, self.params.weight * evidence);
-        found.diagnostics.push("fill", outline.fill);
-        let same = outline.bbox.filter(|b| evidence > 0.0 && b.iou(&found.bbox) >= self.params.agree);
+        measurement.confidence = with_odds(measurement.confidence, self.params.weight * evidence);
+        BackdropFigures { fill: outline.fill }.report(&mut measurement.diagnostics);
+        let same = outline.bbox.filter(|b| evidence > 0.0 && b.iou(&measurement.bbox) >= self.params.agree);
         if let Some(outline) = same {
-            found.bbox = between(&found.bbox, &outline, self.params.outline);
+            measurement.bbox = between(&measurement.bbox, &outline, self.params.outline);
         }
-        Ok(found)
+        Ok(())
     }
 
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        self.appearance.adapt(frame, bbox, measurement)
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &ResponsePeak) -> Result<()> {
+        self.appearance.adapt(frame, bbox, finding)
     }
 
-    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_, ResponsePeak>) -> Result<()> {
         let dt_s = frame.time_s() - self.time_s;
         if frame.time_s().is_finite() {
             self.time_s = frame.time_s();
@@ -226,7 +244,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_full_box_speaks_for_a_person_and_an_empty_one_against() {
+    fn a_full_box_speaks_for_a_person() {
         for (fill, expected) in [(0.0, -1.0), (0.125, -0.5), (0.25, 0.0), (0.375, 0.5), (0.5, 1.0), (0.9, 1.0)] {
             assert!((evidence(fill, 0.25) - expected).abs() < 1e-12, "{fill}");
         }

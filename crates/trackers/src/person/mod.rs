@@ -14,7 +14,7 @@ use pursuit_imaging::Frame;
 use pursuit_tracking::motion::{MotionModel, MotionParams};
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the person tracker.
     pub struct PersonParams {
         /// The background, and how much what stands out of it counts.
@@ -32,7 +32,7 @@ impl LocalizerRecipe for PersonParams {
     }
 }
 
-/// `person`. `motion.model = "qu2010-simplified"` predicts without noise, `motion.sampling.sample_s = 0` at every frame.
+/// `person`. `motion.model = "qu2010-simplified"` predicts without noise, `motion.qu2010.sample_s = 0` at every frame.
 pub fn person(name: &'static str) -> TrackerRecipe<PersonParams> {
     let usual = crate::pursuit::light(name);
     let motion = MotionParams { model: MotionModel::Qu2010, ..usual.groups.motion };

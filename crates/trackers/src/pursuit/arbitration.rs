@@ -1,7 +1,8 @@
 //! Whom to follow where the witnesses disagree.
 
 use super::ArbitrationParams;
-use super::judge::{JointEvidence, ln};
+use super::judge::JointEvidence;
+use pursuit_tracking::Taken;
 use serde::{Deserialize, Serialize};
 
 /// What is remembered of the frames in which the witnesses disagreed.
@@ -33,9 +34,10 @@ impl TryFrom<f64> for Arbitration {
 impl Arbitration {
     /// Log odds, by this frame alone, that the filter's box is the right one of two.
     pub fn now(params: &ArbitrationParams, filter: &JointEvidence, network: &JointEvidence) -> f64 {
+        let ln = |v| Taken::Ln.of(v);
         let odds = params.bias
-            + params.peak * (ln(filter.filter.peak) - ln(network.filter.peak))
-            + params.color * (ln(filter.filter.color) - ln(network.filter.color))
+            + params.peak * (ln(filter.peak) - ln(network.peak))
+            + params.color * (ln(filter.color) - ln(network.color))
             + params.network * (filter.network - network.network);
         odds.clamp(-params.frame_limit, params.frame_limit)
     }
@@ -59,11 +61,9 @@ impl Arbitration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::correlation::Evidence;
 
     fn evidence(peak: f64, color: f64, network: f64) -> JointEvidence {
-        let filter = Evidence { peak, psr: 10.0, peak_ratio: 1.0, likeness: 0.7, color };
-        JointEvidence { filter, network, overlap: 0.0, moved: 0.0 }
+        JointEvidence { peak, color, network, ..JointEvidence::default() }
     }
 
     #[test]
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_right_is_believed_until_it_is_settled() {
+    fn who_was_right_is_believed_until_settled() {
         let params = ArbitrationParams { rate: 0.25, memory: 2.0, settled_from: 1.5, ..ArbitrationParams::default() };
         let mut arbitration = Arbitration::default();
         assert!(arbitration.filter_leads(&params, 0.1) && !arbitration.filter_leads(&params, -0.1));

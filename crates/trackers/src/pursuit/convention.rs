@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// How the box that was given differs from the one that the network sees in the very same picture: people draw a walker with
 /// or without what he carries, a face with or without the hair, and go on doing so.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "BoxConvention")]
 pub struct BoxConvention {
     /// Displacement of the middle, in widths and heights of the network's box.
     shift: (f64, f64),
@@ -15,18 +15,13 @@ pub struct BoxConvention {
     growth: (f64, f64),
 }
 
-#[derive(Deserialize)]
-struct Raw {
-    shift: (f64, f64),
-    growth: (f64, f64),
-}
+pursuit_estimation::checked!(BoxConvention);
 
-impl TryFrom<Raw> for BoxConvention {
-    type Error = &'static str;
-
-    fn try_from(Raw { shift, growth }: Raw) -> Result<Self, Self::Error> {
+impl BoxConvention {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { shift, growth } = self;
         let possible = [shift.0, shift.1, growth.0, growth.1].iter().all(|v| v.is_finite());
-        if possible { Ok(Self { shift, growth }) } else { Err("a convention of boxes is not finite") }
+        if possible { Ok(self) } else { Err("a convention of boxes is not finite") }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What both witnesses say of one place.
 
 use super::FusionParams;
-use super::judge::JointEvidence;
+use super::judge::{FILTER, JointEvidence, NETWORK};
 use pursuit_geometry::{BBox, Point};
 use pursuit_tracking::{Diagnostics, Doubt};
 
@@ -67,51 +67,30 @@ impl Fusion {
     /// What each witness said, for the files.
     pub fn figures(&self) -> Diagnostics {
         let flag = |set: bool| f64::from(u8::from(set));
-        let mut figures =
-            Diagnostics::default().with("agreed", flag(self.agreed)).with("filter_leads", flag(self.filter_leads));
-        if let Some(candidate) = &self.filter {
-            FILTER.into_iter().zip(candidate.figures()).for_each(|(name, value)| figures.push(name, value));
+        let mut said =
+            Diagnostics::from(FusionFigures { agreed: flag(self.agreed), filter_leads: flag(self.filter_leads) });
+        for (figures, candidate) in [(FILTER, &self.filter), (NETWORK, &self.network)] {
+            said.extend(candidate.iter().flat_map(|candidate| figures.iter().zip(candidate.figures())));
         }
-        if let Some(candidate) = &self.network {
-            NETWORK.into_iter().zip(candidate.figures()).for_each(|(name, value)| figures.push(name, value));
-        }
-        figures
+        said
     }
 }
 
-/// Names of what is known of the filter's box.
-const FILTER: [&str; 10] = [
-    "filter_x",
-    "filter_y",
-    "filter_w",
-    "filter_h",
-    "filter_peak",
-    "filter_likeness",
-    "filter_color",
-    "filter_psr",
-    "filter_score",
-    "filter_moved",
-];
-/// Names of what is known of the network's box.
-const NETWORK: [&str; 10] = [
-    "network_x",
-    "network_y",
-    "network_w",
-    "network_h",
-    "network_peak",
-    "network_likeness",
-    "network_color",
-    "network_psr",
-    "network_score",
-    "network_moved",
-];
+pursuit_tracking::figures! {
+    /// What became of the two boxes.
+    pub(super) struct FusionFigures {
+        /// Whether both witnesses speak of one thing, 0 or 1.
+        agreed;
+        /// Whether the filter's box is the one believed, 0 or 1.
+        filter_leads;
+    }
+}
 
 impl Candidate {
     /// In the order of [`FILTER`].
-    fn figures(&self) -> [f64; 10] {
+    fn figures(&self) -> impl Iterator<Item = f64> {
         let (x, y, w, h) = self.bbox.ltwh();
-        let JointEvidence { filter, network, moved, .. } = &self.evidence;
-        [x, y, w, h, filter.peak, filter.likeness, filter.color, filter.psr, *network, *moved]
+        [x, y, w, h].into_iter().chain(self.evidence.values())
     }
 }
 
@@ -133,15 +112,13 @@ fn joined(params: &FusionParams, filter: &BBox, network: &BBox, overlap: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::correlation::Evidence;
 
     #[test]
-    fn what_the_network_still_sees_says_why_nothing_is_believed() {
+    fn the_network_says_why_nothing_is_believed() {
         let params = FusionParams::default();
         let candidate = |network: f64| {
-            let filter = Evidence { peak: 0.3, psr: 5.0, peak_ratio: 1.0, likeness: 0.5, color: 0.5 };
             let bbox = BBox::from_ltwh(1.0, 2.0, 30.0, 40.0);
-            let evidence = JointEvidence { filter, network, overlap: 0.0, moved: 0.0 };
+            let evidence = JointEvidence { network, ..JointEvidence::default() };
             Candidate { bbox, own: bbox, evidence, log_odds: 0.0 }
         };
         let (faint, clear) = (params.seen_from - 0.1, params.seen_from);

@@ -1,41 +1,87 @@
 //! One judge over what both witnesses say of a box.
 
-use super::JudgeParams;
-use crate::correlation::Evidence;
+use pursuit_tracking::{Figure, Taken, Weight};
 
-/// What is known of a box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointEvidence {
-    /// What the filter says of it.
-    pub filter: Evidence,
+/// Declares the terms of the judge's regression, each once: a sentence, its name, its column in the files, how it is taken, and
+/// the sentence and the default of its weight. From the table follow the evidence, the parameters, the sum and the figures, and
+/// from those the columns that `cargo xtask tune` fits.
+macro_rules! evidence {
+    (
+        constant $bias:expr;
+        $($(#[doc = $doc:literal])+ $term:ident as $column:literal: $taken:ident, $weight_doc:literal = $weight:expr;)+
+    ) => {
+        /// What is known of a box.
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        pub struct JointEvidence {
+            $($(#[doc = $doc])+ pub $term: f64,)+
+        }
+
+        pursuit_parameters::parameters! {
+            /// The judge: a logistic regression of what both witnesses say of a box, fitted as `docs/papers/pursuit.md` says.
+            pub struct JudgeParams {
+                /// Constant.
+                pub bias: f64 = $bias, in Bounds::default(), source "ours, fitted";
+                $(
+                    #[doc = $weight_doc]
+                    pub $term: f64 = $weight, in Bounds::default(), source "ours, fitted";
+                )+
+            }
+        }
+
+        impl JudgeParams {
+            /// ln of p / (1 − p) of the probability p that the box is right.
+            pub fn log_odds(&self, evidence: &JointEvidence) -> f64 {
+                self.bias $(+ self.$term * Taken::$taken.of(evidence.$term))+
+            }
+        }
+
+        impl JointEvidence {
+            /// All of it, in the order of the columns.
+            pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+                [$(self.$term),+].into_iter()
+            }
+        }
+
+        /// What is said of the filter's box: left, top, width, height, and the evidence.
+        pub(super) const FILTER: &[Figure] = evidence!(@figures "filter_", "filter's", $(($term, $column, $taken, $($doc),+))+);
+        /// The same of the network's box.
+        pub(super) const NETWORK: &[Figure] = evidence!(@figures "network_", "network's", $(($term, $column, $taken, $($doc),+))+);
+    };
+    (@figures $witness:literal, $whose:literal, $(($term:ident, $column:literal, $taken:ident, $($doc:literal),+))+) => {
+        &[
+            evidence!(@side concat!($witness, "x"), concat!("Left edge of the ", $whose, " box.")),
+            evidence!(@side concat!($witness, "y"), concat!("Top edge of the ", $whose, " box.")),
+            evidence!(@side concat!($witness, "w"), concat!("Width of the ", $whose, " box.")),
+            evidence!(@side concat!($witness, "h"), concat!("Height of the ", $whose, " box.")),
+            $(Figure {
+                name: concat!($witness, $column),
+                unit: "",
+                text: concat!($($doc),+).trim_ascii(),
+                weight: Some(Weight { parameter: concat!("judge.", stringify!($term)), taken: Taken::$taken }),
+            }),+
+        ]
+    };
+    (@side $name:expr, $text:expr) => {
+        Figure { name: $name, unit: "px", text: $text, weight: None }
+    };
+}
+
+evidence! {
+    constant -5.3;
+    /// Height of the filter's peak.
+    peak as "peak": Ln, "Weight of ln of the filter's peak." = 0.0;
+    /// Likeness to the initial template, −1 to 1.
+    likeness as "likeness": AsIs, "Weight of the likeness to the initial template." = 4.0;
+    /// Mean likelihood of the colours in the box, 0 to 1.
+    color as "color": Ln, "Weight of ln of the mean likelihood of the colours in the box." = 0.0;
     /// ln of s / (1 − s) of the network's score s there.
-    pub network: f64,
+    network as "score": AsIs, "Weight of the log odds of the network's score." = 0.4;
+    /// Peak-to-sidelobe ratio of the filter's response.
+    psr as "psr": Ln, "Weight of ln of the response's peak-to-sidelobe ratio." = 0.0;
     /// Overlap of the two witnesses' boxes.
-    pub overlap: f64,
+    overlap as "overlap": AsIs, "Weight of the overlap of the two witnesses' boxes." = 1.8;
     /// Distance from where it was expected, in target sizes.
-    pub moved: f64,
-}
-
-/// Values below this count as this much where a logarithm is taken.
-const LEAST: f64 = 1e-3;
-
-/// The natural logarithm of what may be nought.
-pub(super) fn ln(v: f64) -> f64 {
-    v.max(LEAST).ln()
-}
-
-impl JudgeParams {
-    /// ln of p / (1 − p) of the probability p that the box is right.
-    pub fn log_odds(&self, evidence: &JointEvidence) -> f64 {
-        self.bias
-            + self.peak * ln(evidence.filter.peak)
-            + self.likeness * evidence.filter.likeness
-            + self.color * ln(evidence.filter.color)
-            + self.network * evidence.network
-            + self.psr * ln(evidence.filter.psr)
-            + self.overlap * evidence.overlap
-            + self.moved * evidence.moved.ln_1p()
-    }
+    moved as "moved": Ln1p, "Weight of ln of 1 and the distance from where the target was expected." = 0.0;
 }
 
 #[cfg(test)]
@@ -43,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_log_odds_are_the_weighted_sum_of_what_is_said() {
+    fn the_log_odds_are_the_weighted_sum() {
         let judge = JudgeParams {
             bias: -1.5,
             peak: 0.7,
@@ -54,13 +100,21 @@ mod tests {
             overlap: 1.7,
             moved: -0.9,
         };
-        let filter = Evidence { peak: 0.5, psr: 12.0, peak_ratio: 0.8, likeness: 0.6, color: 0.7 };
-        let evidence = JointEvidence { filter, network: 4.0, overlap: 0.8, moved: 0.3 };
+        let evidence =
+            JointEvidence { peak: 0.5, likeness: 0.6, color: 0.7, network: 4.0, psr: 12.0, overlap: 0.8, moved: 0.3 };
         let want =
             -1.5 + 0.7 * 0.5_f64.ln() + 3.0 * 0.6 + 1.1 * 0.7_f64.ln() - 0.4 * 12.0_f64.ln() + 0.25 * 4.0 + 1.7 * 0.8
                 - 0.9 * 1.3_f64.ln();
         assert!((judge.log_odds(&evidence) - want).abs() < 1e-12);
-        let silent = Evidence { peak: -0.1, psr: 0.0, color: 0.0, ..filter };
-        assert!(judge.log_odds(&JointEvidence { filter: silent, ..evidence }).is_finite());
+        let silent = JointEvidence { peak: -0.1, psr: 0.0, color: 0.0, ..evidence };
+        assert!(judge.log_odds(&silent).is_finite());
+    }
+
+    #[test]
+    fn columns_name_their_weights() {
+        let score = FILTER.iter().find(|f| f.name == "filter_score").unwrap();
+        assert_eq!(score.weight, Some(Weight { parameter: "judge.network", taken: Taken::AsIs }));
+        assert_eq!((FILTER.len(), NETWORK.len()), (4 + 7, 4 + 7));
+        assert_eq!((NETWORK[0].name, NETWORK[0].text), ("network_x", "Left edge of the network's box."));
     }
 }

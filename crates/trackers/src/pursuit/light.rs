@@ -9,7 +9,7 @@ use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::policy::{CalibratedParams, PolicyParams};
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -37,23 +37,22 @@ impl LocalizerRecipe for FilterParams {
 /// `pursuit-light`.
 pub fn light(name: &'static str) -> TrackerRecipe<FilterParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams {
             occluded_below: 0.8,
             seen_from: 0.9,
             found_from: 0.85,
             learn_from: 0.8,
-            lost_below: 0.1,
+            calibrated: CalibratedParams { lost_below: 0.1, ..CalibratedParams::default() },
             occluded_score: 1.0,
             ..PolicyParams::default()
         },
         search: SearchParams {
-            prediction_gain: 0.0,
             reach: 5.0,
             wide_windows: 5,
             side_windows: 1,
             keep_inside: true,
-            ..SearchParams::default()
+            ..SearchParams::at_last_place()
         },
     };
     TrackerRecipe { name, localizer: FilterParams::default(), groups }

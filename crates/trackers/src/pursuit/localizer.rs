@@ -3,23 +3,25 @@
 use super::PursuitParams;
 use super::arbitration::Arbitration;
 use super::convention::BoxConvention;
-use super::fusion::{Candidate, Fusion};
-use super::judge::JointEvidence;
+use super::fusion::{Candidate, Fusion, FusionFigures};
+use super::judge::{FILTER, JointEvidence, NETWORK};
 use super::offset::SearchOffset;
-use super::rest::Rest;
-use crate::correlation::{CorrelationLocalizer, Evidence, Sighting, probability};
+use super::schedule::NetworkSchedule;
+use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
 use crate::nanotrack::NanoTrackLocalizer;
+use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::siamese::Location;
-use pursuit_tracking::parameters::Parameters;
-use pursuit_tracking::{Doubt, Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize};
+use pursuit_parameters::Parameters;
+use pursuit_tracking::{
+    Doubt, Figure, Figures, Localizer, Look, Measurement, Outcome, Result, Search, TrackState, ViewSize,
+};
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "WitnessLocalizer")]
 pub struct WitnessLocalizer {
     params: PursuitParams,
     filter: CorrelationLocalizer,
@@ -30,67 +32,27 @@ pub struct WitnessLocalizer {
     /// As large as the target was when it was believed last: a sweep looks for that.
     believed: SearchOffset,
     arbitration: Arbitration,
-    rest: Rest,
-    #[serde(skip)]
-    fusions: Fusions,
+    schedule: NetworkSchedule,
 }
 
-/// What was concluded in this frame; not state.
-#[derive(Debug, Clone, Copy, Default)]
-struct Fusions {
-    /// Near the expected place.
-    near: Option<Fusion>,
-    /// At the best place of a sweep.
-    swept: Option<Fusion>,
-    /// What the loop decided on.
-    decided: Option<Fusion>,
-    /// How long the network took near the expected place, where it was asked there, milliseconds.
-    asked_ms: Option<f64>,
+/// What both witnesses said in one look.
+#[derive(Debug, Clone, Copy)]
+pub struct WitnessFinding {
+    /// `None` of a rough look at one place of a sweep.
+    fused: Option<Fusion>,
+    /// Whether the network was asked about the place expected.
+    asked: bool,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    params: PursuitParams,
-    filter: CorrelationLocalizer,
-    network: NanoTrackLocalizer,
-    convention: BoxConvention,
-    filter_offset: SearchOffset,
-    network_offset: SearchOffset,
-    believed: SearchOffset,
-    arbitration: Arbitration,
-    rest: Rest,
-}
+pursuit_estimation::checked!(WitnessLocalizer);
 
-impl TryFrom<Raw> for WitnessLocalizer {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, filter, network, convention, filter_offset, network_offset, believed, arbitration, rest } =
-            raw;
-        if params.check_all().is_err() {
+impl WitnessLocalizer {
+    fn restored(self) -> Result<Self, &'static str> {
+        if self.params.check_all().is_err() {
             return Err("its settings are out of range");
         }
-        let fusions = Fusions::default();
-        Ok(Self {
-            params,
-            filter,
-            network,
-            convention,
-            filter_offset,
-            network_offset,
-            believed,
-            arbitration,
-            rest,
-            fusions,
-        })
+        Ok(self)
     }
-}
-
-/// Log odds of a network's score.
-fn logit(score: f64) -> f64 {
-    let score = score.clamp(1e-6, 1.0 - 1e-6);
-    (score / (1.0 - score)).ln()
 }
 
 impl WitnessLocalizer {
@@ -117,8 +79,7 @@ impl WitnessLocalizer {
             network_offset: SearchOffset::new(&bbox),
             believed: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
-            rest: Rest::default(),
-            fusions: Fusions::default(),
+            schedule: NetworkSchedule::default(),
         })
     }
 
@@ -132,54 +93,57 @@ impl WitnessLocalizer {
         expected: &BBox,
     ) -> Candidate {
         let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
-        let evidence = JointEvidence { filter, network: logit(score), overlap, moved };
+        let Evidence { peak, psr, likeness, color, .. } = filter;
+        let evidence =
+            JointEvidence { peak, likeness, color, network: logit(score.clamp(1e-6, 1.0 - 1e-6)), psr, overlap, moved };
         Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
 
-    /// Asks each witness about the place where it searches.
-    fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
+    /// Asks each witness about the place where it searches; and whether the network had to be asked.
+    fn near(&mut self, frame: &Frame, expected: &BBox) -> Result<(Option<Fusion>, bool)> {
         let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
-        let sighting = self.filter.sight(frame, &by_filter);
-        if let Some(fused) = self.rested(sighting.as_ref(), expected) {
-            return Ok(Some(fused));
+        let peak = self.filter.sight(frame, &by_filter);
+        if let Some(fused) = self.rested(peak.as_ref(), expected) {
+            return Ok((Some(fused), false));
         }
-        let began = Instant::now();
+        let timer = NetworkSchedule::timer(&self.params.fusion);
         let seen = self.network.look(frame, &by_network)?;
-        let location = seen.map(|seen| self.network.caught_up(seen, &by_network, self.rest.frames(), frame.size()));
-        let fused = self.fuse(frame, expected, sighting, location, &by_network);
-        self.fusions.asked_ms = Some(1e3 * began.elapsed().as_secs_f64());
-        fused
+        let frames = self.schedule.frames();
+        let location = seen.map(|seen| self.network.caught_up(seen, &by_network, frames, frame.size()));
+        let fused = self.fuse(frame, expected, peak, location, &by_network)?;
+        self.schedule.spend(timer);
+        Ok((fused, true))
     }
 
     /// What both say if the network need not be asked again.
-    fn rested(&self, sighting: Option<&Sighting>, expected: &BBox) -> Option<Fusion> {
-        let remembered = self.rest.remembered(&self.params.fusion)?;
-        let seen = sighting?;
+    fn rested(&self, peak: Option<&ResponsePeak>, expected: &BBox) -> Option<Fusion> {
+        let remembered = self.schedule.remembered(&self.params.fusion)?;
+        let seen = peak?;
         let bbox = self.filter.window().bbox(seen.center, seen.scale);
         let (network, overlap) = remembered.evidence();
-        let filter = self.candidate((bbox, bbox), seen.evidence, probability(network), overlap, expected);
+        let filter = self.candidate((bbox, bbox), seen.evidence, sigmoid(network), overlap, expected);
         remembered.agree(&self.params.fusion, filter, (seen.center, seen.scale))
     }
 
     /// Asks the network at a place of a sweep, and the filter where the network saw the target.
     fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
         let Some(location) = self.network.look(frame, expected)? else { return Ok(None) };
-        let sighting = self.filter.sight(frame, &self.convention.of(&location.bbox));
-        self.fuse(frame, expected, sighting, Some(location), expected)
+        let peak = self.filter.sight(frame, &self.convention.of(&location.bbox));
+        self.fuse(frame, expected, peak, Some(location), expected)
     }
 
     fn fuse(
         &mut self,
         frame: &Frame,
         expected: &BBox,
-        sighting: Option<Sighting>,
+        peak: Option<ResponsePeak>,
         location: Option<Location>,
         about: &BBox,
     ) -> Result<Option<Fusion>> {
         let alone = Fusion { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
-        Ok(match (sighting, location) {
+        Ok(match (peak, location) {
             (None, None) => None,
-            (Some(sighting), Some(location)) => Some(self.fuse_both(frame, expected, &sighting, &location, about)?),
+            (Some(peak), Some(location)) => Some(self.fuse_both(frame, expected, &peak, &location, about)?),
             (Some(seen), None) => {
                 let bbox = self.filter.window().bbox(seen.center, seen.scale);
                 let filter = Some(self.candidate((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
@@ -204,16 +168,16 @@ impl WitnessLocalizer {
         &mut self,
         frame: &Frame,
         expected: &BBox,
-        sighting: &Sighting,
+        peak: &ResponsePeak,
         location: &Location,
         about: &BBox,
     ) -> Result<Fusion> {
-        let bbox = self.filter.window().bbox(sighting.center, sighting.scale);
+        let bbox = self.filter.window().bbox(peak.center, peak.scale);
         let converted = self.convention.of(&location.bbox);
         let overlap = bbox.iou(&converted);
-        let place = Some((sighting.center, sighting.scale));
+        let place = Some((peak.center, peak.scale));
         if overlap >= self.params.fusion.agree_from {
-            let filter = self.candidate((bbox, bbox), sighting.evidence, location.score, overlap, expected);
+            let filter = self.candidate((bbox, bbox), peak.evidence, location.score, overlap, expected);
             let network = Some(Candidate { bbox: converted, own: location.bbox, ..filter });
             let filter = Some(filter);
             return Ok(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
@@ -222,7 +186,7 @@ impl WitnessLocalizer {
             Some(score) => score,
             None => self.network.look(frame, &bbox)?.map_or(0.0, |l| l.score),
         };
-        let filter = self.candidate((bbox, bbox), sighting.evidence, there, overlap, expected);
+        let filter = self.candidate((bbox, bbox), peak.evidence, there, overlap, expected);
         let network = self.of_network(frame, expected, location, overlap);
         let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);
         let filter_leads = self.arbitration.filter_leads(&self.params.arbitration, odds);
@@ -233,21 +197,18 @@ impl WitnessLocalizer {
         let leading = fused.leading()?;
         Some(Measurement {
             strength: leading.log_odds,
-            peak: Some(leading.evidence.filter.peak),
-            psr: Some(leading.evidence.filter.psr),
+            psr: Some(leading.evidence.psr),
             diagnostics: fused.figures(),
-            ..Measurement::new(fused.bbox(&self.params.fusion)?, probability(leading.log_odds))
+            ..Measurement::new(fused.bbox(&self.params.fusion)?, sigmoid(leading.log_odds))
         })
     }
 
-    /// Says where each witness searches in the next frame.
-    fn place_searches(&mut self, found: Option<&Measurement>, state: TrackState) {
-        let (Some(fused), Some(found)) = (std::mem::take(&mut self.fusions).decided, found) else { return };
+    /// Says where each witness searches in the next frame: `fused` was found at `reported`.
+    fn place_searches(&mut self, fused: &Fusion, reported: &BBox, state: TrackState) {
         if state == TrackState::Lost {
             return;
         }
         let Self { params, filter_offset, network_offset, believed, arbitration, .. } = self;
-        let reported = &found.bbox;
         if state == TrackState::Tracking {
             believed.set(reported, reported);
         }
@@ -278,66 +239,78 @@ impl WitnessLocalizer {
 }
 
 impl Localizer for WitnessLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    type Finding = WitnessFinding;
+
+    const FIGURES: &[&[Figure]] = &[FusionFigures::ALL, FILTER, NETWORK];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, WitnessFinding)>> {
         let expected = &search.expected;
-        let fused = match search.look {
-            Look::Near => {
-                // What was decided of another frame, or in passing, is nothing to go by.
-                self.fusions = Fusions::default();
-                self.fusions.near = self.near(frame, expected)?;
-                self.fusions.near
-            }
+        let (fused, asked) = match search.look {
+            Look::Near => self.near(frame, expected)?,
             Look::Sweep => {
                 let found = self.network.look(frame, &self.believed.at(expected))?;
-                return Ok(found.map(|l| Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) }));
+                return Ok(found.map(|l| {
+                    let measurement = Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) };
+                    (measurement, WitnessFinding { fused: None, asked: false })
+                }));
             }
-            Look::Centred => {
-                self.fusions.swept = self.centred(frame, &self.believed.at(expected))?;
-                self.fusions.swept
-            }
+            Look::Centred => (self.centred(frame, &self.believed.at(expected))?, false),
         };
-        Ok(fused.and_then(|fused| self.measurement(&fused)))
+        Ok(fused.and_then(|fused| Some((self.measurement(&fused)?, WitnessFinding { fused: Some(fused), asked }))))
     }
 
     /// Measures the size by the filter along scale, where the filter saw the target.
-    fn refine(&mut self, frame: &Frame, found: Measurement, look: Look) -> Result<Measurement> {
-        self.fusions.decided = if look == Look::Near { self.fusions.near } else { self.fusions.swept };
-        let Some(fused) = &mut self.fusions.decided else { return Ok(found) };
-        let (Some((center, scale)), Some(candidate), true) = (fused.place, &mut fused.filter, fused.filter_leads)
-        else {
-            return Ok(found);
-        };
-        let scale = self.filter.scale_at(frame, center, scale);
-        candidate.bbox = self.filter.window().bbox(center, scale);
-        candidate.own = candidate.bbox;
-        // The proposer may have moved the middle into the frame; the size alone is new.
-        let bbox = fused.bbox(&self.params.fusion).map_or(found.bbox, |b| b.centered_at(found.bbox.center()));
-        Ok(Measurement { bbox, diagnostics: fused.figures(), ..found })
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        _: &Search,
+        measurement: &mut Measurement,
+        finding: &mut WitnessFinding,
+    ) -> Result<()> {
+        let Some(fused) = &mut finding.fused else { return Ok(()) };
+        if let (Some((center, scale)), Some(candidate), true) = (fused.place, &mut fused.filter, fused.filter_leads) {
+            let scale = self.filter.scale_at(frame, center, scale);
+            candidate.bbox = self.filter.window().bbox(center, scale);
+            candidate.own = candidate.bbox;
+            // The proposer may have moved the middle into the frame; the size alone is new.
+            if let Some(bbox) = fused.bbox(&self.params.fusion) {
+                measurement.bbox = bbox.centered_at(measurement.bbox.center());
+            }
+            measurement.diagnostics = fused.figures();
+        }
+        Ok(())
     }
 
     /// Teaches the filter what both believe, or the judge of one alone.
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        let Some(fused) = &self.fusions.decided else { return Ok(()) };
-        let fusion = &self.params.fusion;
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &WitnessFinding) -> Result<()> {
+        let Some((fused, leading)) = finding.fused.as_ref().and_then(|f| Some((f, f.leading()?))) else {
+            return Ok(());
+        };
+        let (fusion, peak) = (&self.params.fusion, leading.evidence.peak);
         match &fused.filter {
-            Some(candidate) if fused.filter_keeps(fusion) => self.filter.adapt(frame, candidate.own, measurement),
-            _ if fused.agreed || fused.filter_leads || measurement.confidence >= fusion.teach_from => {
-                self.filter.adapt(frame, bbox, measurement)
+            Some(candidate) if fused.filter_keeps(fusion) => self.filter.learn(frame, &candidate.own, peak),
+            _ if fused.agreed || fused.filter_leads || sigmoid(leading.log_odds) >= fusion.teach_from => {
+                self.filter.learn(frame, &bbox, peak);
             }
-            _ => Ok(()),
+            _ => {}
         }
+        Ok(())
     }
 
-    fn doubt(&self, _: &Frame, _: &BBox) -> Option<Doubt> {
+    fn doubt(&self, _: &Frame, _: &BBox, finding: Option<&WitnessFinding>) -> Option<Doubt> {
         // Where neither witness saw anything there is nothing like the target.
-        Some(self.fusions.decided.map_or(Doubt::Covered, |fused| fused.doubt(&self.params.fusion)))
+        let fused = finding.and_then(|finding| finding.fused);
+        Some(fused.map_or(Doubt::Covered, |fused| fused.doubt(&self.params.fusion)))
     }
 
-    fn observe(&mut self, _: &Frame, outcome: &Outcome<'_>) -> Result<()> {
-        let concluded =
-            self.fusions.decided.filter(|_| outcome.state == TrackState::Tracking && outcome.found.is_some());
-        self.rest.note(&self.params.fusion, concluded.as_ref(), self.fusions.asked_ms);
-        self.place_searches(outcome.found, outcome.state);
+    fn observe(&mut self, _: &Frame, outcome: &Outcome<'_, WitnessFinding>) -> Result<()> {
+        let fused = outcome.found.and_then(|(_, finding)| finding.fused.as_ref());
+        let concluded = fused.filter(|_| outcome.state == TrackState::Tracking);
+        let asked = outcome.found.is_some_and(|(_, finding)| finding.asked);
+        self.schedule.note(&self.params.fusion, concluded, asked);
+        if let Some((reported, WitnessFinding { fused: Some(fused), .. })) = outcome.found {
+            self.place_searches(fused, &reported, outcome.state);
+        }
         Ok(())
     }
 

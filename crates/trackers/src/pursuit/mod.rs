@@ -9,18 +9,18 @@ mod light;
 mod localizer;
 mod offset;
 mod params;
-mod rest;
+mod schedule;
 
-pub use judge::JointEvidence;
+pub use judge::{JointEvidence, JudgeParams};
 pub use light::light;
 pub use localizer::WitnessLocalizer;
-pub use params::{ArbitrationParams, FilterParams, FusionParams, JudgeParams, PursuitParams};
+pub use params::{ArbitrationParams, FilterParams, FusionParams, PursuitParams};
 
 use crate::correlation::CorrelationLocalizer;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::policy::{CalibratedParams, PolicyParams};
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -37,23 +37,22 @@ impl LocalizerRecipe for PursuitParams {
 /// `pursuit`.
 pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams {
             occluded_below: 0.6,
             seen_from: 0.77,
             found_from: 0.83,
             learn_from: 0.77,
-            lost_below: 0.25,
+            calibrated: CalibratedParams { lost_below: 0.25, ..CalibratedParams::default() },
             occluded_score: 1.0,
             ..PolicyParams::default()
         },
         search: SearchParams {
-            prediction_gain: 0.0,
             reach: 5.0,
             wide_windows: 6,
             side_windows: 0,
             keep_inside: true,
-            ..SearchParams::default()
+            ..SearchParams::at_last_place()
         },
     };
     TrackerRecipe { name, localizer: PursuitParams::default(), groups }

@@ -5,29 +5,20 @@ use serde::{Deserialize, Serialize};
 
 /// Where a witness looks next, relative to where the loop expects the target.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "SearchOffset")]
 pub struct SearchOffset {
     offset: (f64, f64),
     size: (f64, f64),
 }
 
-#[derive(Deserialize)]
-struct Raw {
-    offset: (f64, f64),
-    size: (f64, f64),
-}
+pursuit_estimation::checked!(SearchOffset);
 
-impl TryFrom<Raw> for SearchOffset {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { offset, size } = raw;
+impl SearchOffset {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { offset, size } = self;
         let finite = [offset.0, offset.1, size.0, size.1].iter().all(|v| v.is_finite());
-        if finite && size.0 > 0.0 && size.1 > 0.0 {
-            Ok(Self { offset, size })
-        } else {
-            Err("the offset of a search is not finite, or its size not positive")
-        }
+        let sound = finite && size.0 > 0.0 && size.1 > 0.0;
+        if sound { Ok(self) } else { Err("the offset of a search is not finite, or its size not positive") }
     }
 }
 
@@ -56,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_search_keeps_its_distance_from_what_is_reported() {
+    fn a_search_keeps_its_offset_from_the_report() {
         let reported = BBox::from_ltwh(100.0, 50.0, 20.0, 10.0);
         let mut offset = SearchOffset::new(&reported);
         assert_eq!(offset.at(&reported), reported);

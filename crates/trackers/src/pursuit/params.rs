@@ -1,5 +1,6 @@
 //! Parameters of `pursuit` and `pursuit-light`.
 
+use super::judge::JudgeParams;
 use crate::correlation::{
     ColorParams, Likeness, PeakParams, ScaleFilterParams, ScoreParams, SolverParams, Subpixel, SweepBy, WindowParams,
     WindowShape,
@@ -9,7 +10,7 @@ use crate::nanotrack::NanoTrackParams;
 /// Area of the default patch: 40 cells of 4 pixels each way (galoogahi2017: 50; ours is as accurate and faster).
 const PATCH_PX: f64 = 160.0 * 160.0;
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of `pursuit-light`, and of the filter of `pursuit`. What is not said to be ours is that of the paper it names.
     pub struct FilterParams {
         /// Standard deviation of the label as a share of the target's side.
@@ -47,7 +48,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How the two witnesses are brought together.
     pub struct FusionParams {
         /// Boxes that overlap by this much are of one thing.
@@ -83,7 +84,7 @@ pursuit_tracking::parameters! {
     ordered { agree_from <= same_from }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Whom to follow where the witnesses disagree: a logistic regression of the differences between what is known of the
     /// filter's box and of the network's, fitted to the frames of real sequences where they disagree and one is right.
     pub struct ArbitrationParams {
@@ -106,29 +107,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
-    /// The judge: a logistic regression of what both witnesses say of a box, fitted as `docs/papers/pursuit.md` says.
-    pub struct JudgeParams {
-        /// Constant.
-        pub bias: f64 = -5.3, in Bounds::default(), source "ours, fitted";
-        /// Weight of ln of the filter's peak.
-        pub peak: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the likeness to the initial template.
-        pub likeness: f64 = 4.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of ln of the mean likelihood of the colours in the box.
-        pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the log odds of the network's score.
-        pub network: f64 = 0.4, in Bounds::default(), source "ours, fitted";
-        /// Weight of ln of the response's peak-to-sidelobe ratio.
-        pub psr: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the overlap of the two witnesses' boxes.
-        pub overlap: f64 = 1.8, in Bounds::default(), source "ours, fitted";
-        /// Weight of ln of 1 and the distance from where the target was expected.
-        pub moved: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-    }
-}
-
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the default tracker.
     pub struct PursuitParams {
         /// The witness that learns: a correlation filter.

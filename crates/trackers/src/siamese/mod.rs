@@ -4,7 +4,7 @@
 mod localizer;
 mod params;
 
-pub use localizer::SiameseLocalizer;
+pub use localizer::{SiameseLocalizer, SiameseModel};
 pub use params::{Layout, SiameseParams};
 
 use pursuit_tracking::motion::MotionParams;
@@ -15,7 +15,7 @@ use pursuit_tracking::{GroupParams, TrackerRecipe};
 /// As for `nanotrack`: released Siamese trackers look where the target was.
 fn recipe(name: &'static str, localizer: SiameseParams) -> TrackerRecipe<SiameseParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: PolicyParams {
             occluded_below: 0.6,
             seen_from: 0.7,
@@ -23,7 +23,7 @@ fn recipe(name: &'static str, localizer: SiameseParams) -> TrackerRecipe<Siamese
             occluded_score: 1.0,
             ..PolicyParams::default()
         },
-        search: SearchParams { prediction_gain: 0.0, reach: 4.0, wide_windows: 3, ..SearchParams::default() },
+        search: SearchParams { reach: 4.0, wide_windows: 3, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer, groups }
 }

@@ -1,11 +1,13 @@
-use crate::correlation::probability;
+use super::{SiameseLocalizer, SiameseModel};
 use crate::runtime::{RuntimeParams, unusable};
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
 use pursuit_inference::onnx::OnnxSiamese;
 use pursuit_inference::siamese::{SiameseConfig, SiameseDescription};
-use pursuit_tracking::parameters::FileName;
-use pursuit_tracking::{Result, TrackingError};
+use pursuit_parameters::{FileName, ParameterError};
+use pursuit_tracking::{LocalizerRecipe, Needs, Result};
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// What the network is.
     pub enum Layout {
         /// What a TOML file says.
@@ -19,7 +21,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of a Siamese tracker whose network comes as files.
     pub struct SiameseParams {
         /// The network: the TOML file that describes it, or, of a known layout, the folder with its files.
@@ -41,10 +43,12 @@ impl SiameseParams {
         let Some(model) = self.model.path() else {
             let example = match self.layout {
                 Layout::Described => "the TOML file that describes one, for example `--set model=mine.toml`",
-                _ => "the folder with its ONNX files, for example `--set model=networks/fear_xs`",
+                Layout::FearXs | Layout::NanoTrackV2 | Layout::NanoTrackV3 => {
+                    "the folder with its ONNX files, for example `--set model=networks/fear_xs`"
+                }
             };
             let problem = format!("names no network; give {example}");
-            return Err(TrackingError::Parameter { owner: owner.to_owned(), name: "model".to_owned(), problem });
+            return Err(ParameterError::new(owner, "model", problem).into());
         };
         let in_folder = |template: &str, search: &str, head: Option<&str>, config: SiameseConfig| SiameseDescription {
             template: Some(model.join(template)),
@@ -65,18 +69,31 @@ impl SiameseParams {
             }
         })
     }
+}
 
-    /// The network, opened, and how it is used.
-    pub(super) fn open(&self) -> Result<(OnnxSiamese, SiameseConfig)> {
+impl SiameseModel for SiameseParams {
+    type Network = OnnxSiamese;
+
+    const NAME: &'static str = "siamese";
+
+    fn open(&self) -> Result<(OnnxSiamese, SiameseConfig)> {
         let owner = if self.layout == Layout::FearXs { "fear-xs" } else { "siamese" };
         let description = self.description(owner)?;
         let network = description.open(&self.runtime.options()).map_err(unusable(owner, "model"))?;
         Ok((network, description.config))
     }
 
-    /// The probability that a box of the network's score is right.
-    pub(super) fn probability(&self, score: f64) -> f64 {
-        let score = score.clamp(1e-6, 1.0 - 1e-6);
-        probability(self.score_bias + self.score_weight * (score / (1.0 - score)).ln())
+    fn score_weights(&self) -> (f64, f64) {
+        (self.score_bias, self.score_weight)
+    }
+}
+
+impl LocalizerRecipe for SiameseParams {
+    type Localizer = SiameseLocalizer<Self>;
+
+    const NEEDS: Needs = Needs { color: false, file: true };
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<SiameseLocalizer<Self>> {
+        SiameseLocalizer::new(self, frame, bbox)
     }
 }

@@ -169,7 +169,7 @@ impl Cascade {
             // What a round climbs to is one patch of the object, the nearest where it begins.
             let Some((own, from)) = likeness(self, &best, None) else { break };
             let (dx, dy) = (p.shift * best.width(), p.shift * best.height());
-            let (larger, smaller) = (best.scaled(1.0 + p.scale), best.scaled(1.0 / (1.0 + p.scale)));
+            let (larger, smaller) = (best.scaled(1.0 + p.resize), best.scaled(1.0 / (1.0 + p.resize)));
             let moved = [(dx, 0.0), (-dx, 0.0), (0.0, dy), (0.0, -dy)].map(|(x, y)| best.translated(x, y));
             let mut most = from + p.gain;
             for tried in moved.into_iter().chain([larger, smaller]) {

@@ -152,7 +152,7 @@ pub(super) mod tests {
     };
 
     #[test]
-    fn cells_of_a_scan_are_those_of_each_window_alone() {
+    fn cells_of_a_scan_equal_each_windows_own() {
         let image = Image::from_fn(90, 70, |x, y| (x * 37 + y * y * 11 + x * y * 3) as u8).unwrap();
         let mut integral = IntegralImage::new();
         let (mut cells, mut alone) = (Cells::default(), [0; SIDE * SIDE]);

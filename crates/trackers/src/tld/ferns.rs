@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn saved_ferns_are_the_same_and_senseless_ones_are_refused() {
+    fn saved_ferns_return_and_senseless_are_refused() {
         let mut ferns = Ferns::new(&FernParams::default(), &mut 5);
         let mut outcomes = Vec::new();
         for (i, view) in views(20).iter().enumerate() {

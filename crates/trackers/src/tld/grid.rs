@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn the_centre_gate_keeps_to_sizes_near_the_expected_one_and_the_whole_frame_has_none() {
+    fn only_the_centre_gate_limits_sizes() {
         let params = ScanParams { gate_scales: 2, ..ScanParams::default() };
         let grid = Grid::new(Size::new(320, 240), (40.0, 40.0), &params);
         let expected = BBox::from_ltwh(100.0, 100.0, 58.0, 58.0);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn small_targets_have_windows_of_their_size_and_giants_none() {
+    fn small_targets_have_windows_and_giants_none() {
         let params = ScanParams::default();
         let grid = Grid::new(Size::new(320, 240), (12.0, 11.0), &params);
         assert_eq!(grid.scales().first().map(|s| (s.width, s.height)), Some((12, 11)));
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_take_their_turn_and_take_in_all_windows_once() {
+    fn bands_take_in_all_windows_once() {
         let grid = Grid::new(Size::new(160, 120), (31.0, 24.0), &ScanParams::default());
         let (mut seen, mut sizes) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
         for turn in 40..47 {
@@ -295,7 +295,7 @@ mod tests {
     /// Of a target that moves by up to its own size and grows by up to a step, a gate of twice its sides and a band of the
     /// twenty leave a window of more than half overlap in nearly every case, where all windows do.
     #[test]
-    fn the_gate_takes_in_the_target_with_few_windows() {
+    fn a_gate_of_few_windows_holds_the_target() {
         let params = ScanParams::default();
         let frame = Size::new(320, 240);
         let grid = Grid::new(frame, (28.0, 34.0), &params);

@@ -8,12 +8,12 @@ use super::params::TldParams;
 use super::trust::Trust;
 use super::view::View;
 use crate::appearance::ObjectModel;
-use crate::correlation::probability;
 use crate::flow::Follower;
+use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
-use pursuit_tracking::parameters::Parameters;
-use pursuit_tracking::{Diagnostics, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, Weighed};
+use pursuit_parameters::Parameters;
+use pursuit_tracking::{Figure, Figures, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, Weighed};
 use serde::{Deserialize, Serialize};
 
 /// Tracking-learning-detection: a follower of points and a detector, each putting the other right (kalal2012).
@@ -49,8 +49,42 @@ struct Work {
     cascade: Cascade,
     clusters: Clusters,
     learning: Scratch,
-    /// What the last look found.
-    joined: Option<Joined>,
+    /// Which scan the cascade holds, counted from the start.
+    scans: u64,
+}
+
+/// What a scan found, and which one it was.
+#[derive(Debug, Clone)]
+pub struct TldFinding {
+    joined: Joined,
+    search: Search,
+    scan: u64,
+}
+
+pursuit_tracking::figures! {
+    /// What follower and detector say.
+    struct TldFigures {
+        /// Conservative similarity to the object.
+        conservative;
+        /// Relative similarity to the object.
+        relative;
+        /// Whether the trajectory is trusted, 0 or 1.
+        valid;
+        /// Whether the box was followed, 0 or 1; else it was detected.
+        followed;
+        /// Whether follower and detector agree, 0 or 1.
+        agreed;
+        /// Median correlation of the points' patches.
+        correlation;
+        /// Median forward-backward error of the points, in window sizes.
+        error;
+        /// Windows that were scanned.
+        windows;
+        /// Windows that the ferns take for the object.
+        candidates;
+        /// Patches that the nearest-neighbour classifier knows.
+        patches;
+    }
 }
 
 /// What is stored.
@@ -135,6 +169,7 @@ impl TldLocalizer {
 
     /// Scans what `search` says and joins that with where the points went.
     fn join(&mut self, frame: &Frame, search: &Search) -> Result<Option<Joined>> {
+        self.scratch.scans = self.scratch.scans.wrapping_add(1);
         let motion = self.state.follower.follow(frame, &search.expected)?;
         let followed = motion.map(|m| {
             let window = self.state.view.window(&m.bbox);
@@ -157,33 +192,42 @@ impl TldLocalizer {
         let (positives, negatives) = self.state.model.len();
         let cascade = &self.scratch.cascade;
         Measurement {
-            valid: joined.valid,
-            diagnostics: Diagnostics::default()
-                .with("conservative", conservative)
-                .with("relative", relative)
-                .with("valid", f64::from(joined.valid))
-                .with("followed", f64::from(joined.followed.is_some()))
-                .with("agreed", f64::from(joined.agreed))
-                .with("correlation", joined.followed.map_or(0.0, |f| f.correlation))
-                .with("error", joined.followed.map_or(0.0, |f| f.error))
-                .with("windows", cascade.windows() as f64)
-                .with("candidates", cascade.candidates().len() as f64)
-                .with("patches", (positives + negatives) as f64),
-            ..Measurement::new(self.state.view.bbox(&joined.window), probability(log_odds))
+            diagnostics: TldFigures {
+                conservative,
+                relative,
+                valid: f64::from(joined.valid),
+                followed: f64::from(joined.followed.is_some()),
+                agreed: f64::from(joined.agreed),
+                correlation: joined.followed.map_or(0.0, |f| f.correlation),
+                error: joined.followed.map_or(0.0, |f| f.error),
+                windows: cascade.windows() as f64,
+                candidates: cascade.candidates().len() as f64,
+                patches: (positives + negatives) as f64,
+            }
+            .into(),
+            ..Measurement::new(self.state.view.bbox(&joined.window), sigmoid(log_odds))
         }
     }
 }
 
 impl Localizer for TldLocalizer {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
-        let joined = self.join(frame, search)?;
-        self.scratch.joined = joined;
-        Ok(joined.map(|joined| self.measurement(&joined)))
+    type Finding = TldFinding;
+
+    const FIGURES: &[&[Figure]] = &[TldFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, TldFinding)>> {
+        let Some(joined) = self.join(frame, search)? else { return Ok(None) };
+        let finding = TldFinding { joined, search: search.clone(), scan: self.scratch.scans };
+        Ok(Some((self.measurement(&joined), finding)))
     }
 
-    fn adapt(&mut self, frame: &Frame, bbox: BBox, measurement: &Measurement) -> Result<()> {
-        if !measurement.valid || bbox.clipped_to(frame.size()).is_none() {
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &TldFinding) -> Result<()> {
+        if !finding.joined.valid || bbox.clipped_to(frame.size()).is_none() {
             return Ok(());
+        }
+        if self.scratch.scans != finding.scan {
+            // The candidates to learn from are those of another look: they are found once more.
+            self.join(frame, &finding.search)?;
         }
         let window = self.state.view.window(&bbox);
         let (mut learner, cascade) = self.learner();
@@ -192,7 +236,7 @@ impl Localizer for TldLocalizer {
     }
 
     /// Whether the filtered box is to replace the one followed, or the filter is to start anew (zhu2014, claim 3).
-    fn weigh(&mut self, frame: &Frame, _: &Measurement, filtered: &BBox) -> Result<Weighed> {
+    fn weigh(&mut self, frame: &Frame, finding: &TldFinding, filtered: &BBox) -> Result<Weighed> {
         let guide = &self.state.params.guide;
         if guide.restart_every > 0 && self.state.since_restart >= guide.restart_every {
             self.state.since_restart = 0;
@@ -205,8 +249,8 @@ impl Localizer for TldLocalizer {
         let known = Knowledge { params, grid, ferns, model, least_variance: *least_variance };
         let similarity = scratch.cascade.similarity(frame.gray(), &known, &view.window(filtered));
         let sure = similarity.conservative(params.neighbor.similarity);
-        let joined = scratch.joined.filter(|_| params.guide.no_worse);
-        let least = joined.map_or(0.0, |j| j.similarity.conservative(params.neighbor.similarity));
+        let found = finding.joined.similarity.conservative(params.neighbor.similarity);
+        let least = if params.guide.no_worse { found } else { 0.0 };
         Ok(if sure > params.guide.replace_above && sure >= least {
             Weighed::Filtered
         } else if sure < params.guide.restart_below {
@@ -217,18 +261,13 @@ impl Localizer for TldLocalizer {
         })
     }
 
-    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_>) -> Result<()> {
+    fn observe(&mut self, frame: &Frame, outcome: &Outcome<'_, TldFinding>) -> Result<()> {
         self.state.since_restart = self.state.since_restart.saturating_add(1);
         self.state.turn = self.state.turn.wrapping_add(1);
-        let followed = outcome.found.and(outcome.followed);
-        let joined = self.scratch.joined.take();
-        self.state.trust.take(
-            joined.as_ref().filter(|_| followed.is_some()),
-            outcome.state,
-            outcome.dt_s,
-            &self.state.params.neighbor,
-        );
-        followed.map_or(Ok(()), |bbox| self.state.follower.keep(frame, bbox))
+        let followed = outcome.found.zip(outcome.followed);
+        let joined = followed.map(|((_, finding), _)| &finding.joined);
+        self.state.trust.take(joined, outcome.state, outcome.dt_s, &self.state.params.neighbor);
+        followed.map_or(Ok(()), |(_, bbox)| self.state.follower.keep(frame, bbox))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

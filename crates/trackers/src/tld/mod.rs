@@ -23,9 +23,9 @@ pub use params::{
 };
 
 use crate::flow::FlowParams;
-use pursuit_tracking::motion::{MotionModel, MotionParams};
-use pursuit_tracking::policy::PolicyParams;
-use pursuit_tracking::search::{SearchModel, SearchParams};
+use pursuit_tracking::motion::{MotionModel, MotionParams, Zhu2014Params};
+use pursuit_tracking::policy::{CalibratedParams, PolicyParams};
+use pursuit_tracking::search::{SearchModel, SearchParams, WideningParams};
 use pursuit_tracking::{GroupParams, TrackerRecipe};
 
 /// A target counts as seen from a conservative similarity of 0.55 on, as seen again from 0.6, and as found from 0.61.
@@ -35,10 +35,9 @@ fn policy() -> PolicyParams {
         seen_from: 0.78,
         found_from: 0.80,
         learn_from: 0.70,
-        // What it learns of a trajectory that looks unlike the target is the point of the method; validity guards it.
-        learn_unsure_from: 0.30,
-        lost_below: 0.02,
         lost_after_s: 0.5,
+        // What it learns of a trajectory that looks unlike the target is the point of the method; validity guards it.
+        calibrated: CalibratedParams { learn_unsure_from: 0.30, lost_below: 0.02 },
         ..PolicyParams::default()
     }
 }
@@ -46,7 +45,7 @@ fn policy() -> PolicyParams {
 /// `tld`: the whole frame is scanned at every frame.
 pub fn tld(name: &'static str) -> TrackerRecipe<TldParams> {
     let groups = GroupParams {
-        motion: MotionParams { acceleration: 30.0, ..MotionParams::default() },
+        motion: MotionParams::calm(),
         policy: policy(),
         search: SearchParams { model: SearchModel::Everywhere, ..SearchParams::default() },
     };
@@ -59,9 +58,9 @@ pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
     let groups = GroupParams {
         motion: MotionParams {
             model: MotionModel::Zhu2014,
-            surprise: 5.99,
             position_noise: 0.0,
             noise_floor_px: 1.0,
+            zhu2014: Zhu2014Params { surprise: 5.99, ..Zhu2014Params::default() },
             ..MotionParams::default()
         },
         policy: policy(),
@@ -69,7 +68,7 @@ pub fn kalman_tld(name: &'static str) -> TrackerRecipe<TldParams> {
         search: SearchParams {
             model: SearchModel::Widening,
             reach: 2.0,
-            widening_per_s: 1.0,
+            widening: WideningParams { growth_per_s: 1.0 },
             ..SearchParams::default()
         },
     };

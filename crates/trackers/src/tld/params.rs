@@ -3,7 +3,7 @@
 use crate::appearance::SimilarityForm;
 use crate::flow::FlowParams;
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// Which windows a region picks.
     pub enum GateBy {
         /// Those whose centre lies in it, of sizes near the expected one.
@@ -13,7 +13,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The grid of windows and its gate.
     pub struct ScanParams {
         /// Ratio of neighbouring sizes.
@@ -36,7 +36,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The ensemble of random ferns.
     pub struct FernParams {
         /// Ferns.
@@ -54,7 +54,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// By which patches a box is put right.
     pub enum RefineBy {
         /// By none: it stays where it was followed to.
@@ -66,7 +66,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Small moves of a box to where it resembles the object more.
     pub struct RefineParams {
         /// By which patches.
@@ -76,22 +76,23 @@ pursuit_tracking::parameters! {
         /// A move, in sides.
         pub shift: f64 = 0.04, in 0.0..=0.5, unit "target sizes", source "ours";
         /// A change of size.
-        pub scale: f64 = 0.03, in 0.0..=0.5, source "ours";
+        pub resize: f64 = 0.03, in 0.0..=0.5, source "ours";
         /// Most rounds of moves.
         pub rounds: usize = 2, in 0..=20, source "ours";
         /// What a move must gain in similarity.
         pub gain: f64 = 0.005, in 0.0..=1.0, source "ours";
     }
+    renamed { "scale" => ["resize"] }
 }
 
 impl RefineParams {
     /// In small steps, for comparing similarities: windows of the grid lie a few hundredths beside the target.
     fn fine() -> Self {
-        Self { shift: 0.02, scale: 0.02, rounds: 8, gain: 0.001, ..Self::default() }
+        Self { shift: 0.02, resize: 0.02, rounds: 8, gain: 0.001, ..Self::default() }
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The nearest-neighbour classifier.
     pub struct NeighborParams {
         /// Side of its patches.
@@ -128,7 +129,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// What is learned.
     pub struct LearningParams {
         /// Windows nearest to the box that are warped.
@@ -170,7 +171,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How what was followed and what was detected are joined (kalal2012, section 5.6).
     pub struct IntegratorParams {
         /// Detections that overlap by at least this mean one thing.
@@ -186,7 +187,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// What a filtered box must prove (zhu2014, claim 3).
     pub struct GuideParams {
         /// The filtered box replaces the one that was followed above this conservative similarity; above 1: never.
@@ -207,7 +208,7 @@ impl GuideParams {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The score: log odds of the box being right, by logistic regression on the conservative similarity alone. The relative
     /// similarity and validity say nothing more of sequences that were left out: both grow with what is learned by mistake.
     pub struct TldScoreParams {
@@ -218,7 +219,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of TLD (kalal2012).
     pub struct TldParams {
         /// How the box is followed.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Whether the trajectory is trusted, how well the target was matched, and for how long it was not seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "Trust")]
 pub(super) struct Trust {
     /// Whether the trajectory is trusted enough to be learned from (kalal2012, section 5.6).
     pub valid: bool,
@@ -17,22 +17,12 @@ pub(super) struct Trust {
     pub unseen_s: f64,
 }
 
-/// What is stored: `valid`, `level`, `level_s`, `unseen_s`.
-#[derive(Clone, Serialize, Deserialize)]
-struct Raw(bool, f64, f64, f64);
+pursuit_estimation::checked!(Trust);
 
-impl From<Trust> for Raw {
-    fn from(it: Trust) -> Self {
-        Self(it.valid, it.level, it.level_s, it.unseen_s)
-    }
-}
-
-impl TryFrom<Raw> for Trust {
-    type Error = &'static str;
-
-    fn try_from(Raw(valid, level, level_s, unseen_s): Raw) -> Result<Self, Self::Error> {
-        let whole = level_s >= 0.0 && unseen_s >= 0.0 && (0.0..=1.0).contains(&level);
-        if whole { Ok(Self { valid, level, level_s, unseen_s }) } else { Err("its trust is out of range") }
+impl Trust {
+    fn restored(self) -> Result<Self, &'static str> {
+        let whole = self.level_s >= 0.0 && self.unseen_s >= 0.0 && (0.0..=1.0).contains(&self.level);
+        if whole { Ok(self) } else { Err("its trust is out of range") }
     }
 }
 
@@ -79,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn trust_ends_with_the_trajectory_and_time_unseen_is_counted() {
+    fn trust_ends_with_the_trajectory() {
         let params = NeighborParams { memory_s: 1.0, ..NeighborParams::default() };
         let mut trust = Trust::new();
         let at = |valid, level, level_s, unseen_s| Trust { valid, level, level_s, unseen_s };
@@ -101,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_close_match_a_poor_one_is_another() {
+    fn after_a_close_match_a_poor_is_another() {
         let params = NeighborParams { as_before: 3f64.ln(), ..NeighborParams::default() };
         let trust = Trust { valid: true, level: 0.9, level_s: 0.0, unseen_s: 0.0 };
         // Odds of nine, a third of them, and a little less.
@@ -113,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn saved_trust_is_the_same_and_senseless_ones_are_refused() {
+    fn saved_trust_returns_and_senseless_is_refused() {
         let trust = Trust { valid: true, level: 0.8, level_s: 0.25, unseen_s: 1.5 };
         let saved = serde_json::to_string(&trust).unwrap();
         assert_eq!(serde_json::from_str::<Trust>(&saved).unwrap(), trust);

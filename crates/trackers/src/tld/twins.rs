@@ -9,6 +9,7 @@ use super::params::{LearningParams, TldParams};
 use crate::appearance::{ObjectModel, PatchSampler, SimilarityForm};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Image, ImageView};
+use pursuit_testkit::Noise;
 
 const COMPARISONS: usize = 13;
 
@@ -69,11 +70,8 @@ fn windows(grid: &Grid) -> impl Iterator<Item = BBox> + '_ {
 }
 
 fn scene(seed: u32) -> Image<u8> {
-    let mut state = seed | 1;
-    let mut noise = || {
-        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        state >> 24
-    };
+    let mut numbers = Noise::new(seed | 1);
+    let mut noise = || u32::from(numbers.byte());
     let coarse: Vec<u32> = (0..24 * 20).map(|_| noise()).collect();
     // Flat on the right, where no window varies enough.
     Image::from_fn(96, 80, |x, y| if x > 70 { 90 } else { (3 * coarse[y / 4 * 24 + x / 4] / 4 + noise() / 8) as u8 })

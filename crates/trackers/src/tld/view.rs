@@ -3,33 +3,24 @@ use serde::{Deserialize, Serialize};
 
 /// Between the target's box and the window it is looked at through: the box itself, unless that is tiny.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "View")]
 pub(super) struct View {
     /// Sides at the start.
     size: (f64, f64),
     /// Windows have at least this side, pixels: what is smaller is looked at with its surroundings.
     least_px: f64,
     /// How many times wider and higher the window is.
+    #[serde(skip)]
     factors: (f64, f64),
 }
 
-/// Sides at the start, and the least of a window's.
-#[derive(Clone, Serialize, Deserialize)]
-struct Raw(f64, f64, f64);
+pursuit_estimation::checked!(View);
 
-impl From<View> for Raw {
-    fn from(view: View) -> Self {
-        Self(view.size.0, view.size.1, view.least_px)
-    }
-}
-
-impl TryFrom<Raw> for View {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let bbox = BBox::from_ltwh(0.0, 0.0, raw.0, raw.1);
-        let whole = bbox.is_finite() && !bbox.is_empty() && raw.2.is_finite();
-        if whole { Ok(Self::new(&bbox, raw.2)) } else { Err("its target has no size") }
+impl View {
+    fn restored(self) -> Result<Self, &'static str> {
+        let bbox = BBox::from_ltwh(0.0, 0.0, self.size.0, self.size.1);
+        let whole = bbox.is_finite() && !bbox.is_empty() && self.least_px.is_finite();
+        if whole { Ok(Self::new(&bbox, self.least_px)) } else { Err("its target has no size") }
     }
 }
 

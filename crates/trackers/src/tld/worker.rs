@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_nearly_equal_and_hold_every_row_once() {
+    fn shares_hold_every_row_once() {
         let scale = |columns| Scale { width: 20, height: 20, columns, rows: 50 };
         let part = |right, bottom| Part { left: 2, right, top: 1, bottom };
         let whole = vec![(scale(40), part(40, 40)), (scale(30), part(30, 9)), (scale(5), part(5, 3))];

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 #![allow(clippy::disallowed_methods, reason = "a test may be told by the environment where a library is")]
 
+mod detectors;
 mod suite;
 mod toy;
 mod world;
@@ -73,7 +74,7 @@ fn trackers_with_a_network_by_file_conform() {
 }
 
 #[test]
-fn a_toy_tracker_needs_only_its_own_file_and_an_entry() {
+fn a_toy_tracker_needs_one_file_and_entry() {
     let entry = toy::ENTRY;
     assert_eq!(failures(&entry), Vec::<String>::new());
 }

@@ -61,6 +61,12 @@ fn sound(entry: &TrackerEntry, estimate: &Estimate, frame: &Frame) {
     for other in [estimate.prediction, estimate.measurement].into_iter().flatten() {
         assert!(other.is_finite(), "{name}: {estimate:?}");
     }
+    let declared = recipe(entry).figures();
+    let names: Vec<&str> = estimate.diagnostics.iter().map(|(figure, _)| figure).collect();
+    for (k, (figure, _)) in estimate.diagnostics.figures().enumerate() {
+        assert!(declared.contains(&figure), "{name}: `{}` is not declared", figure.name);
+        assert!(!names[..k].contains(&figure.name), "{name}: `{}` is said twice", figure.name);
+    }
     if let Some(covariance) = estimate.covariance {
         assert!(covariance.iter().all(|v| v.is_finite()), "{name}: {estimate:?}");
         assert!((0..4).all(|i| covariance[(i, i)] >= 0.0), "{name}: {estimate:?}");
@@ -78,13 +84,20 @@ fn run(entry: &TrackerEntry, tracker: &mut dyn Tracker, world: &World, frames: s
 }
 
 fn template(entry: &TrackerEntry) {
+    use pursuit_tracking::motion::MotionModel;
     let schema = recipe(entry).schema();
-    let text = pursuit_tracking::parameters::template(&schema);
+    let text = pursuit_parameters::template(&schema);
     let table: toml::Table = text.parse().unwrap_or_else(|e| panic!("{}: {e}\n{text}", entry.name));
     let read = entry.recipe(&table).unwrap().parameters().unwrap();
     assert_eq!(read, recipe(entry).parameters().unwrap(), "{}", entry.name);
     for name in schema.iter().map(|p| p.name) {
         assert!(text.contains(name), "{}: {name} is not in the template", entry.name);
+    }
+    for model in MotionModel::ALL {
+        let chosen = entry.recipe(&set("motion.model", model.as_str())).unwrap();
+        let table: toml::Table = pursuit_parameters::template(&chosen.schema()).parse().unwrap();
+        let read = entry.recipe(&table).unwrap().parameters().unwrap();
+        assert_eq!(read, chosen.parameters().unwrap(), "{}, {model:?}", entry.name);
     }
     let unknown = toml::Table::from_iter([("no-such-parameter".to_owned(), toml::Value::Boolean(true))]);
     let error = entry.recipe(&unknown).err().expect("an unknown parameter is refused").to_string();
@@ -286,7 +299,7 @@ fn changes(entry: &TrackerEntry) {
     run(entry, &mut *tracker, &world, 1..8);
     let before = tracker.save().unwrap();
     for bad in [set("no-such", 1), set("policy.lost_after_s", -1.0), set("search.reach", "far")] {
-        assert!(matches!(tracker.change(&bad), Err(TrackingError::Parameter { .. })), "{}: {bad}", entry.name);
+        assert!(matches!(tracker.change(&bad), Err(TrackingError::Parameter(_))), "{}: {bad}", entry.name);
         assert_eq!(tracker.save().unwrap(), before, "{}: {bad}", entry.name);
     }
     tracker.change(&set("motion.model", "imm")).unwrap();

@@ -4,17 +4,25 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
-    Diagnostics, GroupParams, Localizer, LocalizerRecipe, Measurement, Result, Search, TrackerEntry, TrackerRecipe,
+    Figure, Figures, GroupParams, Localizer, LocalizerRecipe, Measurement, Result, Search, TrackerEntry, TrackerRecipe,
 };
 use serde::{Deserialize, Serialize};
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the toy tracker.
     pub struct ToyParams {
         /// Half width of the square searched.
         pub reach_px: u32 = 8, in 1..=50, unit "px";
         /// Mean absolute difference, in grey levels, at which a match is worth nothing.
         pub worst_difference: f64 = 24.0, in above(0.0);
+    }
+}
+
+pursuit_tracking::figures! {
+    /// What it says of a match.
+    struct ToyFigures {
+        /// Mean absolute difference, in grey levels.
+        difference;
     }
 }
 
@@ -41,26 +49,19 @@ impl LocalizerRecipe for ToyParams {
 const GRID: usize = 12;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "Patch")]
 pub struct Patch {
     reach_px: u32,
     worst_difference: f64,
     values: Vec<u8>,
 }
 
-#[derive(Deserialize)]
-struct Raw {
-    reach_px: u32,
-    worst_difference: f64,
-    values: Vec<u8>,
-}
+pursuit_estimation::checked!(Patch);
 
-impl TryFrom<Raw> for Patch {
-    type Error = &'static str;
-
-    fn try_from(Raw { reach_px, worst_difference, values }: Raw) -> Result<Self, Self::Error> {
-        let fits = values.len() == GRID * GRID && (1..=50).contains(&reach_px);
-        if fits { Ok(Self { reach_px, worst_difference, values }) } else { Err("the patch has another size") }
+impl Patch {
+    fn restored(self) -> Result<Self, &'static str> {
+        let fits = self.values.len() == GRID * GRID && (1..=50).contains(&self.reach_px);
+        if fits { Ok(self) } else { Err("the patch has another size") }
     }
 }
 
@@ -75,7 +76,11 @@ impl Patch {
 }
 
 impl Localizer for Patch {
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<Measurement>> {
+    type Finding = ();
+
+    const FIGURES: &[&[Figure]] = &[ToyFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
         let reach = self.reach_px as i32;
         let offsets = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
         let difference = |(dx, dy): (i32, i32)| {
@@ -86,14 +91,15 @@ impl Localizer for Patch {
         let Some((sum, _, (dx, dy))) = offsets.map(difference).min() else { return Ok(None) };
         let difference = f64::from(sum) / (GRID * GRID) as f64;
         let confidence = (1.0 - difference / self.worst_difference).clamp(0.0, 1.0);
-        Ok(Some(Measurement {
+        let measurement = Measurement {
             sigma_px: Some(0.3),
-            diagnostics: Diagnostics::default().with("difference", difference),
+            diagnostics: ToyFigures { difference }.into(),
             ..Measurement::new(search.expected.translated(f64::from(dx), f64::from(dy)), confidence)
-        }))
+        };
+        Ok(Some((measurement, ())))
     }
 
-    fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> Result<()> {
+    fn adapt(&mut self, _: &Frame, _: BBox, (): &()) -> Result<()> {
         Ok(())
     }
 

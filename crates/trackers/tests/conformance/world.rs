@@ -2,6 +2,7 @@
 
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
+use pursuit_testkit::{lattice, value_noise};
 
 /// Size of every frame.
 pub const SIZE: Size = Size::new(200, 150);
@@ -87,26 +88,12 @@ fn target_color(x: f64, y: f64) -> Rgb8 {
     [240.0 * shade, 120.0 * shade, 20.0 * shade].map(|c| c as u8)
 }
 
-fn background_color(x: f64, y: f64) -> Rgb8 {
+pub fn background_color(x: f64, y: f64) -> Rgb8 {
     let gray = 60.0 + 110.0 * texture(x, y, 9.0, 3) + 30.0 * texture(x, y, 4.0, 5);
     [gray, gray * 1.01, gray * 0.97].map(|c| c.clamp(0.0, 255.0) as u8)
 }
 
 /// Smooth value noise in [0, 1] with cells of `cell` pixels.
 fn texture(x: f64, y: f64, cell: f64, seed: u64) -> f64 {
-    let (u, v) = (x / cell, y / cell);
-    let (i, j) = (u.floor(), v.floor());
-    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (a, b) = (smooth(u - i), smooth(v - j));
-    let corner = |di: f64, dj: f64| hash((i + di) as i64, (j + dj) as i64, seed);
-    let top = corner(0.0, 0.0) * (1.0 - a) + corner(1.0, 0.0) * a;
-    let bottom = corner(0.0, 1.0) * (1.0 - a) + corner(1.0, 1.0) * a;
-    top * (1.0 - b) + bottom * b
-}
-
-fn hash(i: i64, j: i64, seed: u64) -> f64 {
-    let mut h = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (j as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f) ^ seed;
-    h = (h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    h = (h ^ (h >> 32)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (h >> 40) as f64 / (1u64 << 24) as f64
+    value_noise((x, y), cell, |t| t * t * (3.0 - 2.0 * t), |i, j| lattice(i, j, seed))
 }

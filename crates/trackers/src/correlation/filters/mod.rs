@@ -17,6 +17,7 @@ use pursuit_geometry::Size;
 use pursuit_vision::fourier::{Complex32, RealFft2};
 use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// A filter that answers a window's features with a plane whose peak is the target's displacement.
 pub trait ResponseFilter {
@@ -101,8 +102,10 @@ pub enum Filter {
     Regularised(Box<RegularisedFilter>),
 }
 
-impl Filter {
-    fn inner(&self) -> &dyn ResponseFilter {
+impl Deref for Filter {
+    type Target = dyn ResponseFilter;
+
+    fn deref(&self) -> &Self::Target {
         match self {
             Self::Mosse(f) => &**f,
             Self::Kernel(f) => &**f,
@@ -110,36 +113,16 @@ impl Filter {
             Self::Regularised(f) => &**f,
         }
     }
+}
 
-    fn inner_mut(&mut self) -> &mut dyn ResponseFilter {
+impl DerefMut for Filter {
+    fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
             Self::Mosse(f) => &mut **f,
             Self::Kernel(f) => &mut **f,
             Self::Compressed(f) => &mut **f,
             Self::Regularised(f) => &mut **f,
         }
-    }
-}
-
-impl ResponseFilter for Filter {
-    fn respond(&mut self, features: &Planes, response: &mut [f32]) {
-        self.inner_mut().respond(features, response);
-    }
-
-    fn learn(&mut self, features: &Planes, rate: f64) {
-        self.inner_mut().learn(features, rate);
-    }
-
-    fn series(&self) -> (&RealFft2, &[Complex32]) {
-        self.inner().series()
-    }
-
-    fn shape(&self) -> (Size, usize) {
-        self.inner().shape()
-    }
-
-    fn peak_unit(&self) -> f64 {
-        self.inner().peak_unit()
     }
 }
 

@@ -2,7 +2,7 @@ use super::samples::{Samples, blend_numerator, dot};
 use crate::correlation::ScaleFilterParams;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_response_to_what_was_learned_is_the_label() {
+    fn the_learned_sample_is_answered_by_the_label() {
         let bbox = BBox::from_center_size(Point::new(80.0, 80.0), 48.0, 40.0);
         let settings = ScaleFilterParams { lambda: 0.0, ..ScaleFilterParams::danelljan2014() };
         let mut filter = ScaleFilter::new(settings.clone(), &bbox);

@@ -1,12 +1,22 @@
 use super::params::MotionDetectorParams;
 use super::scene::{Found, Scene, Sight};
+use pursuit_geometry::Size;
 use pursuit_imaging::{Frame, Rgb8};
-use pursuit_tracking::{Detection, Detector, DetectorRecipe, Diagnostics, Followed, Result, TrackingError};
+use pursuit_tracking::{
+    Detection, Detector, DetectorRecipe, Diagnostics, Figure, Figures, Followed, Result, TrackingError,
+};
 use pursuit_vision::VisionError;
 
 impl DetectorRecipe for MotionDetectorParams {
+    const FIGURES: &[&[Figure]] = &[SceneFigures::ALL, LightFigures::ALL];
+
     fn detector(&self) -> Result<Box<dyn Detector>> {
-        Ok(Box::new(MotionDetector { params: self.clone(), scene: None, sight: Sight::default() }))
+        Ok(Box::new(MotionDetector {
+            params: self.clone(),
+            scene: None,
+            size: Size::new(0, 0),
+            sight: Sight::default(),
+        }))
     }
 }
 
@@ -15,6 +25,8 @@ struct MotionDetector {
     params: MotionDetectorParams,
     /// `None` before the first frame.
     scene: Option<Kind>,
+    /// Of that first frame, as every further one must be.
+    size: Size,
     sight: Sight,
 }
 
@@ -28,6 +40,7 @@ impl MotionDetector {
     fn look(&mut self, frame: &Frame, followed: &[Followed]) -> Result<(), VisionError> {
         let params = &self.params;
         if self.scene.is_none() {
+            self.size = frame.size();
             self.scene = Some(if frame.has_color() {
                 Kind::Color(Scene::new(params)?)
             } else {
@@ -54,6 +67,9 @@ impl MotionDetector {
 
 impl Detector for MotionDetector {
     fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>> {
+        if self.scene.is_some() && self.size != frame.size() {
+            return Err(TrackingError::FrameSize { index: frame.index(), expected: self.size, actual: frame.size() });
+        }
         self.look(frame, followed).map_err(|e| TrackingError::Computation {
             tracker: "motion".to_owned(),
             index: frame.index(),
@@ -71,12 +87,32 @@ impl Detector for MotionDetector {
     }
 
     fn diagnostics(&self) -> Diagnostics {
-        let figures =
-            Diagnostics::default().with("foreground", self.sight.changed).with("ghosts", self.sight.ghosts as f64);
-        match self.sight.step {
-            Some(step) => figures.with("light_step_gain", step.gain).with("light_step_explained", step.explained),
-            None => figures,
+        let Sight { changed, ghosts, step } = &self.sight;
+        let mut said = Diagnostics::from(SceneFigures { foreground: *changed, ghosts: *ghosts as f64 });
+        if let Some(step) = step {
+            LightFigures { light_step_gain: step.gain, light_step_explained: step.explained }.report(&mut said);
         }
+        said
+    }
+}
+
+pursuit_tracking::figures! {
+    /// What is seen of the scene.
+    struct SceneFigures {
+        /// Share of the picture that differs from the background.
+        foreground;
+        /// Ghosts that were learnt into the background.
+        ghosts;
+    }
+}
+
+pursuit_tracking::figures! {
+    /// What a step of the light did.
+    struct LightFigures {
+        /// How many times brighter the picture became.
+        light_step_gain;
+        /// Share of the picture whose change the light explains.
+        light_step_explained;
     }
 }
 

@@ -45,7 +45,7 @@ mod tests {
     use pursuit_imaging::Image;
 
     #[test]
-    fn the_outline_of_a_thing_is_in_the_frame_and_of_a_ghost_in_the_background() {
+    fn outlines_tell_things_from_ghosts() {
         let params = GhostParams::default();
         let inside = |x: usize, y: usize| (10..20).contains(&x) && (8..30).contains(&y);
         let with = Image::from_fn(40, 40, |x, y| if inside(x, y) { 180u8 } else { 80 }).unwrap();

@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_who_touch_are_told_apart_by_where_they_were_expected() {
+    fn two_who_touch_are_split_by_expectation() {
         let params = GroupingParams::default();
         let mask = Image::from_fn(80, 60, |x, y| {
             u8::from((10..25).contains(&x) && (5..50).contains(&y) || (25..42).contains(&x) && (9..53).contains(&y))

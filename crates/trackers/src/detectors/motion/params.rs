@@ -2,7 +2,7 @@ use pursuit_geometry::Size;
 use pursuit_vision::background::{LightingParams, Mog2Params, RunningAverageParams, TemporalMedianParams};
 use pursuit_vision::region_features::FeatureRanges;
 
-pursuit_tracking::choices! {
+pursuit_parameters::choices! {
     /// The model of the background.
     pub enum BackgroundKind {
         /// Adaptive mixture of Gaussians with shadows.
@@ -18,7 +18,7 @@ pursuit_tracking::choices! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the motion detector.
     pub struct MotionDetectorParams {
         /// The model of the background.
@@ -63,7 +63,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How the background that a thing uncovers is told from a thing.
     pub struct GhostParams {
         /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
@@ -75,7 +75,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// How a region in which several targets are expected is divided among them.
     pub struct GroupingParams {
         /// A target of whose expected box this share lies in a region has a part in it.
@@ -87,7 +87,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// What may start a target.
     pub struct StartParams {
         /// Overlap (IoU) with a target from which on a region is that target.
@@ -99,7 +99,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// When the light has changed, not the scene.
     pub struct LightParams {
         /// Share of the picture that must have changed.
@@ -113,7 +113,7 @@ pursuit_tracking::parameters! {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// The matching rule of qu2010, section 2: the ranges in which the features of a region lie. The paper names the
     /// features; the ranges are ours.
     pub struct MatchingParams {

@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_above_another_is_one_thing_and_what_stands_beside_is_not() {
+    fn stacked_parts_join_and_neighbours_do_not() {
         // Legs, someone beside them, a head far above, a trunk between.
         let mut parts = vec![
             part(10.0, 60.0, 20.0, 40.0),

@@ -2,18 +2,17 @@ use super::ObjectsParams;
 use crate::runtime::unusable;
 use pursuit_imaging::Frame;
 use pursuit_inference::detection::{Limits, Object, ObjectDetector};
-use pursuit_tracking::{Class, Detection, Detector, DetectorRecipe, Followed, Result, TrackingError};
+use pursuit_parameters::ParameterError;
+use pursuit_tracking::{Class, Detection, Detector, DetectorRecipe, Followed, Needs, Result, TrackingError};
 
 /// The name in the registry.
 const NAME: &str = "objects";
 
 impl DetectorRecipe for ObjectsParams {
+    const NEEDS: Needs = Needs { color: false, file: true };
+
     fn detector(&self) -> Result<Box<dyn Detector>> {
-        let wrong = |name: &str, problem: String| TrackingError::Parameter {
-            owner: NAME.to_owned(),
-            name: name.to_owned(),
-            problem,
-        };
+        let wrong = |name: &str, problem: String| TrackingError::from(ParameterError::new(NAME, name, problem));
         let Some(model) = self.model.path() else {
             let problem = "names no network; give the ONNX file of one, for example `--set model=yolox_nano.onnx`";
             return Err(wrong("model", problem.to_owned()));

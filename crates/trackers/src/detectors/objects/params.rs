@@ -1,5 +1,5 @@
 use crate::runtime::RuntimeParams;
-use pursuit_tracking::parameters::{Bounds, Field, FileName, Kind, Value};
+use pursuit_parameters::{Bounds, Field, FileName, Kind, Value};
 use serde::{Deserialize, Serialize};
 
 /// Names of classes: a list, or a text in which commas part them.
@@ -39,7 +39,7 @@ impl Field for ClassNames {
     }
 }
 
-pursuit_tracking::parameters! {
+pursuit_parameters::parameters! {
     /// Parameters of the detector of objects.
     pub struct ObjectsParams {
         /// The network: an ONNX file. It is YOLOX trained on COCO, or described in a TOML file of its name beside it.

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// The translation filter of fDSST (danelljan2017, section 4.1): the closed form of DSST on features compressed by a
 /// projection that follows the template.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "CompressedFilter")]
 pub struct CompressedFilter {
     /// Regularisation λ, relative to the mean of B.
     lambda: f64,
@@ -36,33 +36,20 @@ pub struct CompressedFilter {
     work: Work,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    lambda: f64,
-    label_sigma: f64,
-    grid: Size,
-    template: Vec<f32>,
-    compression: Compression,
-    numerator: Spectra,
-    denominator: Vec<f32>,
-    mean_power: f32,
-}
+pursuit_estimation::checked!(CompressedFilter);
 
-impl TryFrom<Raw> for CompressedFilter {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { lambda, label_sigma, grid, template, compression, numerator, denominator, mean_power } = raw;
+impl CompressedFilter {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { grid, label_sigma, compression, numerator, .. } = &self;
         let sound = compression.is_consistent()
-            && fits(grid, compression.dimensions(), label_sigma, &numerator)
-            && template.len() == grid.area() * CHANNELS
-            && denominator.len() * compression.dimensions() == numerator.0.len();
+            && fits(*grid, compression.dimensions(), *label_sigma, numerator)
+            && self.template.len() == grid.area() * CHANNELS
+            && self.denominator.len() * compression.dimensions() == numerator.0.len();
         if !sound {
             return Err("its filter does not have the size of its grid");
         }
-        let work = Work::new(grid, label_sigma);
-        Ok(Self { lambda, label_sigma, grid, template, compression, numerator, denominator, mean_power, work })
+        let work = Work::new(*grid, *label_sigma);
+        Ok(Self { work, ..self })
     }
 }
 
@@ -78,6 +65,13 @@ struct Work {
     /// The spectrum of the last response.
     sum: Vec<Complex32>,
     power: Vec<f32>,
+}
+
+/// Of a grid of one cell: made anew for the filter's own.
+impl Default for Work {
+    fn default() -> Self {
+        Self::new(Size::new(1, 1), 1.0)
+    }
 }
 
 impl Work {

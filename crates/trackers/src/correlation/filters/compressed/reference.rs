@@ -5,6 +5,7 @@ use crate::correlation::filters::{MosseFilter, ResponseFilter};
 use crate::correlation::reference::{C, conj, dft, mul, real};
 use nalgebra::DMatrix;
 use pursuit_geometry::Size;
+use pursuit_testkit::SplitMix;
 use pursuit_vision::fourier::gaussian_label;
 use pursuit_vision::sampling::Planes;
 
@@ -14,14 +15,11 @@ const LAMBDA: f64 = 0.01;
 
 /// Features that vary in some directions much more than in others.
 fn features(seed: u64) -> Planes {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut numbers = SplitMix::after(seed);
     let mut planes = Planes::new(GRID, CHANNELS);
     for (c, plane) in planes.planes_mut().enumerate() {
         for v in plane.iter_mut() {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            *v = ((state >> 40) as f32 / (1u64 << 24) as f32 - 0.5) / (1.0 + 0.3 * c as f32);
+            *v = (numbers.unit() as f32 - 0.5) / (1.0 + 0.3 * c as f32);
         }
     }
     planes
@@ -101,7 +99,7 @@ fn without_compression_it_is_the_filter_of_dsst() {
 }
 
 #[test]
-fn the_peak_between_the_cells_is_that_of_the_series() {
+fn the_subcell_peak_is_the_series_peak() {
     let mut filter = CompressedFilter::new(18, LAMBDA, SIGMA, GRID);
     let response = respond(&mut filter, &[features(8)], 1.0, &features(8));
     let (x, y, _) = pursuit_vision::fourier::highest(&response, GRID.width);

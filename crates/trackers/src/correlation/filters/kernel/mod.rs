@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 /// Kernel ridge regression over all cyclic shifts of a patch, solved in the Fourier domain (henriques2015).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "KernelFilter")]
 pub struct KernelFilter {
     kernel: Kernel,
     /// Regularisation λ.
@@ -34,29 +34,15 @@ pub struct KernelFilter {
     work: Work,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    kernel: Kernel,
-    lambda: f64,
-    label_sigma: f64,
-    grid: Size,
-    channels: usize,
-    model: Spectra,
-    model_norm: f64,
-    alpha: Spectra,
-}
+pursuit_estimation::checked!(KernelFilter);
 
-impl TryFrom<Raw> for KernelFilter {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { kernel, lambda, label_sigma, grid, channels, model, model_norm, alpha } = raw;
-        if !fits(grid, channels, label_sigma, &model) || !fits(grid, 1, label_sigma, &alpha) {
+impl KernelFilter {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { grid, label_sigma, channels, .. } = self;
+        if !fits(grid, channels, label_sigma, &self.model) || !fits(grid, 1, label_sigma, &self.alpha) {
             return Err("its filter does not have the size of its grid");
         }
-        let work = Work::new(grid, label_sigma, channels);
-        Ok(Self { kernel, lambda, label_sigma, grid, channels, model, model_norm, alpha, work })
+        Ok(Self { work: Work::new(grid, label_sigma, channels), ..self })
     }
 }
 
@@ -70,6 +56,13 @@ struct Work {
     spectra: Vec<Complex32>,
     sum: Vec<Complex32>,
     plane: Vec<f32>,
+}
+
+/// Of a grid of one cell: made anew for the filter's own.
+impl Default for Work {
+    fn default() -> Self {
+        Self::new(Size::new(1, 1), 1.0, 1)
+    }
 }
 
 impl KernelFilter {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// H* = A / (B + ε) with A = Σ G ⊙ F*, B = Σ F ⊙ F* (eqs. 5, 10–12). With
 /// several channels each has its A, B is the sum of their energies and the responses add up (danelljan2014, eq. 4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "MosseFilter")]
 pub struct MosseFilter {
     /// Regularisation ε, relative to the mean of B.
     epsilon: f64,
@@ -27,28 +27,16 @@ pub struct MosseFilter {
     work: Work,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    epsilon: f64,
-    label_sigma: f64,
-    grid: Size,
-    channels: usize,
-    numerator: Spectra,
-    denominator: Vec<f32>,
-    mean_power: f32,
-}
+pursuit_estimation::checked!(MosseFilter);
 
-impl TryFrom<Raw> for MosseFilter {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { epsilon, label_sigma, grid, channels, numerator, denominator, mean_power } = raw;
-        if !fits(grid, channels, label_sigma, &numerator) || denominator.len() * channels != numerator.0.len() {
+impl MosseFilter {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { grid, label_sigma, channels, .. } = self;
+        let numbers = self.numerator.0.len();
+        if !fits(grid, channels, label_sigma, &self.numerator) || self.denominator.len() * channels != numbers {
             return Err("its filter does not have the size of its grid");
         }
-        let work = Work::new(grid, label_sigma, channels);
-        Ok(Self { epsilon, label_sigma, grid, channels, numerator, denominator, mean_power, work })
+        Ok(Self { work: Work::new(grid, label_sigma, channels), ..self })
     }
 }
 
@@ -62,6 +50,13 @@ struct Work {
     spectra: Vec<Complex32>,
     sum: Vec<Complex32>,
     power: Vec<f32>,
+}
+
+/// Of a grid of one cell: made anew for the filter's own.
+impl Default for Work {
+    fn default() -> Self {
+        Self::new(Size::new(1, 1), 1.0, 1)
+    }
 }
 
 impl Work {

@@ -3,14 +3,14 @@ use crate::appearance::Support;
 use crate::correlation::SolverParams;
 use crate::correlation::filters::{ResponseFilter, Spectra, fits};
 use pursuit_geometry::Size;
-use pursuit_tracking::parameters::Parameters;
+use pursuit_parameters::Parameters;
 use pursuit_vision::fourier::{Complex32, FftScratch, RealFft2, gaussian_label, spectra};
 use pursuit_vision::sampling::Planes;
 use serde::{Deserialize, Serialize};
 
 /// A filter of the target's size, trained on every shift over a much larger window; see the [module](super).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(try_from = "Raw")]
+#[serde(remote = "RegularisedFilter")]
 pub struct RegularisedFilter {
     solver: SolverParams,
     grid: Size,
@@ -26,36 +26,22 @@ pub struct RegularisedFilter {
     work: Work,
 }
 
-/// What is stored, before it is checked.
-#[derive(Deserialize)]
-struct Raw {
-    solver: SolverParams,
-    grid: Size,
-    channels: usize,
-    support: Support,
-    label_sigma: f64,
-    filter: Spectra,
-    model: Spectra,
-    taught: bool,
-}
+pursuit_estimation::checked!(RegularisedFilter);
 
-impl TryFrom<Raw> for RegularisedFilter {
-    type Error = &'static str;
-
-    fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { solver, grid, channels, support, label_sigma, filter, model, taught } = raw;
-        if !fits(grid, channels, label_sigma, &filter) || model.0.len() != filter.0.len() {
+impl RegularisedFilter {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { grid, label_sigma, channels, support, .. } = self;
+        if !fits(grid, channels, label_sigma, &self.filter) || self.model.0.len() != self.filter.0.len() {
             return Err("its filter does not have the size of its grid");
         }
         let Support { left, right, top, bottom } = support;
         if !(left < right && right <= grid.width && top < bottom && bottom <= grid.height) {
             return Err("its filter is confined to cells that are not there");
         }
-        if solver.check_all().is_err() {
+        if self.solver.check_all().is_err() {
             return Err("its solver has impossible settings");
         }
-        let work = Work::new(grid, channels, label_sigma);
-        Ok(Self { solver, grid, channels, support, label_sigma, filter, model, taught, work })
+        Ok(Self { work: Work::new(grid, channels, label_sigma), ..self })
     }
 }
 
@@ -72,6 +58,13 @@ struct Work {
     plane: Vec<f32>,
     power: Vec<f32>,
     dots: Vec<Complex32>,
+}
+
+/// Of a grid of one cell: made anew for the filter's own.
+impl Default for Work {
+    fn default() -> Self {
+        Self::new(Size::new(1, 1), 1, 1.0)
+    }
 }
 
 impl Work {
@@ -216,20 +209,16 @@ impl ResponseFilter for RegularisedFilter {
 mod tests {
     use super::super::reference::Reference;
     use super::*;
+    use pursuit_testkit::SplitMix;
 
     const GRID: Size = Size::new(12, 10);
     const SETTINGS: SolverParams =
         SolverParams { temporal_weight: 0.7, spatial_weight: 0.2, penalty: 0.5, penalty_growth: 4.0, iterations: 3 };
 
     fn noise(seed: u64) -> Planes {
-        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut numbers = SplitMix::after(seed);
         let mut planes = Planes::new(GRID, 3);
-        planes.as_mut_slice().iter_mut().for_each(|v| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            *v = (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5;
-        });
+        planes.as_mut_slice().iter_mut().for_each(|v| *v = numbers.unit() as f32 - 0.5);
         planes
     }
 
@@ -282,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_filter_is_nearly_confined_and_answers_its_own_sample_with_the_label() {
+    fn a_confined_filter_answers_its_sample_with_labels() {
         let settings =
             SolverParams { temporal_weight: 0.0, spatial_weight: 0.0, penalty: 0.01, iterations: 6, ..SETTINGS };
         let mut filter = RegularisedFilter::new(settings, GRID, 3, (6.0, 6.0), 0.8);

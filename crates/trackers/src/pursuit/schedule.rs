@@ -2,21 +2,33 @@
 
 use super::FusionParams;
 use super::fusion::{Candidate, Fusion};
+use pursuit_estimation::logit;
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// Frames whose share of the budget can be saved up.
 const SAVED_FRAMES: f64 = 25.0;
 
 /// How long the network has not been asked, and what it said when both witnesses agreed.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Rest {
+pub(super) struct NetworkSchedule {
     /// For how many frames its last answer has stood.
     frames: usize,
-    /// Of the budget, milliseconds that may be spent; below 0 where more was.
-    balance_ms: f64,
     /// `None` where the last frame left a doubt.
     remembered: Option<Agreement>,
+    /// What a clock says is no state of a target.
+    #[serde(skip)]
+    budget: Budget,
+}
+
+/// The time that the network may take, in milliseconds; counted only where there is a limit.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Budget {
+    /// What may be spent; below 0 where more was.
+    balance_ms: f64,
+    /// What this frame has cost.
+    spent_ms: f64,
 }
 
 /// The network's box beside the filter's, on which both agreed.
@@ -32,7 +44,7 @@ struct Agreement {
     own_sides: (f64, f64),
 }
 
-impl Rest {
+impl NetworkSchedule {
     /// For how many frames its last answer has stood.
     pub const fn frames(&self) -> usize {
         self.frames
@@ -41,18 +53,27 @@ impl Rest {
     /// What the network said in an earlier frame, where that is enough in this one.
     pub fn remembered(&self, params: &FusionParams) -> Option<Remembered> {
         let waits = self.frames + 1 < params.ask_every;
-        let spent = params.budget_ms > 0.0 && self.balance_ms < 0.0;
+        let spent = params.budget_ms > 0.0 && self.budget.balance_ms < 0.0;
         self.remembered.filter(|_| waits || spent).map(Remembered)
     }
 
-    /// A frame is over: what was concluded in it, and how long the network took where it was asked.
-    pub fn note(&mut self, params: &FusionParams, concluded: Option<&Fusion>, asked_ms: Option<f64>) {
+    /// When the network began to be asked; `None` where its time is not limited, and no clock is read.
+    pub fn timer(params: &FusionParams) -> Option<Instant> {
+        (params.budget_ms > 0.0).then(Instant::now)
+    }
+
+    /// The network has been asked since `began`.
+    pub fn spend(&mut self, began: Option<Instant>) {
+        self.budget.spent_ms = began.map_or(0.0, |began| 1e3 * began.elapsed().as_secs_f64());
+    }
+
+    /// A frame is over: what was concluded in it, and whether the network was asked about the place expected.
+    pub fn note(&mut self, params: &FusionParams, concluded: Option<&Fusion>, asked: bool) {
         // A frame in which nothing was looked for is none that its answer stood for.
-        self.frames = if asked_ms.is_some() || concluded.is_none() { 0 } else { self.frames + 1 };
-        if params.budget_ms > 0.0 {
-            let saved = self.balance_ms + params.budget_ms - asked_ms.unwrap_or(0.0);
-            self.balance_ms = saved.min(SAVED_FRAMES * params.budget_ms);
-        }
+        self.frames = if asked || concluded.is_none() { 0 } else { self.frames + 1 };
+        let Budget { balance_ms, spent_ms } = self.budget;
+        let most = SAVED_FRAMES * params.budget_ms;
+        self.budget = Budget { balance_ms: (balance_ms + params.budget_ms - spent_ms).min(most), spent_ms: 0.0 };
         let agreed = concluded.filter(|fused| fused.agreed).and_then(|fused| fused.filter.zip(fused.network));
         self.remembered = match agreed {
             Some((filter, network)) if is_sure(params, &filter) => Some(Agreement::of(&filter, &network)),
@@ -63,7 +84,7 @@ impl Rest {
 
 /// Whether what is believed is beyond doubt.
 fn is_sure(params: &FusionParams, candidate: &Candidate) -> bool {
-    candidate.log_odds >= (params.sure_from / (1.0 - params.sure_from)).ln()
+    candidate.log_odds >= logit(params.sure_from)
 }
 
 impl Agreement {
@@ -110,15 +131,13 @@ impl Remembered {
 mod tests {
     use super::super::judge::JointEvidence;
     use super::*;
-    use crate::correlation::Evidence;
 
     fn candidate(left: f64, log_odds: f64) -> Candidate {
-        let filter = Evidence { peak: 0.3, psr: 5.0, peak_ratio: 1.0, likeness: 0.5, color: 0.5 };
         let bbox = BBox::from_ltwh(left, 20.0, 30.0, 40.0);
         Candidate {
             bbox,
             own: bbox,
-            evidence: JointEvidence { filter, network: 5.0, overlap: 0.8, moved: 0.0 },
+            evidence: JointEvidence { network: 5.0, overlap: 0.8, ..JointEvidence::default() },
             log_odds,
         }
     }
@@ -130,20 +149,20 @@ mod tests {
     }
 
     #[test]
-    fn every_so_many_frames_it_is_asked_and_in_between_it_says_the_same_beside_the_filter() {
+    fn between_questions_the_last_answer_stands() {
         let params = FusionParams { ask_every: 3, ..FusionParams::default() };
-        let mut rest = Rest::default();
-        assert!(rest.remembered(&params).is_none(), "nothing was ever said");
+        let mut schedule = NetworkSchedule::default();
+        assert!(schedule.remembered(&params).is_none(), "nothing was ever said");
         let mut asked = Vec::new();
         for frame in 0..7 {
-            let remembered = rest.remembered(&params);
+            let remembered = schedule.remembered(&params);
             if remembered.is_none() {
                 asked.push(frame);
             }
-            rest.note(&params, Some(&agreed(4.0)), remembered.is_none().then_some(2.0));
+            schedule.note(&params, Some(&agreed(4.0)), remembered.is_none());
         }
         assert_eq!(asked, [0, 3, 6]);
-        let again = rest.remembered(&params).unwrap();
+        let again = schedule.remembered(&params).unwrap();
         let fused = again.agree(&params, candidate(40.0, 4.0), (Point::new(55.0, 40.0), 1.0)).unwrap();
         assert_eq!(
             fused.network.unwrap().bbox,
@@ -159,40 +178,55 @@ mod tests {
         let params = FusionParams { ask_every: 100, ..FusionParams::default() };
         let doubtful = Fusion { agreed: false, ..agreed(4.0) };
         for concluded in [None, Some(doubtful), Some(agreed(1.0))] {
-            let mut rest = Rest::default();
-            rest.note(&params, concluded.as_ref(), Some(2.0));
-            assert!(rest.remembered(&params).is_none(), "{concluded:?}");
+            let mut schedule = NetworkSchedule::default();
+            schedule.note(&params, concluded.as_ref(), true);
+            assert!(schedule.remembered(&params).is_none(), "{concluded:?}");
         }
     }
 
     #[test]
     fn frames_are_counted_in_which_the_answer_stood() {
-        let (params, mut rest) = (FusionParams { ask_every: 100, ..FusionParams::default() }, Rest::default());
-        let counted = [Some(2.0), None, None, Some(2.0), None].map(|asked_ms| {
-            rest.note(&params, Some(&agreed(4.0)), asked_ms);
-            rest.frames()
+        let (params, mut schedule) =
+            (FusionParams { ask_every: 100, ..FusionParams::default() }, NetworkSchedule::default());
+        let counted = [true, false, false, true, false].map(|asked| {
+            schedule.note(&params, Some(&agreed(4.0)), asked);
+            schedule.frames()
         });
         assert_eq!(counted, [0, 1, 2, 0, 1]);
         // Out of the picture nothing is looked for, and nothing has grown on the way back.
-        rest.note(&params, None, None);
-        assert_eq!(rest.frames(), 0);
+        schedule.note(&params, None, false);
+        assert_eq!(schedule.frames(), 0);
     }
 
     #[test]
-    fn a_budget_is_kept_on_average_and_not_saved_up_for_ever() {
+    fn a_budget_is_kept_on_average() {
         let params = FusionParams { budget_ms: 1.0, ..FusionParams::default() };
-        let (mut rest, mut asked) = (Rest::default(), 0);
+        let (mut schedule, mut asked) = (NetworkSchedule::default(), 0);
         for _ in 0..400 {
-            let remembered = rest.remembered(&params);
+            let remembered = schedule.remembered(&params);
             asked += u32::from(remembered.is_none());
-            rest.note(&params, Some(&agreed(4.0)), remembered.is_none().then_some(4.0));
+            schedule.budget.spent_ms = if remembered.is_none() { 4.0 } else { 0.0 };
+            schedule.note(&params, Some(&agreed(4.0)), remembered.is_none());
         }
         assert!((99..=103).contains(&asked), "{asked} of 400 frames, 4 ms each");
         for _ in 0..1000 {
-            rest.note(&params, Some(&agreed(4.0)), None);
+            schedule.note(&params, Some(&agreed(4.0)), false);
         }
-        assert_eq!(rest.balance_ms, 25.0);
+        assert_eq!(schedule.budget.balance_ms, 25.0);
         let unlimited = FusionParams::default();
-        assert!(rest.remembered(&unlimited).is_none(), "without a budget it is asked in every frame");
+        assert!(schedule.remembered(&unlimited).is_none(), "without a budget it is asked in every frame");
+    }
+
+    #[test]
+    fn time_is_taken_only_where_it_is_limited() {
+        let spent = |budget_ms| {
+            let mut schedule = NetworkSchedule::default();
+            let timer = NetworkSchedule::timer(&FusionParams { budget_ms, ..FusionParams::default() });
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            schedule.spend(timer);
+            schedule.budget.spent_ms
+        };
+        assert_eq!(spent(0.0), 0.0);
+        assert!(spent(1.0) >= 2.0);
     }
 }
