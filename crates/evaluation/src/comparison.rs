@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn clear_differences_are_told_and_unclear_ones_are_not() {
+    fn only_clear_differences_are_called_better() {
         let ours = aucs(&[0.6, 0.7, 0.5, 0.8, 0.65, 0.75, 0.55, 0.7]);
         let lower: Vec<f64> = ours.values().enumerate().map(|(i, v)| v - 0.02 - 0.01 * i as f64).collect();
         let better = Comparison::new(("a", &ours), ("b", &stored(&lower))).unwrap();
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn stored_results_are_read_and_others_refused_by_what_they_lack() {
+    fn incomplete_stored_results_are_refused_by_name() {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(
             file.path(),

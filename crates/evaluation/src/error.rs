@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_encoded_is_trouble_with_the_output_and_says_what_it_was() {
+    fn encoding_errors_name_the_output() {
         let error = EvaluationError::encoding("a picture of the report", "too wide");
         assert_eq!(error.to_string(), "a picture of the report cannot be encoded: too wide");
         assert!(error.is_output());

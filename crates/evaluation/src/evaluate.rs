@@ -6,7 +6,7 @@ use crate::protocol::Pass;
 use crate::run::{Passes, parameters_of, run_pass};
 use crate::store::Store;
 use crate::summary::{SequenceOutcome, tracker_results};
-use crate::{Dataset, Entry, EvalOptions, EvaluationError, Result, Results, RunRecord, Sequence, Trajectory};
+use crate::{Dataset, Entry, EvalOptions, EvaluationError, Protocol, Result, Results, RunRecord, Sequence, Trajectory};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -65,7 +65,7 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     let others = options.against.as_deref().map(read_others).transpose()?.unwrap_or_default();
     let dataset = find(options)?;
     let mut problems: Vec<String> = dataset.problems.iter().map(ToString::to_string).collect();
-    let runs = dataset.sequences.len() * options.trackers.len();
+    let runs = dataset.sequences.len() * (options.trackers.len() + options.given.len());
     progress(Progress::Found { sequences: dataset.sequences.len(), runs, problems: problems.clone() });
     let evaluation =
         Evaluation { options, store: Store::new(&options.out)?, progress, stop, runs, done: AtomicUsize::new(0) };
@@ -74,15 +74,16 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     let mut results = Results { protocol: options.protocol, problems, ..Results::default() };
     results.interrupted = stop.load(Ordering::Relaxed);
     let mut kept: BTreeMap<String, BTreeMap<String, Passes>> = BTreeMap::new();
-    for entry in &options.trackers {
+    let run = options.trackers.iter().map(|entry| Ok((&entry.name, parameters_of(&*entry.recipe)?)));
+    for scored in run.chain(options.given.iter().map(|given| Ok((&given.name, given.parameters())))) {
+        let (tracker, parameters) = scored?;
         let mut outcomes = BTreeMap::new();
         for (sequence, by_tracker) in dataset.sequences.iter().zip(&finished) {
-            let Some(passes) = by_tracker.get(&entry.name) else { continue };
+            let Some(passes) = by_tracker.get(tracker) else { continue };
             outcomes.insert(sequence.name().to_owned(), SequenceOutcome::new(options.protocol, sequence, passes));
-            kept.entry(entry.name.clone()).or_default().insert(sequence.name().to_owned(), passes.clone());
+            kept.entry(tracker.clone()).or_default().insert(sequence.name().to_owned(), passes.clone());
         }
-        let parameters = parameters_of(&*entry.recipe)?;
-        results.trackers.insert(entry.name.clone(), tracker_results(parameters, outcomes));
+        results.trackers.insert(tracker.clone(), tracker_results(parameters, outcomes));
     }
     results.comparisons = comparisons(&results, &others);
     evaluation.store.write_results(&results)?;
@@ -95,8 +96,19 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
 }
 
 fn find(options: &EvalOptions) -> Result<Dataset> {
-    if options.trackers.is_empty() {
+    if options.trackers.is_empty() && options.given.is_empty() {
         return Err(EvaluationError::Option("no tracker to evaluate; name one or several".to_owned()));
+    }
+    if !options.given.is_empty() && !options.protocol.runs_like(Protocol::Ope) {
+        let problem = format!("trajectories made before are of one pass; {} runs several", options.protocol);
+        return Err(EvaluationError::Option(problem));
+    }
+    let mut names: Vec<&String> = options.trackers.iter().map(|entry| &entry.name).collect();
+    for given in &options.given {
+        if names.contains(&&given.name) {
+            return Err(EvaluationError::Option(format!("{} is the name of two results; give another", given.name)));
+        }
+        names.push(&given.name);
     }
     let mut dataset = Dataset::discover_all(&options.datasets, &options.open)?;
     if dataset.sequences.is_empty() && !dataset.problems.is_empty() {
@@ -137,7 +149,7 @@ impl Evaluation<'_> {
             while !self.stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
                 let i = next.fetch_add(1, Ordering::Relaxed);
                 let (Some(sequence), Some(slot)) = (sequences.get(i), slots.get(i)) else { break };
-                let passes = self.run_sequence(sequence);
+                let passes = self.run_sequence(sequence, sequences.len() == 1);
                 match &passes {
                     Err(e @ EvaluationError::Frames { .. }) => self.leave_out(e),
                     other => drop(failed.fetch_or(other.is_err(), Ordering::Relaxed)),
@@ -170,13 +182,13 @@ impl Evaluation<'_> {
     }
 
     fn leave_out(&self, problem: &EvaluationError) {
-        let trackers = self.options.trackers.len();
+        let trackers = self.options.trackers.len() + self.options.given.len();
         let done = self.done.fetch_add(trackers, Ordering::Relaxed) + trackers;
         (self.progress)(Progress::LeftOut { problem: problem.to_string(), done });
     }
 
-    /// All trackers on one sequence: what earlier calls left is read back, the rest is run.
-    fn run_sequence(&self, sequence: &Sequence) -> Result<ByTracker> {
+    /// All trackers on one sequence, which may be the only one: what earlier calls left is read back, the rest is run.
+    fn run_sequence(&self, sequence: &Sequence, alone: bool) -> Result<ByTracker> {
         let passes = self.options.protocol.passes(sequence);
         let mut frames = None;
         let mut finished = ByTracker::new();
@@ -208,8 +220,13 @@ impl Evaluation<'_> {
                 };
                 done.push(run);
             }
-            self.announce(entry, sequence, &done, reused);
+            self.announce(&entry.name, sequence, &done, reused);
             finished.insert(entry.name.clone(), done);
+        }
+        for given in &self.options.given {
+            let done = given.passes(sequence, alone, self.options.protocol, &self.options.build)?;
+            self.announce(&given.name, sequence, &done, true);
+            finished.insert(given.name.clone(), done);
         }
         Ok(finished)
     }
@@ -233,10 +250,10 @@ impl Evaluation<'_> {
         self.store.write(&entry.name, sequence, pass, &trajectory, &record).map(Some)
     }
 
-    fn announce(&self, entry: &Entry, sequence: &Sequence, passes: &Passes, reused: bool) {
+    fn announce(&self, tracker: &str, sequence: &Sequence, passes: &Passes, reused: bool) {
         let score = SequenceOutcome::new(self.options.protocol, sequence, passes).score;
         (self.progress)(Progress::Finished {
-            tracker: entry.name.clone(),
+            tracker: tracker.to_owned(),
             sequence: sequence.name().to_owned(),
             reused,
             auc: score.auc,

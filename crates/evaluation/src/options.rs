@@ -1,6 +1,6 @@
 //! What to evaluate: trackers, sequences, a protocol, and where results go.
 
-use crate::Protocol;
+use crate::{Given, Protocol};
 use pursuit_media::OpenOptions;
 use pursuit_tracking::Recipe;
 use std::path::PathBuf;
@@ -25,6 +25,8 @@ pub struct EvalOptions {
     pub datasets: Vec<PathBuf>,
     /// The trackers to evaluate.
     pub trackers: Vec<Entry>,
+    /// Trajectories made before, to be scored beside them; by one-pass protocols only.
+    pub given: Vec<Given>,
     /// The passes to run, and how they are scored.
     pub protocol: Protocol,
     /// Comma-separated patterns of the sequences wanted; all without.
@@ -53,6 +55,7 @@ impl EvalOptions {
         Self {
             datasets,
             trackers,
+            given: Vec::new(),
             protocol: Protocol::Ope,
             sequences: None,
             jobs: 1,

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn spatial_variants_move_a_tenth_and_scale_about_the_centre() {
+    fn spatial_variants_shift_and_scale_as_published() {
         let bbox = BBox::from_ltwh(100.0, 50.0, 20.0, 40.0);
         let all = spatial_variants(bbox);
         assert_eq!(all[7].1, BBox::from_ltwh(102.0, 54.0, 20.0, 40.0));

@@ -1,8 +1,8 @@
 //! Figures of one pass, from its trajectory and the truth.
 
 use crate::metrics::accuracy::{believed, is_hit, overlap};
-use crate::metrics::calibration::Forecast;
-use crate::metrics::long_term::Judged;
+use crate::metrics::calibration::ScoreForecast;
+use crate::metrics::long_term::ScoredFrame;
 use crate::metrics::one_pass;
 use crate::metrics::supervised::Supervised;
 use crate::{Output, RunRecord, Sequence, Trajectory, Truth};
@@ -26,9 +26,9 @@ pub(crate) struct Scored {
     /// Overlaps without the start (GOT-10k).
     pub overlaps_after_start: Vec<f64>,
     /// Every frame after the start whose truth is known.
-    pub judged: Vec<Judged>,
+    pub judged: Vec<ScoredFrame>,
     /// The scores of these frames, and whether they came true.
-    pub forecasts: Vec<Forecast>,
+    pub forecasts: Vec<ScoreForecast>,
 }
 
 impl Scored {
@@ -66,9 +66,9 @@ impl Scored {
         }
         let alive = output.is_some_and(|o| o.state == TrackState::Tracking);
         let score = output.map_or(0.0, |o| o.score);
-        self.judged.push(Judged { visible, alive, overlap, score });
+        self.judged.push(ScoredFrame { visible, alive, overlap, score });
         // Whatever state is reported: `score` is the probability that the box is right.
-        self.forecasts.extend(output.map(|o| Forecast { score: o.score, hit: is_hit(truth, o) }));
+        self.forecasts.extend(output.map(|o| ScoreForecast { score: o.score, hit: is_hit(truth, o) }));
     }
 }
 
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(scored.center_errors, [0.0, 2.0, f64::INFINITY, 5.0, f64::INFINITY]);
         assert_eq!(scored.normalized_errors, [0.0, 0.2, f64::INFINITY, 0.5, f64::INFINITY]);
         assert_eq!(scored.lost, 2.0 / 5.0);
-        let judged = |visible, alive, overlap, score| Judged { visible, alive, overlap, score };
+        let judged = |visible, alive, overlap, score| ScoredFrame { visible, alive, overlap, score };
         let expected = [
             judged(true, true, 8.0 / 12.0, 0.9),
             judged(true, false, 0.0, 0.2),
@@ -181,7 +181,7 @@ mod tests {
             judged(true, false, 0.0, 0.0),
         ];
         assert_eq!(scored.judged, expected);
-        let forecast = |score, hit| Forecast { score, hit };
+        let forecast = |score, hit| ScoreForecast { score, hit };
         let expected = [
             forecast(0.9, true),
             forecast(0.2, true), // the box was right, whatever was said of it
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pass_that_never_began_is_scored_from_the_first_annotated_frame() {
+    fn unstarted_passes_are_scored_from_first_truth() {
         let (sequence, _, _) = case();
         let scored = Scored::new(&sequence, &Trajectory::silent(11), &record(9, &[], &[]));
         assert_eq!((scored.overlaps.len(), scored.judged.len(), scored.lost), (5, 6, 1.0));

@@ -1,9 +1,9 @@
 //! From passes to the figures of a sequence, and from sequences to those of a tracker.
 
-use crate::metrics::calibration::{Forecast, expected_calibration_error, reliability};
+use crate::metrics::calibration::{ScoreForecast, expected_calibration_error, reliability};
 use crate::metrics::long_term::{
-    Judged, PrecisionRecall, best_f, detection, false_alive, precision_recall, precision_recall_curve, reacquisition,
-    thresholds,
+    PrecisionRecall, ScoredFrame, best_f, detection, false_alive, precision_recall, precision_recall_curve,
+    reacquisition, thresholds,
 };
 use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Fragment, SENSITIVITY, Supervised};
 use crate::metrics::{geometric_mean, mean, median, one_pass};
@@ -23,8 +23,8 @@ pub(crate) struct SequenceOutcome {
     pub score: SequenceScore,
     success: Vec<f64>,
     precision: Vec<f64>,
-    forecasts: Vec<Forecast>,
-    judged: Vec<Judged>,
+    forecasts: Vec<ScoreForecast>,
+    judged: Vec<ScoredFrame>,
     supervised: Vec<Supervised>,
 }
 
@@ -35,7 +35,7 @@ impl SequenceOutcome {
         let over = |figure: &dyn Fn(&Scored) -> f64| mean(&scored.iter().map(figure).collect::<Vec<_>>());
         let curve = |one: fn(&Scored) -> Vec<f64>| average(scored.iter().map(one).collect());
         let updates = pooled_time(passes);
-        let forecasts: Vec<Forecast> = scored.iter().flat_map(|s| s.forecasts.iter().copied()).collect();
+        let forecasts: Vec<ScoreForecast> = scored.iter().flat_map(|s| s.forecasts.iter().copied()).collect();
         let judged = scored.first().map(|s| s.judged.clone()).unwrap_or_default();
         let single_pass = matches!(protocol, Protocol::Ope | Protocol::LongTerm);
         let wants_long_term = single_pass && (protocol == Protocol::LongTerm || sequence.has_absence());
@@ -84,9 +84,9 @@ pub(crate) fn tracker_results(
     let rate = |figure: fn(&SequenceScore) -> Option<f64>| {
         geometric_mean(&all.iter().filter_map(|o| figure(&o.score)).collect::<Vec<_>>())
     };
-    let forecasts: Vec<Forecast> = all.iter().flat_map(|o| o.forecasts.iter().copied()).collect();
+    let forecasts: Vec<ScoreForecast> = all.iter().flat_map(|o| o.forecasts.iter().copied()).collect();
     let calibration = reliability(&forecasts).to_vec();
-    let with_long_term: Vec<&[Judged]> =
+    let with_long_term: Vec<&[ScoredFrame]> =
         all.iter().filter(|o| o.score.long_term.is_some()).map(|o| o.judged.as_slice()).collect();
     let fragments: Vec<Fragment> = all.iter().flat_map(|o| vot::fragments(&o.supervised)).collect();
     let eao = vot::eao_curve(&fragments);
@@ -115,10 +115,10 @@ pub(crate) fn tracker_results(
 
 /// Long-term figures over one or several sequences: precision and recall are averaged over sequences before F is taken
 /// (VOT-LT), absent frames and returns are counted together.
-fn long_term(sequences: &[&[Judged]]) -> LongTermScore {
+fn long_term(sequences: &[&[ScoredFrame]]) -> LongTermScore {
     let points: Vec<PrecisionRecall> = sequences.iter().map(|s| precision_recall(s, |j| j.alive)).collect();
     let point = PrecisionRecall::mean(&points).unwrap_or(PrecisionRecall { precision: 0.0, recall: 0.0 });
-    let together: Vec<Judged> = sequences.concat();
+    let together: Vec<ScoredFrame> = sequences.concat();
     let thresholds = thresholds(&together.iter().map(|j| j.score).collect::<Vec<_>>(), RESOLUTION);
     let curves: Vec<_> = sequences.iter().map(|s| precision_recall_curve(s, &thresholds)).collect();
     let best = best_f(&curves, &thresholds);
@@ -139,7 +139,7 @@ fn long_term(sequences: &[&[Judged]]) -> LongTermScore {
     }
 }
 
-fn detection_score(sequences: &[&[Judged]], overlap: f64) -> DetectionScore {
+fn detection_score(sequences: &[&[ScoredFrame]], overlap: f64) -> DetectionScore {
     let points: Vec<PrecisionRecall> = sequences.iter().map(|s| detection(s, overlap)).collect();
     let point = PrecisionRecall::mean(&points).unwrap_or(PrecisionRecall { precision: 0.0, recall: 0.0 });
     let f = points.iter().map(PrecisionRecall::f).sum::<f64>() / points.len().max(1) as f64;

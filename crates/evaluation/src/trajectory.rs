@@ -42,10 +42,19 @@ impl Trajectory {
 
     /// Says something about frame `index`.
     pub fn set(&mut self, index: usize, output: Output) {
+        self.put(index, Some(output));
+    }
+
+    fn put(&mut self, index: usize, output: Option<Output>) {
         if self.outputs.len() <= index {
             self.outputs.resize(index + 1, None);
         }
-        self.outputs[index] = Some(output);
+        self.outputs[index] = output;
+    }
+
+    /// How many frames it is about.
+    pub(crate) const fn frames(&self) -> usize {
+        self.outputs.len()
     }
 
     /// What was said about frame `index`.
@@ -70,45 +79,80 @@ impl Trajectory {
         text
     }
 
-    /// Reads a file back.
+    /// Reads a file back, or a `trajectory.csv` of one target.
     ///
     /// # Errors
-    /// A file that cannot be read, or a line that is not `frame,x,y,w,h,state,score`, named by its number.
+    /// A file that cannot be read or lacks a column of `frame,x,y,w,h,state,score`, a line that makes no sense, named by its
+    /// number, and a second target.
     pub fn read(path: &Path) -> Result<Self> {
+        Self::read_counted_from(path, 0)
+    }
+
+    /// The same of a sequence that begins with frame `first` of its footage, which a `trajectory.csv` counts from.
+    pub(crate) fn read_counted_from(path: &Path, first: usize) -> Result<Self> {
         let fail = |reason: String| EvaluationError::output(path, reason);
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| fail(e.to_string()))?;
         let headers = reader.headers().map_err(|e| fail(e.to_string()))?;
-        if headers.iter().take(HEADER.len()).ne(HEADER) {
-            return Err(fail(format!("the first line must be {}; delete the file to run again", HEADER.join(","))));
-        }
-        let mut trajectory = Self::default();
+        let columns = Columns::of(headers)
+            .ok_or_else(|| fail(format!("the first line must have the columns {}", HEADER.join(", "))))?;
+        let before = if columns.target.is_some() { first } else { 0 };
+        let (mut trajectory, mut target) = (Self::default(), None);
         for record in reader.records() {
             let record = record.map_err(|e| fail(e.to_string()))?;
             let line = record.position().map_or(0, csv::Position::line);
-            let (frame, output) = parse(&record).map_err(|what| fail(format!("line {line}: {what}")))?;
-            trajectory.set(frame, output);
+            let wrong = |what: String| fail(format!("line {line}: {what}"));
+            let own = columns.target.and_then(|at| record.get(at)).map(str::to_owned);
+            if target.get_or_insert_with(|| own.clone()) != &own {
+                return Err(wrong("a second target begins; a trajectory of one target can be scored".to_owned()));
+            }
+            let (frame, output) = columns.parse(&record).map_err(wrong)?;
+            let frame =
+                frame.checked_sub(before).ok_or_else(|| wrong(format!("frame {frame} is before the sequence")))?;
+            trajectory.put(frame, output);
         }
         Ok(trajectory)
     }
 }
 
-fn parse(record: &csv::StringRecord) -> Result<(usize, Output), String> {
-    let cell = |i: usize| record.get(i).unwrap_or("");
-    let number = |i: usize| {
-        let value = cell(i).parse::<f64>().map_err(|_| format!("{} `{}` is not a number", HEADER[i], cell(i)))?;
-        if value.is_finite() { Ok(value) } else { Err(format!("{} is not finite", HEADER[i])) }
-    };
-    let frame = cell(0).parse::<usize>().ok().filter(|f| *f < MAX_FRAMES);
-    let frame = frame.ok_or_else(|| format!("frame `{}` is not a frame number", cell(0)))?;
-    let state = match cell(5) {
-        "tracking" => TrackState::Tracking,
-        "occluded" => TrackState::Occluded,
-        "lost" => TrackState::Lost,
-        other => return Err(format!("state `{other}` is none of tracking, occluded, lost")),
-    };
-    let bbox = BBox::from_ltwh(number(1)?, number(2)?, number(3)?, number(4)?);
-    Ok((frame, Output { bbox, state, score: number(6)?.clamp(0.0, 1.0) }))
+/// Where the columns stand.
+struct Columns {
+    own: [usize; HEADER.len()],
+    /// Of a `trajectory.csv`.
+    target: Option<usize>,
+}
+
+impl Columns {
+    fn of(headers: &csv::StringRecord) -> Option<Self> {
+        let at = |name: &str| headers.iter().position(|h| h == name);
+        let mut own = [0; HEADER.len()];
+        for (place, name) in own.iter_mut().zip(HEADER) {
+            *place = at(name)?;
+        }
+        Some(Self { own, target: at("target") })
+    }
+
+    /// What a line says; nothing where it has a frame and no box.
+    fn parse(&self, record: &csv::StringRecord) -> Result<(usize, Option<Output>), String> {
+        let cell = |i: usize| record.get(self.own[i]).unwrap_or("");
+        let number = |i: usize| {
+            let value = cell(i).parse::<f64>().map_err(|_| format!("{} `{}` is not a number", HEADER[i], cell(i)))?;
+            if value.is_finite() { Ok(value) } else { Err(format!("{} is not finite", HEADER[i])) }
+        };
+        let frame = cell(0).parse::<usize>().ok().filter(|f| *f < MAX_FRAMES);
+        let frame = frame.ok_or_else(|| format!("frame `{}` is not a frame number", cell(0)))?;
+        if self.target.is_some() && (1..5).all(|i| cell(i).is_empty()) {
+            return Ok((frame, None));
+        }
+        let state = match cell(5) {
+            "tracking" => TrackState::Tracking,
+            "occluded" => TrackState::Occluded,
+            "lost" => TrackState::Lost,
+            other => return Err(format!("state `{other}` is none of tracking, occluded, lost")),
+        };
+        let bbox = BBox::from_ltwh(number(1)?, number(2)?, number(3)?, number(4)?);
+        Ok((frame, Some(Output { bbox, state, score: number(6)?.clamp(0.0, 1.0) })))
+    }
 }
 
 #[cfg(test)]
@@ -130,6 +174,20 @@ mod tests {
         let back = Trajectory::read(file.path()).unwrap();
         assert_eq!((back.get(1), back.get(2)), (some().get(1), some().get(2)));
         assert_eq!((back.end(), back.get(0)), (3, None));
+    }
+
+    #[test]
+    fn trajectories_of_track_are_read_by_column() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let header = "frame,time_s,target,state,x,y,w,h,score,pred_x\n";
+        std::fs::write(file.path(), format!("{header}5,0.2,1,tracking,1,2,3,4,0.5,\n6,0.24,1,lost,,,,,,\n")).unwrap();
+        let read = Trajectory::read_counted_from(file.path(), 5).unwrap();
+        let bbox = BBox::from_ltwh(1.0, 2.0, 3.0, 4.0);
+        assert_eq!(read.get(0), Some(&Output { bbox, state: TrackState::Tracking, score: 0.5 }));
+        assert_eq!((read.end(), read.frames()), (1, 2), "a line without a box says nothing of its frame");
+        assert!(Trajectory::read_counted_from(file.path(), 6).unwrap_err().to_string().contains("before the sequence"));
+        std::fs::write(file.path(), format!("{header}5,0.2,1,lost,1,2,3,4,0.5,\n5,0.2,2,lost,1,2,3,4,0.5,\n")).unwrap();
+        assert!(Trajectory::read(file.path()).unwrap_err().to_string().contains("line 3: a second target"));
     }
 
     #[test]

@@ -60,7 +60,7 @@ fn frames_csv_is_taken_as_it_is() {
 }
 
 #[test]
-fn otb_counts_from_one_with_any_separator_and_several_targets() {
+fn otb_files_are_read_in_all_spellings() {
     let root = tempfile::tempdir().unwrap();
     write_images(&root.path().join("Jogging/img"), 3, 1, 4);
     write(&root.path().join("Jogging/groundtruth_rect.1.txt"), "2,3,4,5\n3,3,4,5\n4,3,4,5\n");
@@ -192,7 +192,7 @@ fn princeton_sequences_have_colour_truth_and_hidden_frames() {
     plays(root.path());
     // The folder brings its depth along.
     let mut source = pursuit_media::open(folder.to_str().unwrap(), &pursuit_media::OpenOptions::default()).unwrap();
-    let facts = source.depth_facts().unwrap();
+    let facts = source.info().depth.as_ref().unwrap();
     assert_eq!((facts.coding.name(), facts.pairing.paired, facts.pairing.unpaired), ("princeton", 2, 1));
     let depths: Vec<_> = std::iter::from_fn(|| source.next_frame().unwrap())
         .map(|frame| frame.depth_mm().map(|depth| depth.row(1)[2]))
@@ -251,7 +251,7 @@ fn names_that_meet_are_told_apart() {
 }
 
 #[test]
-fn damaged_truth_is_named_with_file_and_line_and_spoils_nothing_else() {
+fn damaged_truth_is_named_by_line() {
     let root = tempfile::tempdir().unwrap();
     let folder = |name: &str| root.path().join(name);
     for name in ["binary", "few", "infinite", "long", "mask", "negative", "sound", "gap"] {
@@ -290,7 +290,7 @@ fn damaged_truth_is_named_with_file_and_line_and_spoils_nothing_else() {
 }
 
 #[test]
-fn a_place_without_sequences_says_what_one_looks_like() {
+fn empty_folders_explain_the_layouts() {
     let root = tempfile::tempdir().unwrap();
     let run = |path: &Path| {
         let options = EvalOptions::new(vec![path.to_owned()], vec![Scripted::still().entry()], root.path().join("out"));

@@ -3,7 +3,7 @@
 
 mod common;
 use common::{Scripted, write, write_images};
-use pursuit_evaluation::{EvalOptions, Progress, Protocol, Results, evaluate, text_table};
+use pursuit_evaluation::{EvalOptions, EvaluationError, Given, Progress, Protocol, Results, evaluate, text_table};
 use pursuit_tracking::TrackState::{Lost, Occluded, Tracking};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -63,7 +63,7 @@ fn a_perfect_tracker_scores_as_the_contract_says() {
 }
 
 #[test]
-fn trackers_are_compared_with_each_other_and_with_stored_results() {
+fn trackers_are_compared_with_stored_results() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();
     let off = Scripted::new("off", |_, first| Some((first.translated(2.0, 0.0), Tracking, 0.8)));
@@ -88,7 +88,7 @@ fn trackers_are_compared_with_each_other_and_with_stored_results() {
 }
 
 #[test]
-fn a_second_call_runs_only_what_is_missing_and_says_the_same() {
+fn second_calls_run_only_missing_passes() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();
     let options = options(root.path(), &[&still]);
@@ -123,7 +123,7 @@ fn super_options(options: &EvalOptions, tracker: &Scripted) -> EvalOptions {
 }
 
 #[test]
-fn stopping_keeps_what_is_complete_and_the_next_call_goes_on() {
+fn stopped_evaluations_resume_where_they_ended() {
     let root = tempfile::tempdir().unwrap();
     let stop = std::sync::Arc::new(AtomicBool::new(false));
     let seen = stop.clone();
@@ -183,7 +183,7 @@ fn jobs_and_memory_change_nothing_but_time() {
 }
 
 #[test]
-fn an_error_or_a_panic_costs_the_rest_of_the_sequence_only() {
+fn tracker_failures_cost_one_sequence_only() {
     let root = tempfile::tempdir().unwrap();
     let failing = Scripted::new("failing", |frame, first| (frame < 5).then_some((first, Tracking, 1.0)));
     let panicking = Scripted::new("panicking", |frame, first| {
@@ -203,7 +203,7 @@ fn an_error_or_a_panic_costs_the_rest_of_the_sequence_only() {
 }
 
 #[test]
-fn a_sequence_that_cannot_be_opened_is_left_out_and_said() {
+fn unopenable_sequences_are_left_out_and_named() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();
     let options = options(root.path(), &[&still]);
@@ -224,7 +224,7 @@ fn a_sequence_that_cannot_be_opened_is_left_out_and_said() {
 }
 
 #[test]
-fn lost_frames_have_no_box_and_coasted_ones_have() {
+fn only_lost_frames_have_no_box() {
     let root = tempfile::tempdir().unwrap();
     let honest = Scripted::new("honest", |frame, first| match frame {
         4 | 5 => Some((first, Lost, 0.0)),
@@ -242,7 +242,7 @@ fn lost_frames_have_no_box_and_coasted_ones_have() {
 }
 
 #[test]
-fn the_reset_protocol_starts_again_five_frames_after_a_failure() {
+fn reset_protocol_restarts_five_frames_later() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("data/drift");
     let images = write_images(&folder, 40, 1, 4);
@@ -264,7 +264,7 @@ fn the_reset_protocol_starts_again_five_frames_after_a_failure() {
 }
 
 #[test]
-fn protocols_that_share_a_folder_leave_each_others_results_alone() {
+fn protocols_share_a_folder_without_conflict() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();
     let all = [Protocol::Ope, Protocol::LongTerm, Protocol::Reset, Protocol::Sre, Protocol::Tre];
@@ -304,4 +304,42 @@ fn progress_counts_every_run() {
     let news = news.into_inner().unwrap();
     assert_eq!(news[0], Progress::Found { sequences: 3, runs: 3, problems: Vec::new() });
     assert!(matches!(&news[3], Progress::Finished { done: 3, runs: 3, reused: false, .. }), "{news:?}");
+}
+
+#[test]
+fn results_of_before_score_alike() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let first = run(&options(root.path(), &[&still]));
+    let mut again = options(root.path(), &[]);
+    again.given = vec![Given { name: "before".to_owned(), path: root.path().join("out/boxes/still") }];
+    let second = run(&again);
+    for (name, score) in &first.trackers["still"].sequences {
+        let scored = &second.trackers["before"].sequences[name];
+        assert_eq!((scored.auc, scored.average_overlap), (score.auc, score.average_overlap), "{name}");
+    }
+    assert_eq!(still.updates(), 3 * 9, "nothing was run again");
+}
+
+#[test]
+fn unusable_results_are_named() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let fails = |given: &[(&str, &Path)], protocol: Protocol| {
+        let mut options = options(root.path(), &[&still]);
+        options.given =
+            given.iter().map(|(name, path)| Given { name: (*name).to_owned(), path: path.to_path_buf() }).collect();
+        options.protocol = protocol;
+        evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap_err()
+    };
+    let (empty, file) = (root.path().join("empty"), root.path().join("one.csv"));
+    write(&file, "frame,x,y,w,h,state,score\n0,2,3,4,5,tracking,1\n");
+    let error = fails(&[("mine", &empty)], Protocol::Ope);
+    assert!(
+        matches!(&error, EvaluationError::Dataset { .. }) && error.to_string().contains("no trajectory of"),
+        "{error}"
+    );
+    assert!(fails(&[("mine", &file)], Protocol::Ope).to_string().contains("several sequences"));
+    assert!(fails(&[("still", &file)], Protocol::Ope).to_string().contains("two results"));
+    assert!(fails(&[("mine", &file)], Protocol::Sre).to_string().contains("one pass"));
 }

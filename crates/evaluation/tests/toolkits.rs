@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 #![allow(clippy::disallowed_methods, reason = "a variable names fresh cases")]
 
-use pursuit_evaluation::metrics::long_term::{Judged, best_f, precision_recall_curve, thresholds};
+use pursuit_evaluation::metrics::long_term::{ScoredFrame, best_f, precision_recall_curve, thresholds};
 use pursuit_evaluation::metrics::one_pass::{self, precision_curve, success_curve};
 use pursuit_evaluation::metrics::supervised::{self, BURN_IN, EAO_SPAN, SENSITIVITY, Supervised};
 use pursuit_geometry::BBox;
@@ -39,7 +39,7 @@ fn all_close(name: &str, ours: &[f64], theirs: &Value) {
 }
 
 #[test]
-fn one_pass_metrics_equal_those_of_got10k_and_otb() {
+fn one_pass_metrics_equal_got10k_and_otb() {
     for case in cases("one_pass") {
         let boxes = |key: &str| -> Vec<BBox> {
             let one = |v: &Value| {
@@ -97,9 +97,9 @@ fn long_term_metrics_equal_those_of_vot() {
     for case in cases("long_term") {
         let (score, overlap) = (numbers(&case["score"]), numbers(&case["overlap"]));
         let visible = case["visible"].as_array().unwrap().iter().map(|v| v.as_bool().unwrap());
-        let judged: Vec<Judged> = visible
+        let judged: Vec<ScoredFrame> = visible
             .zip(score.iter().zip(&overlap))
-            .map(|(visible, (score, overlap))| Judged { visible, alive: true, overlap: *overlap, score: *score })
+            .map(|(visible, (score, overlap))| ScoredFrame { visible, alive: true, overlap: *overlap, score: *score })
             .collect();
         let thresholds = thresholds(&score, 100);
         let finite: Vec<f64> = thresholds.iter().map(|t| t.clamp(-1e300, 1e300)).collect();

@@ -54,7 +54,7 @@ impl Motion {
     pub const fn sigma_px(self) -> f64 {
         match self {
             Self::NoisyCircle => 4.0,
-            _ => 1.0,
+            Self::Straight | Self::Turn | Self::Circle | Self::Bounce | Self::StopAndGo => 1.0,
         }
     }
 

@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_back_and_others_are_told_what_there_is() {
+    fn unknown_names_are_refused_with_a_list() {
         for paper in Paper::ALL {
             assert_eq!(paper.to_string().parse::<Paper>().unwrap(), paper);
             assert_eq!(serde_json::to_value(paper).unwrap(), paper.name());

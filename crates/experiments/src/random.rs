@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normal_numbers_have_the_moments_of_a_normal_law() {
+    fn normal_numbers_have_normal_moments() {
         let mut random = Random::new(1, 2);
         let values: Vec<f64> = (0..40_000).map(|_| random.normal()).collect();
         let moment = |p: i32| values.iter().map(|v| v.powi(p)).sum::<f64>() / values.len() as f64;

@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_paths_keep_their_speed_and_turn_when_they_say() {
+    fn turning_paths_keep_speed_and_schedule() {
         let turns = Turns { frames: 60, speed: 10.0, count: 3, degrees: 90.0, margin: 5.0, apart: 7.0 };
         for seed in 0..20 {
             let path = TurningPath::new(&turns, &mut Random::new(0, seed));

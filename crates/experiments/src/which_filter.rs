@@ -264,7 +264,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quiet_filter_suits_a_straight_line_and_an_agile_one_a_turn() {
+    fn quiet_filters_suit_lines_and_agile_turns() {
         let quiet = |motion| errors(motion, Filter::Velocity { density: 1e-4 }, 5, STREAM).unwrap()[1];
         let agile = |motion| errors(motion, Filter::Velocity { density: 1.0 }, 5, STREAM).unwrap()[1];
         assert!(quiet(Motion::Straight) < agile(Motion::Straight));
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     #[ignore = "release: 50 filters on 240 paths each"]
-    fn the_densities_of_the_interacting_models_are_near_the_best_of_a_grid() {
+    fn interacting_models_densities_are_near_grid_best() {
         let velocity = |quiet, agile| Filter::ImmVelocity { quiet, agile };
         let acceleration = |quiet, agile| Filter::ImmAcceleration { quiet, agile };
         let best = best_of_grid("CV + CV", [0.25, 1.0, 4.0, 16.0, 64.0], velocity);

@@ -28,14 +28,15 @@ impl Velocity {
     }
 }
 
-/// Where a head stands.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Position {
-    /// The direction of the optical axis.
-    pub direction: Direction,
-    /// Zoom position in `[0, 1]`.
-    pub zoom: f64,
+pursuit_parameters::parameters! {
+    /// Where a head stands.
+    #[derive(Copy)]
+    pub struct Position {
+        /// The direction of the optical axis.
+        pub direction: Direction = Direction::AHEAD;
+        /// Zoom position, 0 the widest.
+        pub zoom: f64 = 0.0, in 0.0..=1.0;
+    }
 }
 
 /// What a head is told to do.

@@ -4,10 +4,13 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PtzError {
-    /// A parameter is out of its range.
+    /// Parameters cannot be used.
+    #[error(transparent)]
+    Parameters(#[from] pursuit_parameters::ParameterError),
+    /// A number is out of its range.
     #[error("`{name}` is {value}; it must be {wanted}")]
     Parameter {
-        /// The parameter.
+        /// What it is.
         name: &'static str,
         /// What was given.
         value: f64,
@@ -90,6 +93,12 @@ pub enum PtzError {
     /// A picture cannot be used.
     #[error(transparent)]
     Imaging(#[from] pursuit_imaging::ImagingError),
+    /// A picture for a simulated camera cannot be had.
+    #[error("a simulated camera has no picture: {reason}")]
+    Picture {
+        /// Why.
+        reason: String,
+    },
     /// A tracker cannot look at what a simulated camera sees.
     #[error(transparent)]
     Tracking(#[from] pursuit_tracking::TrackingError),
@@ -101,7 +110,7 @@ pub enum PtzError {
     },
 }
 
-/// Refuses a parameter that is out of its range.
+/// Refuses a number that is out of its range.
 pub(crate) const fn require(name: &'static str, value: f64, holds: bool, wanted: &'static str) -> crate::Result<()> {
     if holds && value.is_finite() { Ok(()) } else { Err(PtzError::Parameter { name, value, wanted }) }
 }

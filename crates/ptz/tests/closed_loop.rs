@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use pursuit_ptz::control::{
-    Controller, Follower, FollowerParams, LostPolicy, PredictBy, Proportional, StopAndGo, ZoomParams,
+    Controller, Follower, FollowerParams, LostParams, LostPolicy, PredictBy, Proportional, StopAndGo, ZoomParams,
 };
 use pursuit_ptz::simulation::{
-    CameraParams, Figures, HeadParams, NoisyEye, Sample, Simulation, StatusHonesty, Walk, Walker, overshoot, run,
-    wandering_deg,
+    CameraParams, Figures, HeadParams, NoisyEye, Sample, Simulation, StatusHonesty, StatusParams, Walk, Walker,
+    overshoot, run, wandering_deg,
 };
 use pursuit_ptz::{Command, Still, Velocity};
 
@@ -18,8 +18,12 @@ fn plain() -> Simulation {
 
 /// The same with 5 % of the commands lost, up to 100 ms of jitter, and a status that lies.
 fn rough() -> Simulation {
-    let head =
-        HeadParams { dropped: 0.05, jitter_s: 0.1, status: StatusHonesty::AlwaysMoving, ..HeadParams::default() };
+    let head = HeadParams {
+        dropped: 0.05,
+        jitter_s: 0.1,
+        status: StatusParams { says: StatusHonesty::AlwaysMoving, ..StatusParams::default() },
+        ..HeadParams::default()
+    };
     Simulation { head, ..plain() }
 }
 
@@ -112,7 +116,8 @@ fn delays_that_are_taken_for_shorter_than_they_are_are_corrected_while_following
 
 #[test]
 fn a_runner_who_turns_abruptly_is_found_again() {
-    let searching = FollowerParams { when_lost: LostPolicy::SEARCH, ..params() };
+    let searching =
+        FollowerParams { when_lost: LostParams { policy: LostPolicy::Search, ..LostParams::default() }, ..params() };
     for seed in 0..24 {
         let figures = Figures::of(&walk(&plain(), Walk::DogLeg, seed, &follower(searching.clone())), 3.0);
         assert!(figures.shown >= 0.75 && figures.longest_absence_s <= 5.0, "{seed}: {figures:?}");

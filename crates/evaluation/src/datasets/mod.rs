@@ -40,7 +40,7 @@ impl Dataset {
         let mut found = Vec::new();
         if root.is_dir() {
             let own_name = root.canonicalize().ok().and_then(|p| p.file_name().map(lossy)).unwrap_or_default();
-            let place = Place { path: root.to_owned(), prefix: String::new(), own_name };
+            let place = Folder { path: root.to_owned(), prefix: String::new(), own_name };
             search(&place, 0, open, &mut found);
         } else if root.is_file() && root.file_name().is_some_and(|n| n == "frames.csv") {
             let folder = root.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -119,7 +119,7 @@ impl Dataset {
 }
 
 /// A folder on the way down.
-struct Place {
+struct Folder {
     path: PathBuf,
     /// Names of the folders between the root and this one, each with a `/` after it; empty at the root.
     prefix: String,
@@ -127,7 +127,7 @@ struct Place {
     own_name: String,
 }
 
-impl Place {
+impl Folder {
     /// The name of the sequence that this folder is: the path below the root, the folder's own name at the root.
     fn name(&self) -> String {
         format!("{}{}", self.prefix, self.own_name)
@@ -145,9 +145,9 @@ impl Place {
     }
 }
 
-type Found = Vec<Result<Sequence>>;
+type Sequences = Vec<Result<Sequence>>;
 
-fn search(place: &Place, depth: usize, open: &OpenOptions, found: &mut Found) {
+fn search(place: &Folder, depth: usize, open: &OpenOptions, found: &mut Sequences) {
     let inside = listing(&place.path);
     if is_sequence(place, depth, &inside, open, found) || depth >= MAX_DEPTH {
         return;
@@ -165,7 +165,7 @@ fn search(place: &Place, depth: usize, open: &OpenOptions, found: &mut Found) {
 }
 
 /// Adds what the folder itself is, if it is a sequence (or a data set with its own idea of folders).
-fn is_sequence(place: &Place, depth: usize, inside: &Listing, open: &OpenOptions, found: &mut Found) -> bool {
+fn is_sequence(place: &Folder, depth: usize, inside: &Listing, open: &OpenOptions, found: &mut Sequences) -> bool {
     let path = &place.path;
     let has = |name: &str| path.join(name).is_file();
     if has("frames.csv") {

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_without_a_frame_of_known_truth() {
+    fn unknown_truth_gives_no_figures() {
         assert_eq!(after(&[]), None);
         assert_eq!(after(&[(Truth::Unknown, Some(estimate(TrackState::Tracking, 0.0)))]), None);
         let absent = after(&[(Truth::Absent, None)]).unwrap();
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn half_an_overlap_is_a_hit_whatever_the_state() {
+    fn half_an_overlap_is_a_hit() {
         let output = |height, state| Output { bbox: BBox::from_ltwh(0.0, 0.0, 10.0, height), state, score: 0.5 };
         assert!(is_hit(&truth(), &output(5.0, TrackState::Lost)), "exactly one half");
         assert!(!is_hit(&truth(), &output(4.9, TrackState::Tracking)));

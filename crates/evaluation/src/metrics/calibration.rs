@@ -9,7 +9,7 @@ pub const BINS: usize = 10;
 
 /// A score that was given, and whether it came true.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Forecast {
+pub struct ScoreForecast {
     /// The probability given, in `[0, 1]`.
     pub score: f64,
     /// Whether the box overlapped the target by at least one half.
@@ -28,7 +28,7 @@ pub struct Bin {
 }
 
 /// The reliability diagram: equal-width bins over `[0, 1]`, the last one closed.
-pub fn reliability(forecasts: &[Forecast]) -> [Bin; BINS] {
+pub fn reliability(forecasts: &[ScoreForecast]) -> [Bin; BINS] {
     let mut sums = [(0usize, 0.0, 0usize); BINS];
     for f in forecasts {
         let score = if f.score.is_finite() { f.score.clamp(0.0, 1.0) } else { 0.0 };
@@ -55,8 +55,8 @@ pub fn expected_calibration_error(bins: &[Bin]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn forecasts(of: &[(f64, bool)]) -> Vec<Forecast> {
-        of.iter().map(|&(score, hit)| Forecast { score, hit }).collect()
+    fn forecasts(of: &[(f64, bool)]) -> Vec<ScoreForecast> {
+        of.iter().map(|&(score, hit)| ScoreForecast { score, hit }).collect()
     }
 
     #[test]
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_scores_are_taken_for_the_nearest_possible_one() {
+    fn impossible_scores_are_clamped() {
         let bins = reliability(&forecasts(&[(-0.5, false), (7.0, true), (f64::NAN, true), (f64::INFINITY, true)]));
         assert_eq!((bins[0].frames, bins[9].frames), (3, 1), "what is not finite is no claim");
         assert_eq!((bins[0].mean_score, bins[9].mean_score), (0.0, 1.0));
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_is_the_mean_gap_weighted_by_frames() {
+    fn calibration_error_weights_gaps_by_frames() {
         // Guo 2017, eq. 3: 1/4 · |0.25 - 0| + 3/4 · |0.75 - 2/3|, by hand.
         let bins = reliability(&forecasts(&[(0.25, false), (0.75, true), (0.75, true), (0.75, false)]));
         let error = expected_calibration_error(&bins).unwrap();
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn honest_scores_have_no_error_and_nothing_has_none() {
+    fn honest_scores_have_no_calibration_error() {
         let honest: Vec<(f64, bool)> = (0..8).map(|i| (0.75, i < 6)).chain((0..4).map(|i| (0.5, i < 2))).collect();
         assert_eq!(expected_calibration_error(&reliability(&forecasts(&honest))), Some(0.0));
         assert_eq!(expected_calibration_error(&reliability(&[])), None);

@@ -5,7 +5,7 @@ use super::mean;
 
 /// One frame, judged. Frames of unknown truth are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
+pub struct ScoredFrame {
     /// Whether the target is visible.
     pub visible: bool,
     /// Whether the tracker says that it sees the target.
@@ -40,7 +40,7 @@ impl PrecisionRecall {
 }
 
 /// Precision and recall of the frames that `claims` picks.
-pub fn precision_recall(frames: &[Judged], claims: impl Fn(&Judged) -> bool) -> PrecisionRecall {
+pub fn precision_recall(frames: &[ScoredFrame], claims: impl Fn(&ScoredFrame) -> bool) -> PrecisionRecall {
     let visible = frames.iter().filter(|j| j.visible).count();
     let (mut claimed, mut overlap) = (0usize, 0.0);
     for j in frames.iter().filter(|j| claims(j)) {
@@ -58,7 +58,7 @@ pub fn precision_recall(frames: &[Judged], claims: impl Fn(&Judged) -> bool) -> 
 
 /// Precision and recall of the TLD evaluation (Kalal, Mikolajczyk and Matas 2012, section 6): the box of a frame in which
 /// the target is claimed to be seen is right if it overlaps by more than `overlap`, and wrong otherwise.
-pub fn detection(frames: &[Judged], overlap: f64) -> PrecisionRecall {
+pub fn detection(frames: &[ScoredFrame], overlap: f64) -> PrecisionRecall {
     let visible = frames.iter().filter(|j| j.visible).count();
     let claimed = frames.iter().filter(|j| j.alive).count();
     let right = frames.iter().filter(|j| j.alive && j.visible && j.overlap > overlap).count() as f64;
@@ -69,7 +69,7 @@ pub fn detection(frames: &[Judged], overlap: f64) -> PrecisionRecall {
 }
 
 /// Precision and recall at every threshold given: a box is claimed where `score ≥ threshold`.
-pub fn precision_recall_curve(frames: &[Judged], thresholds: &[f64]) -> Vec<PrecisionRecall> {
+pub fn precision_recall_curve(frames: &[ScoredFrame], thresholds: &[f64]) -> Vec<PrecisionRecall> {
     thresholds.iter().map(|t| precision_recall(frames, |j| j.score >= *t)).collect()
 }
 
@@ -101,7 +101,7 @@ pub fn best_f(curves: &[Vec<PrecisionRecall>], thresholds: &[f64]) -> Option<(f6
 }
 
 /// Fraction of the frames without the target in which the tracker says that it sees it; `None` without such frames.
-pub fn false_alive(frames: &[Judged]) -> Option<f64> {
+pub fn false_alive(frames: &[ScoredFrame]) -> Option<f64> {
     let absent = frames.iter().filter(|j| !j.visible).count();
     let false_ones = frames.iter().filter(|j| !j.visible && j.alive).count();
     (absent > 0).then(|| false_ones as f64 / absent as f64)
@@ -109,7 +109,7 @@ pub fn false_alive(frames: &[Judged]) -> Option<f64> {
 
 /// For every return of the target after an absence, how many frames pass from the first visible one until the overlap
 /// exceeds one half (0: at once), or `None` if that does not happen before it leaves again.
-pub fn reacquisition(frames: &[Judged]) -> Vec<Option<usize>> {
+pub fn reacquisition(frames: &[ScoredFrame]) -> Vec<Option<usize>> {
     let mut returns = Vec::new();
     let mut seen_before = false;
     let mut since_return: Option<usize> = None;
@@ -145,13 +145,13 @@ pub fn reacquisition(frames: &[Judged]) -> Vec<Option<usize>> {
 mod tests {
     use super::*;
 
-    fn frames(spec: &str) -> Vec<Judged> {
+    fn frames(spec: &str) -> Vec<ScoredFrame> {
         // v: visible and hit, m: visible and missed, a: absent and said so, A: absent, yet "alive".
         let judged = |c| match c {
-            'v' => Judged { visible: true, alive: true, overlap: 0.8, score: 0.9 },
-            'm' => Judged { visible: true, alive: true, overlap: 0.2, score: 0.3 },
-            'a' => Judged { visible: false, alive: false, overlap: 0.0, score: 0.1 },
-            _ => Judged { visible: false, alive: true, overlap: 0.0, score: 0.6 },
+            'v' => ScoredFrame { visible: true, alive: true, overlap: 0.8, score: 0.9 },
+            'm' => ScoredFrame { visible: true, alive: true, overlap: 0.2, score: 0.3 },
+            'a' => ScoredFrame { visible: false, alive: false, overlap: 0.0, score: 0.1 },
+            _ => ScoredFrame { visible: false, alive: true, overlap: 0.0, score: 0.6 },
         };
         spec.chars().map(judged).collect()
     }
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!((exact.precision, exact.recall, exact.f()), (0.0, 0.0, 0.0), "above, not at");
         let silent = detection(&frames("aa"), 0.5);
         assert_eq!((silent.precision, silent.recall), (1.0, 0.0));
-        let unclaimed = Judged { visible: true, alive: false, overlap: 0.9, score: 0.2 };
+        let unclaimed = ScoredFrame { visible: true, alive: false, overlap: 0.9, score: 0.2 };
         assert_eq!(detection(&[unclaimed], 0.5).recall, 0.0, "a box that is not claimed is no answer");
     }
 
@@ -206,8 +206,8 @@ mod tests {
     }
 
     #[test]
-    fn only_visible_overlaps_count_and_nothing_visible_has_no_recall() {
-        let odd = Judged { visible: false, alive: true, overlap: 0.7, score: 0.5 };
+    fn recall_counts_visible_frames_only() {
+        let odd = ScoredFrame { visible: false, alive: true, overlap: 0.7, score: 0.5 };
         let pr = precision_recall(&[odd], |_| true);
         assert_eq!((pr.precision, pr.recall, pr.f()), (0.0, 0.0, 0.0), "a box where nothing is is worth nothing");
         let all = precision_recall(&frames("vaA"), |_| true);
@@ -254,15 +254,15 @@ mod tests {
     }
 
     #[test]
-    fn being_alive_is_false_only_where_the_target_is_away() {
+    fn only_absent_targets_make_tracking_false() {
         assert_eq!(false_alive(&frames("vvvA")), Some(1.0));
         assert_eq!(false_alive(&frames("vvaaaA")), Some(0.25));
         assert_eq!(false_alive(&frames("vma")), Some(0.0));
     }
 
     #[test]
-    fn an_overlap_of_exactly_one_half_has_not_reacquired() {
-        let half = Judged { visible: true, alive: true, overlap: 0.5, score: 0.5 };
+    fn exactly_half_overlap_has_not_reacquired() {
+        let half = ScoredFrame { visible: true, alive: true, overlap: 0.5, score: 0.5 };
         let mut judged = frames("va");
         judged.extend([half, half]);
         assert_eq!(reacquisition(&judged), [None]);

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn success_counts_what_is_strictly_above_and_precision_what_is_at_most() {
+    fn success_is_strict_and_precision_is_not() {
         let overlaps = [0.0, 0.5, 0.55, 1.0];
         assert_eq!([0.0, 0.5, 0.6, 1.0].map(|t| success_rate(&overlaps, t)), [0.75, 0.5, 0.25, 0.0]);
         let errors = [0.0, 20.0, 20.5, f64::INFINITY];
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_normalised_centres_are_in_sizes_of_the_target() {
+    fn normalised_centre_errors_are_in_target_sizes() {
         let truth = BBox::from_ltwh(10.0, 20.0, 30.0, 50.0);
         let estimate = truth.translated(9.0, -20.0);
         assert!((normalized_center_error(&truth, &estimate) - 0.5).abs() < 1e-12, "hypot(.3, .4)");

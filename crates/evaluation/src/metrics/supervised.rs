@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn the_curve_pads_failed_runs_with_zeros_and_leaves_finished_ones_out() {
+    fn overlap_curve_pads_only_failed_runs() {
         let frames = [Init, Overlap(0.6), Failure, Skipped, Init, Overlap(1.0), Overlap(0.5), Overlap(0.9)];
         let fragments = fragments(&frames);
         assert_eq!(fragments.iter().map(|r| (r.overlaps.len(), r.failed)).collect::<Vec<_>>(), [(2, true), (4, false)]);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn without_burn_in_a_start_counts_as_no_overlap() {
+    fn starts_without_burn_in_count_as_zero() {
         let (mean, count) = accuracy(&[Init, Overlap(0.6), Failure, Skipped, Init, Overlap(0.9)], 0);
         assert!((mean - 1.5 / 4.0).abs() < 1e-12);
         assert_eq!(count, 4);

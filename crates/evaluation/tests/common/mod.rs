@@ -4,8 +4,10 @@
 use pursuit_evaluation::Entry;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_tracking::parameters::Parameter;
-use pursuit_tracking::{Estimate, Forecast, Measurement, Needs, Recipe, Result, TrackState, Tracker, TrackingError};
+use pursuit_parameters::Parameter;
+use pursuit_tracking::{
+    Appearance, Estimate, Forecast, Measurement, Needs, Recipe, Result, TrackState, Tracker, TrackingError,
+};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -81,6 +83,14 @@ impl Recipe for Scripted {
     }
 
     fn restore(&self, _: &[u8]) -> Result<Box<dyn Tracker>> {
+        unimplemented!("not needed here")
+    }
+
+    fn appearance(&self, _: &Frame, _: BBox) -> Result<Box<dyn Appearance>> {
+        unimplemented!("not needed here")
+    }
+
+    fn restore_appearance(&self, _: &[u8]) -> Result<Box<dyn Appearance>> {
         unimplemented!("not needed here")
     }
 }

@@ -17,7 +17,7 @@ use pursuit_estimation::motion::StepBox;
 use pursuit_geometry::BBox;
 use pursuit_scenes::ball::{BallMotion, BallParams, BallTrack, ball_track};
 use pursuit_tracking::motion::{
-    BoxFilter, BoxNoise, ManoeuvreNoise, ManoeuvringBox, MeasurementNoise, MotionFilter, RelativeNoise, Sight,
+    BoxFilter, BoxNoise, ManoeuvringBox, MeasurementNoise, MotionFilter, MotionParams, RelativeNoise, Sight,
 };
 use rayon::prelude::*;
 
@@ -43,7 +43,7 @@ impl Filter {
                     RelativeNoise { acceleration, size_change: SIZE_CHANGE, start_speed: START_SPEED, measurement };
                 Box::new(BoxFilter::new(BoxNoise::Relative(noise), bbox)?)
             }
-            Self::Own => Box::new(ManoeuvringBox::new(ManoeuvreNoise::ball(), bbox)?),
+            Self::Own => Box::new(ManoeuvringBox::new(&MotionParams::ball(), bbox)?),
         })
     }
 }
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_seeds_show_what_bounces_do_to_the_printed_filter() {
+    fn bounces_spoil_the_printed_filter() {
         let iou = |filter| figures(&errors(BallMotion::Bouncing, filter, READINGS[0].1, 0..5).unwrap())[2].value;
         assert!(iou(Filter::Printed) < 0.45);
         assert!(iou(Filter::Own) > 0.65);

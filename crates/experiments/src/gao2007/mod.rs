@@ -277,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_few_seeds_of_experiment_1_are_like_the_papers() {
+    fn experiment_1_agrees_with_the_paper() {
         let bench = Bench::experiment_1();
         let gated = AxisFilter::Gated { q: Q_OVER_R_1 * bench.variance };
         let outcome = Outcome {

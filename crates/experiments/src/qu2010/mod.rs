@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn prediction_is_worse_and_the_estimate_better_than_the_measurement_on_a_few_seeds() {
+    fn estimate_beats_measurement_and_prediction_does_not() {
         for truth in Truth::ALL {
             let all = printed(20, truth, 0.3, 50).unwrap();
             assert!(ratio(&all, |e| e.predicted).value > 1.3);

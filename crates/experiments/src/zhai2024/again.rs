@@ -8,7 +8,7 @@ use crate::ExperimentError;
 use crate::random::Random;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Frame;
-use pursuit_trackers::depth_occlusion::{DepthLocalizer, DepthOcclusionParams};
+use pursuit_trackers::depth_occlusion::{DepthFinding, DepthLocalizer, DepthOcclusionParams};
 use pursuit_tracking::{Localizer, LocalizerRecipe, Look, Outcome, Search, TrackState};
 
 /// How many windows were looked at, and in how many of them the target was said to be.
@@ -108,15 +108,15 @@ fn elsewhere(frame: &Frame, target: &BBox, random: &mut Random) -> Option<BBox> 
 }
 
 fn search(expected: BBox) -> Search {
-    Search { expected, region: expected.scaled(2.5), gate: None, look: Look::Near }
+    Search { expected, region: expected.scaled(2.5), gate: None, look: Look::Near, keep_inside: false }
 }
 
 fn learn(localizer: &mut DepthLocalizer, frame: &Frame, there: BBox) -> Result<(), ExperimentError> {
     let found = localizer.locate(frame, &search(there))?;
-    if let Some(found) = &found {
-        localizer.adapt(frame, there, found)?;
+    if let Some((_, finding)) = &found {
+        localizer.adapt(frame, there, finding)?;
     }
-    tell(localizer, frame, there, TrackState::Tracking, found.as_ref())
+    tell(localizer, frame, there, TrackState::Tracking, found.as_ref().map(|(m, finding)| (m.bbox, finding)))
 }
 
 fn lose(localizer: &mut DepthLocalizer, frame: &Frame, there: BBox) -> Result<(), ExperimentError> {
@@ -128,7 +128,7 @@ fn tell(
     frame: &Frame,
     bbox: BBox,
     state: TrackState,
-    found: Option<&pursuit_tracking::Measurement>,
+    found: Option<(BBox, &DepthFinding)>,
 ) -> Result<(), ExperimentError> {
     let outcome = Outcome { state, bbox, found, followed: None, dt_s: 1.0 / 30.0 };
     Ok(localizer.observe(frame, &outcome)?)
@@ -137,7 +137,7 @@ fn tell(
 /// The box found in a window, where it is taken for the target.
 fn accepts(localizer: &mut DepthLocalizer, frame: &Frame, place: &BBox) -> Result<Option<BBox>, ExperimentError> {
     let found = localizer.locate(frame, &search(*place))?;
-    Ok(found.filter(|f| f.confidence >= 0.5).map(|f| f.bbox))
+    Ok(found.filter(|(m, _)| m.confidence >= 0.5).map(|(m, _)| m.bbox))
 }
 
 #[cfg(test)]
@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_target_is_taken_for_itself_and_nothing_else_is() {
+    fn only_the_target_is_recognised() {
         let query = |seed: u64| format!("scene:rgbd-occlusion?seed={seed}&hidden=8&duration=2.5");
         for params in [DepthOcclusionParams::default(), DepthOcclusionParams::zhai2024()] {
             let all = (10_000..10_002).map(|seed| windows(&params, &query(seed), seed).unwrap());

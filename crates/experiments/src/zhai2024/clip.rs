@@ -19,7 +19,7 @@ pub(crate) struct Shown {
 
 /// What a tracker said of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Said {
+pub(crate) struct Reported {
     pub(crate) bbox: BBox,
     pub(crate) state: TrackState,
 }
@@ -27,7 +27,7 @@ pub(crate) struct Said {
 /// A clip as a tracker followed it, frame by frame, without the first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Followed {
-    pub(crate) frames: Vec<(Shown, Said)>,
+    pub(crate) frames: Vec<(Shown, Reported)>,
     /// Seconds that the updates took.
     pub(crate) seconds: f64,
 }
@@ -56,21 +56,22 @@ pub(crate) fn follow(
         if shown.visible.is_nan() {
             continue;
         }
-        followed.frames.push((shown, Said { bbox: estimate.bbox, state: estimate.state }));
+        followed.frames.push((shown, Reported { bbox: estimate.bbox, state: estimate.state }));
     }
     Ok(followed)
 }
 
 impl Followed {
     /// Frames in which the target is visible, with its place.
-    fn visible(&self) -> impl Iterator<Item = (BBox, Said)> + '_ {
-        let visible = |(shown, said): &(Shown, Said)| Some((shown.bbox.filter(|_| shown.visible >= VISIBLE)?, *said));
+    fn visible(&self) -> impl Iterator<Item = (BBox, Reported)> + '_ {
+        let visible =
+            |(shown, said): &(Shown, Reported)| Some((shown.bbox.filter(|_| shown.visible >= VISIBLE)?, *said));
         self.frames.iter().filter_map(visible)
     }
 
     /// Overlaps in the frames in which the target is visible; a tracker that says it does not see it has none.
     pub(crate) fn overlaps(&self) -> Vec<f64> {
-        let overlap = |(truth, said): (BBox, Said)| {
+        let overlap = |(truth, said): (BBox, Reported)| {
             if said.state == TrackState::Tracking { truth.iou(&said.bbox) } else { 0.0 }
         };
         self.visible().map(overlap).collect()
@@ -88,7 +89,7 @@ impl Followed {
 
     /// Errors of the centre of the box reported, in the frames in which the target is visible: along x, along y, and in all.
     pub(crate) fn center_errors(&self) -> Vec<[f64; 3]> {
-        let error = |(truth, said): (BBox, Said)| {
+        let error = |(truth, said): (BBox, Reported)| {
             let (t, s) = (truth.center(), said.bbox.center());
             [(t.x - s.x).abs(), (t.y - s.y).abs(), t.distance(s)]
         };
@@ -97,7 +98,7 @@ impl Followed {
 
     /// What the Princeton benchmark wants to know of every frame.
     pub(crate) fn claims(&self) -> Vec<Claim> {
-        let claim = |(shown, said): &(Shown, Said)| {
+        let claim = |(shown, said): &(Shown, Reported)| {
             let overlap = shown.bbox.map_or(0.0, |b| b.iou(&said.bbox));
             Claim { visible: shown.visible >= VISIBLE, output: said.state == TrackState::Tracking, overlap }
         };
@@ -161,7 +162,7 @@ mod tests {
     fn clip(frames: &[(f64, f64, bool)]) -> Followed {
         let frame = |&(visible, off, seen): &(f64, f64, bool)| {
             let state = if seen { TrackState::Tracking } else { TrackState::Occluded };
-            (Shown { bbox: Some(at(50.0)), visible }, Said { bbox: at(50.0 + off), state })
+            (Shown { bbox: Some(at(50.0)), visible }, Reported { bbox: at(50.0 + off), state })
         };
         Followed { frames: frames.iter().map(frame).collect(), seconds: 0.5 }
     }

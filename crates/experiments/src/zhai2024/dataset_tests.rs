@@ -89,7 +89,7 @@ fn row<'a>(rows: &'a [Row], setting: &str, figure: &str) -> &'a Row {
 }
 
 #[test]
-fn a_folder_of_the_benchmark_is_followed_and_printed() {
+fn benchmark_folder_is_followed_and_printed() {
     let parent = tempfile::tempdir().unwrap();
     let at = |k: u32| [40.0 + 3.0 * f64::from(k), 30.0, 32.0, 60.0];
     let boxes: Vec<_> = (0..24).map(|k| if (9..14).contains(&k) { None } else { Some(at(k)) }).collect();

@@ -42,7 +42,7 @@ pub(super) const DETECTOR_PX: f64 = 1.0;
 
 /// The position that the residuals of equation (24) are taken against; the paper calls it the actual state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum PositionFrom {
     /// What a detector found (the paper's correlation filter), [`DETECTOR_PX`] off.
     Detector,
     /// The particles' own weighted mean: no detector.
@@ -50,10 +50,10 @@ pub(super) enum Found {
 }
 
 /// What is tried, by name: smooth motion and strong manoeuvres with a detector, and smooth motion without one.
-pub(super) const SETTINGS: [(&str, f64, Found); 3] = [
-    ("acceleration .5 px a frame², with a detector", 0.5, Found::Detector),
-    ("acceleration 2 px a frame², with a detector", 2.0, Found::Detector),
-    ("acceleration .5 px a frame², without a detector", 0.5, Found::Mean),
+pub(super) const SETTINGS: [(&str, f64, PositionFrom); 3] = [
+    ("acceleration .5 px a frame², with a detector", 0.5, PositionFrom::Detector),
+    ("acceleration 2 px a frame², with a detector", 2.0, PositionFrom::Detector),
+    ("acceleration .5 px a frame², without a detector", 0.5, PositionFrom::Mean),
 ];
 
 /// Numbers of particles tried.

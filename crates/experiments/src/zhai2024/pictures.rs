@@ -1,6 +1,6 @@
 //! The pictures: how the printed recursion grows, a path followed by few particles, and their spread.
 
-use super::params::{COUNTS, Found, NOISES, Toy};
+use super::params::{COUNTS, NOISES, PositionFrom, Toy};
 use super::{Estimates, RESIDUAL_VARIANCE, STREAM, mean, toy};
 use crate::ExperimentError;
 use crate::random::Random;
@@ -23,7 +23,8 @@ pub(super) fn charts(all: &[Estimates]) -> Result<Vec<(String, Chart)>, Experime
     let shown = [(0, Color::Predicted), (1, Color::Estimate), (4, Color::Other)];
     for (index, color) in shown {
         let Some((name, noise)) = NOISES.get(index).copied() else { continue };
-        let followed = toy::follow(&shape, &path, (noise, Found::Detector), COUNTS[1], &mut Random::new(STREAM, 1))?;
+        let followed =
+            toy::follow(&shape, &path, (noise, PositionFrom::Detector), COUNTS[1], &mut Random::new(STREAM, 1))?;
         let distance = followed.estimates.iter().zip(&path).map(|(a, b)| (a - b).norm());
         let numbered = |values: &mut dyn Iterator<Item = f64>| values.enumerate().map(|(k, v)| (k as f64, v)).collect();
         plane = plane.with(Series::line(name, color, points(&followed.estimates)));

@@ -3,7 +3,7 @@
 //! A particle's likelihood is that of equation (27) with ρ = √overlap, the Bhattacharyya coefficient of two-bin histograms
 //! of a target on another background: an exact stand-in for rendered pictures.
 
-use super::params::{COUNTS, DETECTOR_PX, FIXED_PX, Found, NOISES, Noise, SETTINGS, Toy, bounded, reference};
+use super::params::{COUNTS, DETECTOR_PX, FIXED_PX, NOISES, Noise, PositionFrom, SETTINGS, Toy, bounded, reference};
 use super::{Bar, Finding, Row, number};
 use crate::ExperimentError;
 use crate::monte_carlo::{mean, over_seeds, share, with_quantiles};
@@ -48,7 +48,7 @@ pub(super) struct Followed {
 pub(super) fn follow(
     toy: &Toy,
     path: &[Point],
-    (noise, found): (Noise, Found),
+    (noise, found): (Noise, PositionFrom),
     count: usize,
     random: &mut Random,
 ) -> Result<Followed, ExperimentError> {
@@ -75,7 +75,7 @@ pub(super) fn follow(
         let estimate = filter.particles().mean();
         followed.estimates.push(estimate);
         let detected = truth + Point::from_fn(|_, _| DETECTOR_PX * random.normal());
-        filter.correct(if found == Found::Detector { &detected } else { &estimate })?;
+        filter.correct(if found == PositionFrom::Detector { &detected } else { &estimate })?;
     }
     Ok(followed)
 }
@@ -88,7 +88,12 @@ struct Errors {
     effective: f64,
 }
 
-fn errors(acceleration: f64, how: (Noise, Found), count: usize, seeds: u32) -> Result<Vec<Errors>, ExperimentError> {
+fn errors(
+    acceleration: f64,
+    how: (Noise, PositionFrom),
+    count: usize,
+    seeds: u32,
+) -> Result<Vec<Errors>, ExperimentError> {
     let toy = Toy::new(acceleration);
     over_seeds(seeds, STREAM, |random| {
         let path = path(&toy, random);
@@ -112,7 +117,7 @@ pub(super) fn rows(seeds: u32) -> Result<(Vec<Row>, Vec<Finding>), ExperimentErr
     for (setting, acceleration, found) in SETTINGS {
         let setting = format!("particles on a 20 px target, {setting}");
         // The bars are of the paper's own arrangement on smooth motion.
-        let smooth = acceleration < 1.0 && found == Found::Detector;
+        let smooth = acceleration < 1.0 && found == PositionFrom::Detector;
         for (name, noise) in NOISES {
             for count in COUNTS {
                 let all = errors(acceleration, (noise, found), count, seeds)?;
@@ -193,7 +198,7 @@ mod tests {
 
     #[test]
     fn twenty_learning_particles_follow_smooth_motion() {
-        let all = errors(0.5, (Noise::Learnt(VarianceRule::Corrected), Found::Detector), 20, 10).unwrap();
+        let all = errors(0.5, (Noise::Learnt(VarianceRule::Corrected), PositionFrom::Detector), 20, 10).unwrap();
         assert!(all.iter().all(|e| !e.lost));
         assert!(rmse(&all).value < 2.0, "{:?}", rmse(&all));
     }

@@ -289,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_few_seeds_show_the_gain_of_a_jump_and_none_of_halves() {
+    fn jumps_gain_and_halves_do_not() {
         let setting = Setting::ALL[0];
         let standard = errors(&setting, Filter::Standard { q: 1.0 }, 20, STREAM).unwrap();
         let found: Vec<f64> = variants(1.0)

@@ -3,7 +3,7 @@
 use crate::ExperimentError;
 use crate::result::{Bar, Finding, Row};
 use crate::table::number;
-use pursuit_evaluation::metrics::long_term::{Judged, detection, false_alive, reacquisition};
+use pursuit_evaluation::metrics::long_term::{ScoredFrame, detection, false_alive, reacquisition};
 use pursuit_evaluation::metrics::mean;
 use pursuit_evaluation::metrics::one_pass::success_auc;
 use pursuit_tracking::{Recipe, TrackState};
@@ -41,7 +41,7 @@ const RIGHT: f64 = 0.5;
 /// One clip as one tracker followed it.
 #[derive(Debug, Clone, Default)]
 struct Followed {
-    judged: Vec<Judged>,
+    judged: Vec<ScoredFrame>,
     /// Windows scanned, frame by frame.
     windows: Vec<f64>,
     seconds: f64,
@@ -68,7 +68,7 @@ fn follow(recipe: &dyn Recipe, query: &str) -> Result<Followed, ExperimentError>
         followed.windows.push(estimate.diagnostics.get("windows").unwrap_or(0.0));
         let overlap = shown.filter(|_| estimate.state != TrackState::Lost).map_or(0.0, |b| b.iou(&estimate.bbox));
         let alive = estimate.state == TrackState::Tracking;
-        followed.judged.push(Judged { visible: shown.is_some(), alive, overlap, score: estimate.score });
+        followed.judged.push(ScoredFrame { visible: shown.is_some(), alive, overlap, score: estimate.score });
     }
     Ok(followed)
 }
@@ -160,7 +160,7 @@ fn absences(recipes: &[&dyn Recipe], clips: u64) -> Result<Vec<Row>, ExperimentE
     let seeds = FIRST_SEED..FIRST_SEED + clips;
     for (recipe, (name, ..)) in recipes.iter().zip(COMPARED) {
         let alone = absence_clips(*recipe, seeds.clone(), "")?;
-        let accompanied = absence_clips(*recipe, seeds.clone(), "&look-alike=1")?;
+        let accompanied = absence_clips(*recipe, seeds.clone(), "&look_alike=1")?;
         let setting = format!("{clips} targets gone for 80 frames, back 280 px away: {name}");
         let share = |clips: &[AbsenceClip], of: fn(&AbsenceClip) -> bool| {
             mean(&clips.iter().map(|c| f64::from(u8::from(of(c)))).collect::<Vec<_>>())
@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn figures_are_those_of_the_frames() {
-        let judged = |visible, alive, overlap| Judged { visible, alive, overlap, score: 0.5 };
+        let judged = |visible, alive, overlap| ScoredFrame { visible, alive, overlap, score: 0.5 };
         let clip = |windows: f64| Followed {
             judged: vec![judged(true, true, 0.8), judged(true, false, 0.2), judged(false, true, 0.0)],
             windows: vec![windows, 0.0, 2.0 * windows],

@@ -2,43 +2,23 @@ use super::pulse::{Answer, Record, Shift};
 use crate::control::FollowerParams;
 use crate::error::require;
 use crate::{Command, PtzError, Result, Velocity};
+use pursuit_parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// How a head is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct CalibrationParams {
-    /// The speeds of the three moves each way, growing, degrees per second.
-    pub speeds_deg_s: [f64; 3],
-    /// How long each move lasts, seconds.
-    pub move_s: f64,
-    /// By less than this a picture that stands still may seem to shift, pixels a frame.
-    pub still_px: f64,
-    /// For how long the picture must stand still after a move, seconds.
-    pub rest_s: f64,
-    /// How long to wait for that, seconds; then the head is given up.
-    pub patience_s: f64,
-}
-
-impl Default for CalibrationParams {
-    fn default() -> Self {
-        Self { speeds_deg_s: [4.0, 8.0, 16.0], move_s: 1.0, still_px: 0.3, rest_s: 0.4, patience_s: 3.0 }
-    }
-}
-
-impl CalibrationParams {
-    fn check(&self) -> Result<()> {
-        let [slow, middle, fast] = self.speeds_deg_s;
-        require(
-            "speeds_deg_s",
-            slow,
-            slow > 0.0 && slow < middle && middle < fast && fast <= 100.0,
-            "above 0 and growing",
-        )?;
-        require("move_s", self.move_s, (0.2..=5.0).contains(&self.move_s), "between 0.2 and 5 s")?;
-        require("still_px", self.still_px, self.still_px > 0.0 && self.still_px <= 100.0, "above 0, at most 100 px")?;
-        require("rest_s", self.rest_s, (0.1..=5.0).contains(&self.rest_s), "between 0.1 and 5 s")?;
-        require("patience_s", self.patience_s, (0.5..=10.0).contains(&self.patience_s), "between 0.5 and 10 s")
+pursuit_parameters::parameters! {
+    /// How a head is measured.
+    #[derive(Copy)]
+    pub struct CalibrationParams {
+        /// The speeds of the three moves each way, growing.
+        pub speeds_deg_s: [f64; 3] = [4.0, 8.0, 16.0], in above(0.0).at_most(100.0), unit "deg/s";
+        /// How long each move lasts.
+        pub move_s: f64 = 1.0, in 0.2..=5.0, unit "s";
+        /// By less than this a picture that stands still may seem to shift.
+        pub still_px: f64 = 0.3, in above(0.0).at_most(100.0), unit "px a frame";
+        /// For how long the picture must stand still after a move.
+        pub rest_s: f64 = 0.4, in 0.1..=5.0, unit "s";
+        /// How long to wait for that; then the head is given up.
+        pub patience_s: f64 = 3.0, in 0.5..=10.0, unit "s";
     }
 }
 
@@ -128,7 +108,9 @@ impl Calibrator {
     /// # Errors
     /// Where a parameter is out of its range.
     pub fn new(params: CalibrationParams, now_s: f64) -> Result<Self> {
-        params.check()?;
+        params.validate("calibration")?;
+        let [slow, middle, fast] = params.speeds_deg_s;
+        require("speeds_deg_s", middle, slow < middle && middle < fast, "above the first and below the third")?;
         Ok(Self {
             params,
             state: State::Resting,
@@ -315,6 +297,6 @@ mod tests {
         Calibration { pan: axis, tilt, took_s: 30.0 }.apply(&mut params);
         assert!((params.command_delay_s - 0.25).abs() < 1e-12);
         assert_eq!((params.limits.pan.max_acceleration_deg_s2, params.limits.tilt.backlash_deg), (90.0, 0.2));
-        params.check().unwrap();
+        params.validate("follower").unwrap();
     }
 }

@@ -12,7 +12,7 @@ pub struct Shift {
 /// What one pulse of speed did: the head was told to move at a speed, and a while later to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Answer {
-    /// The whole way in pixels, signed as the speed where all is well.
+    /// The whole displacement in pixels; its sign is that of the commanded speed unless the axis is reversed.
     pub way_px: f64,
     /// The steady speed, pixels per second.
     pub speed_px_s: f64,

@@ -9,7 +9,10 @@ use super::target_motion::TargetMotion;
 use crate::geometry::FieldsOfView;
 use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
 use pursuit_geometry::Size;
+use pursuit_imaging::CameraPose;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::TrackState;
+use std::fmt;
 
 /// What drives a head.
 pub trait Controller {
@@ -25,6 +28,12 @@ pub trait Controller {
     /// # Errors
     /// Where a number is not finite.
     fn act(&mut self, now_s: f64, status: Option<&Status>) -> Result<Option<Command>>;
+
+    /// How the camera is believed to have stood when it took the frame of this time stamp; `None` for a controller that does
+    /// not keep account of it.
+    fn camera(&self, _stamp_s: f64) -> Option<CameraPose> {
+        None
+    }
 }
 
 /// What a follower is doing.
@@ -53,6 +62,21 @@ pub struct Diagnosis {
     pub head: Position,
     /// How fast the head is believed to turn then.
     pub turning: Velocity,
+}
+
+impl fmt::Display for Diagnosis {
+    /// What the head is believed to do.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mode = match self.mode {
+            Mode::Waiting => "waits for a target",
+            Mode::Following => "follows",
+            Mode::Coasting => "follows the prediction",
+            Mode::Lost => "has lost the target",
+            Mode::Manual => "is driven by hand",
+        };
+        let Position { direction, zoom } = self.head;
+        write!(f, "head {mode}: pan {:.1}°, tilt {:.1}°, zoom {zoom:.2}", direction.pan_deg, direction.tilt_deg)
+    }
 }
 
 /// Where the target will be: its direction, its speed, and the standard deviation of its direction.
@@ -98,7 +122,7 @@ impl Follower {
     /// # Errors
     /// Where a parameter is out of its range.
     pub fn new(params: FollowerParams, views: FieldsOfView, size: Size, now_s: f64) -> Result<Self> {
-        params.check()?;
+        params.validate("follower")?;
         views.lens(0.0, size)?;
         if !now_s.is_finite() {
             return Err(PtzError::Parameter { name: "now_s", value: now_s, wanted: "a finite time" });
@@ -158,15 +182,15 @@ impl Follower {
             speed,
             sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
         };
+        let (horizon_s, part) = slowed(time_s - target.time_s());
+        let slower = |speed: Direction| Direction::new(part * speed.pan_deg, part * speed.tilt_deg);
         Ok(Some(match self.params.predict_by {
             PredictBy::World => {
-                let (horizon_s, part) = slowed(time_s - target.time_s());
                 let belief = target.at(target.time_s() + horizon_s)?;
-                let speed = belief.speed_deg_s;
-                here(belief.direction, Direction::new(part * speed.pan_deg, part * speed.tilt_deg), belief.sigma_deg)
+                here(belief.direction, slower(belief.speed_deg_s), belief.sigma_deg)
             }
-            PredictBy::Tracker => match sighting.forecast_at(time_s) {
-                Some((direction, speed)) => here(direction, speed, sighting.seen.sigma_deg),
+            PredictBy::Tracker => match sighting.forecast_at(target.time_s() + horizon_s) {
+                Some((direction, speed)) => here(direction, slower(speed), sighting.seen.sigma_deg),
                 None => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
             },
             PredictBy::Nothing => here(sighting.seen.direction, Direction::AHEAD, sighting.seen.sigma_deg),
@@ -287,7 +311,7 @@ impl Follower {
                 Loss::new(now_s, around)
             }
         };
-        let command = loss.act(self.params.when_lost, now_s, head, &self.params.limits);
+        let command = loss.act(&self.params.when_lost, now_s, head, &self.params.limits);
         self.loss = Some(loss);
         self.goal = None;
         Ok(command.map(|command| self.note(now_s, command)))
@@ -310,7 +334,8 @@ impl Controller for Follower {
         let view = View { views, size, formula, motion: &self.params.motion };
         let (pose, turning) = self.head.at(taken_s);
         let stood = (pose, turning, self.head.change_before(taken_s));
-        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, forecast)?;
+        let asked = (self.params.predict_by == PredictBy::Tracker).then_some(forecast);
+        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, asked)?;
         let known = self.loss.is_none() && !self.given_up;
         match &mut self.target {
             Some(target) if known => target.update(taken_s, &sighting.seen)?,
@@ -325,6 +350,13 @@ impl Controller for Follower {
         self.measured_s = taken_s;
         (self.loss, self.given_up) = (None, false);
         Ok(())
+    }
+
+    fn camera(&self, stamp_s: f64) -> Option<CameraPose> {
+        let (Position { direction, zoom }, _) = self.head.at(stamp_s - self.params.frame_age_s);
+        let (half_x, _) = self.half_view_deg(zoom);
+        let lens = pursuit_imaging::Lens::field_of_view(2.0 * half_x.to_radians()).ok()?;
+        CameraPose::new(stamp_s, direction.pan_deg.to_radians(), direction.tilt_deg.to_radians(), lens).ok()
     }
 
     fn act(&mut self, now_s: f64, _status: Option<&Status>) -> Result<Option<Command>> {

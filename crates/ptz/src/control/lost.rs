@@ -1,54 +1,33 @@
-use crate::error::require;
 use crate::mechanics::{HeadLimits, travel_time_s};
-use crate::{Command, Direction, Position, Result};
-use serde::{Deserialize, Serialize};
+use crate::{Command, Direction, Position};
+use pursuit_parameters::{choices, parameters};
 
-/// What a follower does about a target that is lost.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(tag = "policy", rename_all = "snake_case", deny_unknown_fields)]
-pub enum LostPolicy {
-    /// Stand still.
-    #[default]
-    Hold,
-    /// Stand still and zoom out to the widest view.
-    ZoomOut,
-    /// Go to the head's home position.
-    Home,
-    /// Zoom out and look to both sides of where the target was expected, wider and wider.
-    Search {
-        /// How far the first look to the side goes, above 0, degrees.
-        #[serde(default = "first_amplitude")]
-        amplitude_deg: f64,
-        /// How long to look at each place, seconds.
-        #[serde(default = "dwell")]
-        dwell_s: f64,
-        /// After how many looks to stand still.
-        #[serde(default = "looks")]
-        looks: u32,
-    },
+choices! {
+    /// What a follower does about a target that is lost.
+    pub enum LostPolicy {
+        /// Stand still.
+        Hold = "hold",
+        /// Stand still and zoom out to the widest view.
+        ZoomOut = "zoom_out",
+        /// Go to the head's home position.
+        Home = "home",
+        /// Zoom out and look to both sides of where the target was expected, wider and wider.
+        Search = "search",
+    }
 }
 
-const fn first_amplitude() -> f64 {
-    20.0
-}
-
-const fn dwell() -> f64 {
-    1.0
-}
-
-const fn looks() -> u32 {
-    12
-}
-
-impl LostPolicy {
-    /// The search with its usual figures.
-    pub const SEARCH: Self = Self::Search { amplitude_deg: first_amplitude(), dwell_s: dwell(), looks: looks() };
-
-    pub(crate) fn check(&self) -> Result<()> {
-        let Self::Search { amplitude_deg, dwell_s, .. } = *self else { return Ok(()) };
-        let sound = amplitude_deg > 0.0 && amplitude_deg <= 180.0;
-        require("amplitude_deg", amplitude_deg, sound, "above 0 and at most 180 degrees")?;
-        require("dwell_s", dwell_s, (0.0..=60.0).contains(&dwell_s), "between 0 and 60 s")
+parameters! {
+    /// What to do about a target that is lost.
+    #[derive(Copy)]
+    pub struct LostParams {
+        /// Stand still, zoom out, go home, or search: zoom out and look to both sides, wider and wider.
+        pub policy: LostPolicy = LostPolicy::Hold;
+        /// Of `search`: how far the first look to the side goes.
+        pub amplitude_deg: f64 = 20.0, in above(0.0).at_most(180.0), unit "deg";
+        /// Of `search`: how long to look at each place.
+        pub dwell_s: f64 = 1.0, in 0.0..=60.0, unit "s";
+        /// Of `search`: after how many looks to stand still.
+        pub looks: u32 = 12;
     }
 }
 
@@ -70,27 +49,27 @@ impl Loss {
     }
 
     /// The next command of the policy, if one is due; the head stands at `from` by then.
-    pub fn act(&mut self, policy: LostPolicy, now_s: f64, from: Position, limits: &HeadLimits) -> Option<Command> {
+    pub fn act(&mut self, params: &LostParams, now_s: f64, from: Position, limits: &HeadLimits) -> Option<Command> {
         if now_s < self.next_s {
             return None;
         }
         let look = self.looked;
         self.looked = look.saturating_add(1);
         self.next_s = f64::INFINITY;
-        match policy {
+        match params.policy {
             LostPolicy::Hold => Some(self.stop(now_s)),
             LostPolicy::ZoomOut => {
                 (look == 0).then_some(Command::GoTo { direction: limits.reachable(from.direction), zoom: Some(0.0) })
             }
             LostPolicy::Home => (look == 0).then_some(Command::Home),
-            LostPolicy::Search { amplitude_deg, dwell_s, looks } => {
-                if look >= looks {
+            LostPolicy::Search => {
+                if look >= params.looks {
                     return Some(self.stop(now_s));
                 }
-                let direction = limits.reachable(self.around.turned(Self::side(look, amplitude_deg)));
+                let direction = limits.reachable(self.around.turned(Self::side(look, params.amplitude_deg)));
                 let turn = direction.from(from.direction);
                 let travel = travel_time_s(turn.pan_deg, 0.0, &limits.pan);
-                self.next_s = now_s + travel.max(travel_time_s(turn.tilt_deg, 0.0, &limits.tilt)) + dwell_s;
+                self.next_s = now_s + travel.max(travel_time_s(turn.tilt_deg, 0.0, &limits.tilt)) + params.dwell_s;
                 Some(Command::GoTo { direction, zoom: Some(0.0) })
             }
         }
@@ -114,14 +93,14 @@ impl Loss {
 mod tests {
     use super::*;
 
-    fn commands(policy: LostPolicy) -> Vec<(f64, Command)> {
+    fn commands(params: LostParams) -> Vec<(f64, Command)> {
         let limits = HeadLimits::default();
         let mut loss = Loss::new(10.0, Direction::new(100.0, 3.0));
         let mut from = Position { direction: Direction::new(90.0, 1.0), zoom: 0.7 };
         let mut out = Vec::new();
         for tick in 0..1000 {
             let now = 10.0 + f64::from(tick) * 0.1;
-            if let Some(command) = loss.act(policy, now, from, &limits) {
+            if let Some(command) = loss.act(&params, now, from, &limits) {
                 if let Command::GoTo { direction, .. } = command {
                     from.direction = direction;
                 }
@@ -131,19 +110,23 @@ mod tests {
         out
     }
 
+    fn single(policy: LostPolicy) -> Vec<(f64, Command)> {
+        commands(LostParams { policy, ..LostParams::default() })
+    }
+
     #[test]
     fn stopping_is_repeated_and_other_single_acts_are_done_once() {
-        let holds = commands(LostPolicy::Hold);
+        let holds = single(LostPolicy::Hold);
         assert!(holds.iter().all(|(_, command)| *command == Command::Stop));
         assert!((90..=100).contains(&holds.len()), "once a second for 100 s, not {} times", holds.len());
-        assert_eq!(commands(LostPolicy::Home), [(10.0, Command::Home)]);
+        assert_eq!(single(LostPolicy::Home), [(10.0, Command::Home)]);
         let out = Command::GoTo { direction: Direction::new(90.0, 1.0), zoom: Some(0.0) };
-        assert_eq!(commands(LostPolicy::ZoomOut), [(10.0, out)]);
+        assert_eq!(single(LostPolicy::ZoomOut), [(10.0, out)]);
     }
 
     #[test]
     fn a_search_widens_within_the_travel_and_ends() {
-        let search = LostPolicy::Search { amplitude_deg: 30.0, dwell_s: 2.0, looks: 6 };
+        let search = LostParams { policy: LostPolicy::Search, amplitude_deg: 30.0, dwell_s: 2.0, looks: 6 };
         let found = commands(search);
         let pans: Vec<f64> = found
             .iter()

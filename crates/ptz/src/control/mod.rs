@@ -19,7 +19,7 @@ mod zoom;
 pub use baselines::{Proportional, StopAndGo};
 pub use follower::{Controller, Diagnosis, Follower, Mode};
 pub use head_model::HeadModel;
-pub use lost::LostPolicy;
+pub use lost::{LostParams, LostPolicy};
 pub use params::{FollowerParams, MotionParams, PredictBy, Scheme};
 pub use target_motion::{SeenAt, TargetBelief, TargetMotion};
 pub use zoom::ZoomParams;

@@ -29,19 +29,21 @@ impl Sighting {
     const KNOT_S: f64 = 0.125;
 
     /// The sighting of `aim` in a frame of time stamp `stamp_s` that was taken at `taken_s`, when the camera stood at
-    /// `pose`, turned at `turning`, and had just changed its speed by up to `change`.
+    /// `pose`, turned at `turning`, and had just changed its speed by up to `change`. The tracker's forecast is asked for where
+    /// it is used.
     pub fn new(
         view: &View<'_>,
         (stamp_s, taken_s): (f64, f64),
         (pose, turning, change): (Position, Velocity, Direction),
         aim: &Aim,
-        forecast: &dyn Forecast,
+        forecast: Option<&dyn Forecast>,
     ) -> Result<Self> {
         let lens = view.views.lens(pose.zoom, view.size)?;
         let look = |bbox: &BBox| direction_of(&lens, pose.direction, bbox.center(), view.formula);
         let mut knots = [None; Self::KNOTS];
         for (index, knot) in knots.iter_mut().enumerate() {
-            *knot = forecast.at(stamp_s + index as f64 * Self::KNOT_S).map(|aim| look(&aim.bbox));
+            let later_s = stamp_s + index as f64 * Self::KNOT_S;
+            *knot = forecast.and_then(|forecast| forecast.at(later_s)).map(|aim| look(&aim.bbox));
         }
         let sigma_deg = sigma_deg(&lens, aim, change, view.motion);
         let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
@@ -95,7 +97,7 @@ mod tests {
         let view = View { views: &views, size, formula: AngleFormula::PanThenTilt, motion: &motion };
         let pose = Position { direction: Direction::new(10.0, 0.0), zoom: 0.0 };
         let seen = forecast.at(5.0).unwrap();
-        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO, Direction::AHEAD), &seen, forecast).unwrap()
+        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO, Direction::AHEAD), &seen, Some(forecast)).unwrap()
     }
 
     #[test]

@@ -1,38 +1,22 @@
-use crate::Result;
-use crate::error::require;
 use crate::geometry::{FieldsOfView, Lens};
 use pursuit_geometry::BBox;
-use serde::{Deserialize, Serialize};
 
-/// How the zoom is driven: by the target's size, and by how uncertain its place will be.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ZoomParams {
-    /// How much of the picture the target shall fill, its height or its width, whichever fills more; in (0, 1).
-    pub target_fraction: f64,
-    /// How many standard deviations of the predicted place must stay in view.
-    pub sigmas: f64,
-    /// Which part of half the picture may be used for that, in (0, 1].
-    pub margin: f64,
-    /// How far the angle of view may be off before the zoom moves, as a fraction.
-    pub tolerance: f64,
-}
-
-impl Default for ZoomParams {
-    fn default() -> Self {
-        Self { target_fraction: 0.4, sigmas: 3.0, margin: 0.6, tolerance: 0.15 }
+pursuit_parameters::parameters! {
+    /// How the zoom is driven: by the target's size, and by how uncertain its place will be.
+    #[derive(Copy)]
+    pub struct ZoomParams {
+        /// How much of the picture the target shall fill, its height or its width, whichever fills more.
+        pub target_fraction: f64 = 0.4, in above(0.0).at_most(1.0);
+        /// How many standard deviations of the predicted place must stay in view.
+        pub sigmas: f64 = 3.0, in 0.0..=100.0;
+        /// Which part of half the picture may be used for that.
+        pub margin: f64 = 0.6, in above(0.0).at_most(1.0);
+        /// How far the angle of view may be off before the zoom moves, as a fraction.
+        pub tolerance: f64 = 0.15, in 0.0..=10.0;
     }
 }
 
 impl ZoomParams {
-    pub(crate) fn check(&self) -> Result<()> {
-        let part = |name, value: f64| require(name, value, value > 0.0 && value <= 1.0, "above 0 and at most 1");
-        part("target_fraction", self.target_fraction)?;
-        part("margin", self.margin)?;
-        require("sigmas", self.sigmas, (0.0..=100.0).contains(&self.sigmas), "between 0 and 100")?;
-        require("tolerance", self.tolerance, (0.0..=10.0).contains(&self.tolerance), "between 0 and 10")
-    }
-
     /// The tangent of half the horizontal angle of view that suits a box seen through `lens`, whose predicted place has a
     /// standard deviation of `sigma_deg`.
     fn wanted_tangent(&self, bbox: &BBox, lens: &Lens, sigma_deg: f64) -> f64 {

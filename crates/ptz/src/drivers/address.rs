@@ -1,10 +1,11 @@
 use super::{Head, Hook, Password, Timeouts, visca};
 use crate::{PtzError, Result};
+use pursuit_address::{AddressError, Locator};
 
 /// Where a head is, as it is written on a command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HeadAddress {
-    /// `onvif://[USER@]HOST[:PORT][/PATH]`, or `onvif+https://…`
+    /// `onvif://[USER@]HOST[:PORT][/PATH]`
     Onvif {
         /// The user, if any.
         user: Option<String>,
@@ -54,10 +55,11 @@ impl std::str::FromStr for HeadAddress {
         if rest.trim_start_matches('/').is_empty() {
             return wrong("the head's address is empty");
         }
+        let locator = Locator::new(text);
         match (scheme, after_slashes) {
-            ("onvif", Some(rest)) => onvif(rest),
-            ("visca", Some(rest)) => host_and_port(rest, 52_381).map(|(host, port)| Self::ViscaUdp { host, port }),
-            ("visca+tcp", Some(rest)) => host_and_port(rest, 5678).map(|(host, port)| Self::ViscaTcp { host, port }),
+            ("onvif", Some(_)) => onvif(&locator),
+            ("visca", Some(_)) => host_and_port(&locator, 52_381).map(|(host, port)| Self::ViscaUdp { host, port }),
+            ("visca+tcp", Some(_)) => host_and_port(&locator, 5678).map(|(host, port)| Self::ViscaTcp { host, port }),
             ("visca", None) => Ok(Self::ViscaSerial { device: rest.to_owned() }),
             ("pelco", device) => Ok(Self::Pelco { device: device.unwrap_or(rest).to_owned() }),
             ("hook", _) => Ok(Self::Hook { command: rest.to_owned() }),
@@ -66,38 +68,30 @@ impl std::str::FromStr for HeadAddress {
     }
 }
 
-fn onvif(rest: &str) -> Result<HeadAddress> {
-    let (authority, path) = rest.split_once('/').map_or((rest, None), |(host, path)| (host, Some(path)));
-    let (user, host) = authority.rsplit_once('@').map_or((None, authority), |(user, host)| (Some(user), host));
-    if user.is_some_and(|user| user.contains(':')) {
+fn of_address(error: AddressError) -> PtzError {
+    PtzError::Address { reason: format!("the head's address {error}") }
+}
+
+fn onvif(locator: &Locator) -> Result<HeadAddress> {
+    if locator.credentials().is_some() {
         // Said without repeating it: an address ends up in logs and in lists of processes.
         let reason = "a password has no place in a head's address; give it by a variable of the environment or a file";
         return Err(PtzError::Address { reason: reason.to_owned() });
     }
-    if host.is_empty() || host.contains(char::is_whitespace) {
-        return Err(PtzError::Address { reason: "the head's address has no host".to_owned() });
-    }
-    let path = path.filter(|path| !path.is_empty()).unwrap_or("onvif/device_service");
-    Ok(HeadAddress::Onvif { user: user.map(str::to_owned), host: host.to_owned(), path: format!("/{path}") })
+    let server = locator.server().map_err(of_address)?;
+    let path = if server.path.is_empty() { "onvif/device_service" } else { server.path };
+    let path = format!("/{path}{}", server.query);
+    Ok(HeadAddress::Onvif { user: locator.login().map(|(user, _)| user), host: server.to_string(), path })
 }
 
-/// `HOST[:PORT]`, where the host may be an IPv6 address in brackets.
-fn host_and_port(text: &str, default: u16) -> Result<(String, u16)> {
-    let text = text.trim_end_matches('/');
-    let (host, port) = match text.rsplit_once(':') {
-        Some((host, port)) if !port.contains(']') => {
-            let reason = || PtzError::Address { reason: format!("`{port}` is no port") };
-            (host, port.parse().map_err(|_| reason())?)
-        }
-        _ => (text, default),
-    };
-    let host = host.trim_start_matches('[').trim_end_matches(']');
-    if host.is_empty() || host.contains(['@', '/', ' ']) {
-        return Err(PtzError::Address {
-            reason: "the head's address has no host, or more than a host and a port".into(),
-        });
+fn host_and_port(locator: &Locator, default: u16) -> Result<(String, u16)> {
+    let server = locator.server().map_err(of_address)?;
+    let is_more = locator.login().is_some() || !server.query.is_empty() || !server.path.trim_matches('/').is_empty();
+    if is_more {
+        let reason = "the head's address is more than a host and a port".to_owned();
+        return Err(PtzError::Address { reason });
     }
-    Ok((host.to_owned(), port))
+    Ok((server.host.to_owned(), server.port.unwrap_or(default)))
 }
 
 /// Reaches the head at an address, with the usual parameters of its kind.
@@ -204,9 +198,19 @@ mod tests {
 
     #[test]
     fn wrong_addresses_are_refused_without_repeating_a_password() {
-        for bad in
-            ["", "cam", "onvif://", "onvif:", "ftp://x", "visca://", "visca://cam:99999", "visca://a b", "onvif://u@"]
-        {
+        for bad in [
+            "",
+            "cam",
+            "onvif://",
+            "onvif:",
+            "ftp://x",
+            "visca://",
+            "visca://cam:99999",
+            "visca://cam/x",
+            "visca://me@cam",
+            "visca://a b",
+            "onvif://u@",
+        ] {
             assert!(parse(bad).is_err(), "{bad}");
         }
         let error = parse("onvif://admin:sesame@cam").unwrap_err().to_string();

@@ -1,6 +1,7 @@
 use super::{HeadThread, Report};
 use crate::control::{Controller, Diagnosis, Follower};
 use crate::{Command, Forecast, Result};
+use pursuit_imaging::CameraPose;
 use std::time::Duration;
 
 /// A follower that drives a head: is told of each frame, and sends what is to be done.
@@ -52,6 +53,11 @@ impl Pilot {
     /// What the follower thinks.
     pub fn diagnosis(&self, now_s: f64) -> Diagnosis {
         self.follower.diagnosis(now_s)
+    }
+
+    /// How the camera is believed to have stood when it took the frame of this time stamp.
+    pub fn camera(&self, stamp_s: f64) -> Option<CameraPose> {
+        self.follower.camera(stamp_s)
     }
 
     /// What has become of the head since the last report.

@@ -1,13 +1,14 @@
-use serde::{Deserialize, Serialize};
+use pursuit_geometry::camera;
 
-/// A direction, or a turn, of a head.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Direction {
-    /// Degrees to the right.
-    pub pan_deg: f64,
-    /// Degrees upward.
-    pub tilt_deg: f64,
+pursuit_parameters::parameters! {
+    /// A direction, or a turn, of a head, in degrees, the unit of heads and of users' files; geometry is in radians.
+    #[derive(Copy)]
+    pub struct Direction {
+        /// The angle to the right.
+        pub pan_deg: f64 = 0.0, unit "deg";
+        /// The angle upward.
+        pub tilt_deg: f64 = 0.0, unit "deg";
+    }
 }
 
 impl Direction {
@@ -38,18 +39,12 @@ impl Direction {
 
     /// The angle between two directions on the sphere, degrees.
     pub fn angle_to(&self, other: Self) -> f64 {
-        let (a, b) = (self.unit(), other.unit());
-        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-        let sine = cross.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let cosine: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-        sine.atan2(cosine).to_degrees()
+        self.radians().angle_to(other.radians()).to_degrees()
     }
 
-    /// The unit vector that points there: right, up, ahead.
-    pub fn unit(&self) -> [f64; 3] {
-        let (sin_pan, cos_pan) = self.pan_deg.to_radians().sin_cos();
-        let (sin_tilt, cos_tilt) = self.tilt_deg.to_radians().sin_cos();
-        [cos_tilt * sin_pan, sin_tilt, cos_tilt * cos_pan]
+    /// The same in radians.
+    pub fn radians(&self) -> camera::Direction {
+        camera::Direction { pan_rad: self.pan_deg.to_radians(), tilt_rad: self.tilt_deg.to_radians() }
     }
 }
 
@@ -73,12 +68,8 @@ mod tests {
     }
 
     #[test]
-    fn angles_on_the_sphere_shrink_towards_the_zenith() {
-        let apart = |tilt: f64| Direction::new(10.0, tilt).angle_to(Direction::new(-10.0, tilt));
-        assert!((apart(0.0) - 20.0).abs() < 1e-12);
-        // haversine: sin(θ/2) = cos(tilt) sin(Δpan/2)
-        let expected = 2.0 * (60f64.to_radians().cos() * 10f64.to_radians().sin()).asin().to_degrees();
-        assert!((apart(60.0) - expected).abs() < 1e-12);
+    fn angles_on_the_sphere_are_in_degrees() {
+        assert!((Direction::new(10.0, 0.0).angle_to(Direction::new(-10.0, 0.0)) - 20.0).abs() < 1e-12);
         assert!((Direction::new(0.0, 30.0).angle_to(Direction::new(0.0, -15.0)) - 45.0).abs() < 1e-12);
     }
 

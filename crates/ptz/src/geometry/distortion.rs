@@ -1,36 +1,21 @@
+use crate::Result;
 use crate::error::require;
-use crate::{PtzError, Result};
 use serde::{Deserialize, Serialize};
 
 /// Radial lens distortion, the even polynomial of Brown (1966): a ray that a perfect lens would show at radius `r` (in
 /// tangents) is shown at `r (1 + k1 r² + k2 r⁴)`. Negative `k1` is barrel distortion, as wide lenses have it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "Distortion", default, deny_unknown_fields)]
 pub struct Distortion {
     k1: f64,
     k2: f64,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename = "Distortion")]
-struct Raw {
-    #[serde(default)]
-    k1: f64,
-    #[serde(default)]
-    k2: f64,
-}
+pursuit_estimation::checked!(Distortion);
 
-impl TryFrom<Raw> for Distortion {
-    type Error = PtzError;
-
-    fn try_from(raw: Raw) -> Result<Self> {
-        Self::new(raw.k1, raw.k2)
-    }
-}
-
-impl From<Distortion> for Raw {
-    fn from(of: Distortion) -> Self {
-        Self { k1: of.k1, k2: of.k2 }
+impl Distortion {
+    fn restored(self) -> Result<Self> {
+        Self::new(self.k1, self.k2)
     }
 }
 

@@ -1,6 +1,6 @@
 use super::{Distortion, Lens};
+use crate::Result;
 use crate::error::require;
-use crate::{PtzError, Result};
 use pursuit_geometry::Size;
 use serde::{Deserialize, Serialize};
 
@@ -19,31 +19,18 @@ pub struct FieldOfView {
 /// Between two entries the focal length (the inverse of the tangent of half the angle) changes geometrically, as zoom
 /// drives are usually geared; outside of the table the nearest entry holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(remote = "FieldsOfView", deny_unknown_fields)]
 pub struct FieldsOfView {
-    table: Vec<FieldOfView>,
-    distortion: Distortion,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename = "FieldsOfView")]
-struct Raw {
     table: Vec<FieldOfView>,
     #[serde(default)]
     distortion: Distortion,
 }
 
-impl TryFrom<Raw> for FieldsOfView {
-    type Error = PtzError;
+pursuit_estimation::checked!(FieldsOfView);
 
-    fn try_from(raw: Raw) -> Result<Self> {
-        Ok(Self::new(raw.table)?.with_distortion(raw.distortion))
-    }
-}
-
-impl From<FieldsOfView> for Raw {
-    fn from(of: FieldsOfView) -> Self {
-        Self { table: of.table, distortion: of.distortion }
+impl FieldsOfView {
+    fn restored(self) -> Result<Self> {
+        Ok(Self::new(self.table)?.with_distortion(self.distortion))
     }
 }
 

@@ -1,6 +1,7 @@
 use super::Distortion;
 use crate::Result;
 use crate::error::require;
+use pursuit_geometry::camera::Pinhole;
 use pursuit_geometry::{Point, Size};
 
 /// A camera at one zoom: the size of its picture, its angle of view and its distortion.
@@ -10,8 +11,7 @@ use pursuit_geometry::{Point, Size};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
     size: Size,
-    tan_half_x: f64,
-    tan_half_y: f64,
+    pinhole: Pinhole,
     distortion: Distortion,
 }
 
@@ -26,7 +26,8 @@ impl Lens {
         require("height", size.height as f64, size.height > 0, "at least 1")?;
         let tan_half_x = half_fov_x_deg.to_radians().tan();
         let tan_half_y = tan_half_x * size.height as f64 / size.width as f64;
-        Ok(Self { size, tan_half_x, tan_half_y, distortion: Distortion::NONE })
+        let pinhole = Pinhole::of_half_tangents(size, (tan_half_x, tan_half_y));
+        Ok(Self { size, pinhole, distortion: Distortion::NONE })
     }
 
     /// The same with a vertical angle of its own, for pixels that are not square.
@@ -35,7 +36,7 @@ impl Lens {
     /// Where the angle is not in (0, 85].
     pub fn with_half_fov_y(mut self, half_fov_y_deg: f64) -> Result<Self> {
         require_half_angle("half_fov_y_deg", half_fov_y_deg)?;
-        self.tan_half_y = half_fov_y_deg.to_radians().tan();
+        self.pinhole.focal_px.1 = self.middle().y / half_fov_y_deg.to_radians().tan();
         Ok(self)
     }
 
@@ -53,33 +54,30 @@ impl Lens {
 
     /// Half the horizontal and half the vertical angle of view, degrees.
     pub fn half_fov_deg(&self) -> (f64, f64) {
-        (self.tan_half_x.atan().to_degrees(), self.tan_half_y.atan().to_degrees())
+        let (middle, focal) = (self.middle(), self.pinhole.focal_px);
+        ((middle.x / focal.0).atan().to_degrees(), (middle.y / focal.1).atan().to_degrees())
     }
 
     /// The middle of the picture.
-    pub fn middle(&self) -> Point {
-        Point::new(self.size.width as f64 / 2.0, self.size.height as f64 / 2.0)
+    pub const fn middle(&self) -> Point {
+        self.pinhole.center
     }
 
     /// The tangents, to the right and **downward**, of the ray that is shown at `pixel`.
     pub fn offset(&self, pixel: Point) -> (f64, f64) {
-        let middle = self.middle();
-        let shown =
-            ((pixel.x - middle.x) / middle.x * self.tan_half_x, (pixel.y - middle.y) / middle.y * self.tan_half_y);
-        self.distortion.remove(shown)
+        self.distortion.remove(self.pinhole.ray(pixel))
     }
 
     /// The pixel at which a ray of tangents `(x, y)`, to the right and downward, is shown.
     pub fn pixel(&self, offset: (f64, f64)) -> Point {
-        let (x, y) = self.distortion.apply(offset);
-        let middle = self.middle();
-        Point::new(middle.x + x / self.tan_half_x * middle.x, middle.y + y / self.tan_half_y * middle.y)
+        let (right, down) = self.distortion.apply(offset);
+        self.pinhole.pixel([right, down, 1.0])
     }
 
     /// Pixels per degree in the middle of the picture, along x and y.
     pub fn px_per_deg(&self) -> (f64, f64) {
         let per_tangent = 1f64.to_radians();
-        (self.middle().x / self.tan_half_x * per_tangent, self.middle().y / self.tan_half_y * per_tangent)
+        (self.pinhole.focal_px.0 * per_tangent, self.pinhole.focal_px.1 * per_tangent)
     }
 }
 

@@ -13,16 +13,13 @@ pub use fields_of_view::{FieldOfView, FieldsOfView};
 pub use lens::Lens;
 pub use pose::{direction_of, pixel_of};
 
-use serde::{Deserialize, Serialize};
-
-/// How a pixel becomes an angle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AngleFormula {
-    /// The exact angles of a head that pans about the vertical and tilts the camera on top of it.
-    #[default]
-    PanThenTilt,
-    /// The paper `qu2010`'s formula, its equations (1) to (3): both angles apart, added to those of the head. It is exact
-    /// for the pan of a level camera only.
-    Qu2010,
+pursuit_parameters::choices! {
+    /// How a pixel becomes an angle.
+    pub enum AngleFormula {
+        /// The exact angles of a head that pans about the vertical and tilts the camera on top of it.
+        PanThenTilt = "pan_then_tilt",
+        /// The paper `qu2010`'s formula, its equations (1) to (3): both angles apart, added to those of the head. It is exact
+        /// for the pan of a level camera only.
+        Qu2010 = "qu2010",
+    }
 }

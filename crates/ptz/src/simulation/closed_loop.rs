@@ -3,47 +3,78 @@ use super::head::SimulatedHead;
 use super::params::{CameraParams, HeadParams};
 use super::random::Random;
 use crate::control::Controller;
-use crate::{Aim, Direction, Forecast, Position, Result, Still};
+use crate::{Aim, Direction, Forecast, Position, Result};
 use pursuit_geometry::{BBox, Point};
+use pursuit_imaging::CameraPose;
 use pursuit_tracking::TrackState;
+use pursuit_tracking::motion::{CameraCompensation, CameraShift, Motion, MotionFilter, MotionParams, Sight};
 use std::collections::VecDeque;
 
 /// What looks at the pictures of a simulation: a tracker, or something that stands for one.
 pub trait Eye {
-    /// What is seen in a picture; called once for each picture that arrives, in order.
+    /// What is seen in a picture; called once for each picture that arrives, in order. `camera` is how the controller
+    /// believes that the camera stood, where it keeps account of that.
     ///
     /// # Errors
     /// Where the picture cannot be made or looked at.
-    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>>;
+    fn look(&mut self, exposure: &Exposure, camera: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>>;
 }
 
-/// Stands for a tracker: sees the true box with an error.
+/// Stands for a tracker: sees the true box with an error, and expects the target by a motion model as trackers do.
 #[derive(Debug, Clone)]
 pub struct NoisyEye {
     sigma_px: f64,
     missed: f64,
     random: Random,
+    /// What the motion of the target is believed to be in the picture, with the time of the last picture, seconds.
+    motion: Option<(Motion, f64)>,
+    camera: CameraShift,
 }
 
 impl NoisyEye {
     /// An eye whose error is normal with a deviation of `sigma_px`, and that overlooks the target in the fraction `missed`
     /// of pictures.
     pub fn new(sigma_px: f64, missed: f64, seed: u64) -> Self {
-        Self { sigma_px, missed, random: Random::new(seed, 4) }
+        let (random, camera) = (Random::new(seed, 4), CameraShift::new(CameraCompensation::Pose));
+        Self { sigma_px, missed, random, motion: None, camera }
     }
 }
 
 impl Eye for NoisyEye {
-    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>> {
+    fn look(&mut self, exposure: &Exposure, camera: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>> {
         let error = Point::new(self.random.normal() * self.sigma_px, self.random.normal() * self.sigma_px);
         let missed = self.random.happens(self.missed);
         let seen = exposure.truth.filter(|_| exposure.shows_target() && !missed);
-        let aim = |truth: BBox| Aim {
-            bbox: truth.translated(error.x, error.y),
-            covariance: None,
-            state: TrackState::Tracking,
+        let seen = seen.map(|truth| truth.translated(error.x, error.y));
+        self.follow(exposure, camera, seen)?;
+        let stamp_s = exposure.arrival_s;
+        Ok(Box::new(move |time_s: f64| {
+            let (motion, _) = self.motion.as_ref()?;
+            let bbox = if time_s > stamp_s { motion.forecast(stamp_s, time_s - stamp_s).ok()?.bbox } else { seen? };
+            seen.map(|_| Aim { bbox, covariance: None, state: TrackState::Tracking })
+        }))
+    }
+}
+
+impl NoisyEye {
+    /// Predicts the motion into this picture, and corrects it by what is seen.
+    fn follow(&mut self, exposure: &Exposure, camera: Option<CameraPose>, seen: Option<BBox>) -> Result<()> {
+        let Some((motion, before_s)) = &mut self.motion else {
+            if let Some(bbox) = seen {
+                self.camera.by_pose(camera, exposure.lens.size(), bbox.center());
+                self.motion = Some((Motion::new(MotionParams::default(), bbox)?, exposure.time_s));
+            }
+            return Ok(());
         };
-        Ok(Box::new(Still(seen.map(aim))))
+        if let Some(shift) = self.camera.by_pose(camera, exposure.lens.size(), motion.bbox().center()) {
+            motion.carry(shift);
+        }
+        motion.predict(exposure.time_s - *before_s)?;
+        if let Some(bbox) = seen {
+            motion.correct(&Sight::of(bbox, Some(self.sigma_px.max(0.1))))?;
+        }
+        *before_s = exposure.time_s;
+        Ok(())
     }
 }
 
@@ -112,7 +143,7 @@ pub fn run(
         }
         while under_way.front().is_some_and(|exposure| exposure.arrival_s <= now_s) {
             let Some(exposure) = under_way.pop_front() else { break };
-            let seen = eye.look(&exposure)?;
+            let seen = eye.look(&exposure, controller.camera(exposure.arrival_s))?;
             controller.see(now_s, exposure.arrival_s, &*seen)?;
         }
         head.advance_to(now_s);

@@ -1,7 +1,8 @@
-use super::params::{HeadParams, StatusHonesty};
+use super::params::{HeadParams, StatusHonesty, StatusParams};
 use super::random::Random;
 use crate::mechanics::Axes;
 use crate::{Command, Direction, Position, Result, Status, Velocity};
+use pursuit_parameters::Parameters;
 use std::collections::VecDeque;
 
 /// A head that exists in numbers only: it obeys late, loses commands, moves within its limits and with play, and may lie.
@@ -22,7 +23,7 @@ impl SimulatedHead {
     /// # Errors
     /// Where a parameter is out of its range.
     pub fn new(params: HeadParams, seed: u64) -> Result<Self> {
-        params.check()?;
+        params.validate("head")?;
         let axes = Axes::at(params.home);
         let (pending, past) = (VecDeque::new(), VecDeque::new());
         Ok(Self { params, axes, now_s: 0.0, pending, past, random: Random::new(seed, 1) })
@@ -47,7 +48,7 @@ impl SimulatedHead {
             self.axes.obey(&self.as_carried_out(command));
         }
         self.pass(now_s);
-        if let StatusHonesty::OldNews { age_s } = self.params.status {
+        if let StatusParams { says: StatusHonesty::OldNews, age_s } = self.params.status {
             self.past.push_back((now_s, self.truth()));
             while self.past.get(1).is_some_and(|(time, _)| *time <= now_s - age_s) {
                 self.past.pop_front();
@@ -98,9 +99,9 @@ impl SimulatedHead {
     /// What it says of itself.
     pub fn status(&self) -> Option<Status> {
         let at_first = |moving| Some(Status { position: Some(self.params.home), moving: Some(moving) });
-        match self.params.status {
+        match self.params.status.says {
             StatusHonesty::TheTruth => Some(self.truth()),
-            StatusHonesty::OldNews { .. } => self.past.front().map(|(_, status)| *status),
+            StatusHonesty::OldNews => self.past.front().map(|(_, status)| *status),
             StatusHonesty::AlwaysMoving => at_first(true),
             StatusHonesty::AlwaysIdle => at_first(false),
             StatusHonesty::Nothing => None,
@@ -171,7 +172,8 @@ mod tests {
 
     #[test]
     fn what_it_says_is_as_true_as_asked_for() {
-        let said = |status, seconds: f64| {
+        let said = |says, seconds: f64| {
+            let status = StatusParams { says, age_s: 1.0 };
             let mut head = SimulatedHead::new(HeadParams { status, delay_s: 0.0, ..HeadParams::default() }, 1).unwrap();
             head.command(0.0, RIGHT);
             for tick in 0..=(seconds * 10.0) as u32 {
@@ -181,7 +183,7 @@ mod tests {
         };
         let (pan, moving) = said(StatusHonesty::TheTruth, 2.0).unwrap();
         assert!((pan - 19.583_333).abs() < 1e-5 && moving);
-        let (pan, _) = said(StatusHonesty::OldNews { age_s: 1.0 }, 2.0).unwrap();
+        let (pan, _) = said(StatusHonesty::OldNews, 2.0).unwrap();
         assert!((pan - 9.583_333).abs() < 1e-5);
         assert_eq!(said(StatusHonesty::AlwaysMoving, 2.0), Some((0.0, true)));
         assert_eq!(said(StatusHonesty::AlwaysIdle, 2.0), Some((0.0, false)));

@@ -1,7 +1,7 @@
 use super::closed_loop::Eye;
 use super::{Exposure, World};
-use crate::{Aim, Forecast, Result, Still};
-use pursuit_imaging::Frame;
+use crate::{Aim, Forecast, Result};
+use pursuit_imaging::{CameraPose, Frame};
 use pursuit_tracking::{Estimate, Recipe, Tracker};
 
 /// A tracker that looks at what a simulated camera sees of a world: nothing of the loop is assumed but the head and the
@@ -19,6 +19,7 @@ impl<'a> TrackingEye<'a> {
         Self { world, recipe, tracker: None, looked: 0 }
     }
 
+    /// What is said of a frame.
     fn estimate(&mut self, frame: &Frame, exposure: &Exposure) -> Result<Option<Estimate>> {
         if let Some(tracker) = &mut self.tracker {
             return Ok(Some(tracker.update(frame)?));
@@ -30,12 +31,19 @@ impl<'a> TrackingEye<'a> {
 }
 
 impl Eye for TrackingEye<'_> {
-    fn look(&mut self, exposure: &Exposure) -> Result<Box<dyn Forecast>> {
+    fn look(&mut self, exposure: &Exposure, camera: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>> {
         let image = self.world.render(exposure.time_s, &exposure.lens, exposure.position.direction)?;
         let frame = Frame::new(self.looked, exposure.time_s, image);
+        let frame = match camera {
+            Some(camera) => frame.with_camera(camera),
+            None => frame,
+        };
         self.looked += 1;
         let seen = self.estimate(&frame, exposure)?;
-        Ok(Box::new(Still(seen.map(|e| Aim { bbox: e.bbox, covariance: e.covariance, state: e.state }))))
+        let (tracker, stamp_s) = (self.tracker.as_deref(), exposure.arrival_s);
+        Ok(Box::new(move |time_s: f64| {
+            Aim::ahead(seen.as_ref()?, time_s - stamp_s, |seconds| tracker?.forecast(seconds).ok())
+        }))
     }
 }
 
@@ -49,7 +57,7 @@ mod tests {
     use pursuit_tracking::{GroupParams, Localizer, LocalizerRecipe, Measurement, Search, TrackerRecipe};
     use serde::{Deserialize, Serialize};
 
-    pursuit_tracking::parameters! {
+    pursuit_parameters::parameters! {
         /// Follows what is white.
         pub struct WhiteParams {
             /// Least grey value.
@@ -69,7 +77,9 @@ mod tests {
     }
 
     impl Localizer for White {
-        fn locate(&mut self, frame: &Frame, _: &Search) -> pursuit_tracking::Result<Option<Measurement>> {
+        type Finding = ();
+
+        fn locate(&mut self, frame: &Frame, _: &Search) -> pursuit_tracking::Result<Option<(Measurement, ())>> {
             let (mut sum, mut count) = ((0.0, 0.0), 0.0);
             for (y, row) in frame.gray().rows().enumerate() {
                 for x in (0..row.len()).filter(|x| usize::from(row[*x]) >= self.0.least) {
@@ -79,10 +89,10 @@ mod tests {
             }
             let center = Point::new(sum.0 / count, sum.1 / count);
             let bbox = BBox::from_center_size(center, self.1.0, self.1.1);
-            Ok((count > 0.0).then(|| Measurement::new(bbox, 0.9)))
+            Ok((count > 0.0).then(|| (Measurement::new(bbox, 0.9), ())))
         }
 
-        fn adapt(&mut self, _: &Frame, _: BBox, _: &Measurement) -> pursuit_tracking::Result<()> {
+        fn adapt(&mut self, _: &Frame, _: BBox, (): &()) -> pursuit_tracking::Result<()> {
             Ok(())
         }
 

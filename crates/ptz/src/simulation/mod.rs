@@ -17,7 +17,7 @@ pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
 pub use figures::{Figures, overshoot, wandering_deg};
 pub use head::SimulatedHead;
 pub use looking::TrackingEye;
-pub use params::{CameraParams, HeadParams, StatusHonesty};
+pub use params::{CameraParams, HeadParams, StatusHonesty, StatusParams};
 pub use study::{Contender, Study};
 pub use walker::{Walk, Walker};
 pub use worlds::{Panorama, Rendered, WideClip, World};

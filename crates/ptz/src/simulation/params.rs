@@ -3,86 +3,57 @@ use crate::geometry::{FieldOfView, FieldsOfView};
 use crate::mechanics::HeadLimits;
 use crate::{Position, PtzError, Result};
 use pursuit_geometry::Size;
+use pursuit_parameters::{choices, parameters};
 use serde::{Deserialize, Serialize};
 
-/// How far what a simulated head says of itself is true.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(tag = "says", rename_all = "snake_case", deny_unknown_fields)]
-pub enum StatusHonesty {
-    /// Where it stands and whether it moves, now.
-    #[default]
-    TheTruth,
-    /// The truth of a while ago.
-    OldNews {
-        /// How old, seconds.
-        age_s: f64,
-    },
-    /// That it moves, always; and where it stood at first.
-    AlwaysMoving,
-    /// That it stands, always; and where it stood at first.
-    AlwaysIdle,
-    /// Nothing.
-    Nothing,
-}
-
-/// What a simulated head is like.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct HeadParams {
-    /// What its axes can do.
-    pub limits: HeadLimits,
-    /// Where it stands at first.
-    pub home: Position,
-    /// How long a command takes to act, seconds.
-    pub delay_s: f64,
-    /// How much longer it may take: uniform from 0 to this, seconds. Commands stay in order.
-    pub jitter_s: f64,
-    /// Which fraction of commands gets lost, in `[0, 1]`.
-    pub dropped: f64,
-    /// The steps in which the camera's angles go, degrees; 0 for none.
-    pub quantum_deg: f64,
-    /// How many speeds there are between none and the greatest; 0 for any.
-    pub speed_levels: u32,
-    /// The true speed for each unit of speed commanded.
-    pub speed_scale: f64,
-    /// How far what it says of itself is true.
-    pub status: StatusHonesty,
-}
-
-impl Default for HeadParams {
-    fn default() -> Self {
-        Self {
-            limits: HeadLimits::default(),
-            home: Position::default(),
-            delay_s: 0.15,
-            jitter_s: 0.0,
-            dropped: 0.0,
-            quantum_deg: 0.0,
-            speed_levels: 0,
-            speed_scale: 1.0,
-            status: StatusHonesty::TheTruth,
-        }
+choices! {
+    /// How far what a simulated head says of itself is true.
+    pub enum StatusHonesty {
+        /// Where it stands and whether it moves, now.
+        TheTruth = "the_truth",
+        /// The truth of a while ago.
+        OldNews = "old_news",
+        /// That it moves, always; and where it stood at first.
+        AlwaysMoving = "always_moving",
+        /// That it stands, always; and where it stood at first.
+        AlwaysIdle = "always_idle",
+        /// Nothing.
+        Nothing = "nothing",
     }
 }
 
-impl HeadParams {
-    /// Refuses parameters that are out of their ranges.
-    ///
-    /// # Errors
-    /// Names the first such parameter and its range.
-    pub fn check(&self) -> Result<()> {
-        self.limits.check()?;
-        let seconds = |name, value: f64| require(name, value, (0.0..=5.0).contains(&value), "between 0 and 5 s");
-        seconds("delay_s", self.delay_s)?;
-        seconds("jitter_s", self.jitter_s)?;
-        require("dropped", self.dropped, (0.0..=1.0).contains(&self.dropped), "between 0 and 1")?;
-        require("quantum_deg", self.quantum_deg, (0.0..=10.0).contains(&self.quantum_deg), "between 0 and 10 degrees")?;
-        let scale = self.speed_scale;
-        require("speed_scale", scale, (0.1..=10.0).contains(&scale), "between 0.1 and 10")?;
-        if let StatusHonesty::OldNews { age_s } = self.status {
-            seconds("age_s", age_s)?;
-        }
-        Ok(())
+parameters! {
+    /// What a simulated head says of itself.
+    #[derive(Copy)]
+    pub struct StatusParams {
+        /// How far it is true.
+        pub says: StatusHonesty = StatusHonesty::TheTruth;
+        /// Of `old_news`: how old.
+        pub age_s: f64 = 1.0, in 0.0..=5.0, unit "s";
+    }
+}
+
+parameters! {
+    /// What a simulated head is like.
+    pub struct HeadParams {
+        /// What its axes can do.
+        pub limits: HeadLimits = HeadLimits::default();
+        /// Where it stands at first.
+        pub home: Position = Position::default();
+        /// How long a command takes to act.
+        pub delay_s: f64 = 0.15, in 0.0..=5.0, unit "s";
+        /// How much longer it may take: uniform from 0 to this. Commands stay in order.
+        pub jitter_s: f64 = 0.0, in 0.0..=5.0, unit "s";
+        /// Which fraction of commands gets lost.
+        pub dropped: f64 = 0.0, in 0.0..=1.0;
+        /// The steps in which the camera's angles go; 0 for none.
+        pub quantum_deg: f64 = 0.0, in 0.0..=10.0, unit "deg";
+        /// How many speeds there are between none and the greatest; 0 for any.
+        pub speed_levels: u32 = 0;
+        /// The true speed for each unit of speed commanded.
+        pub speed_scale: f64 = 1.0, in 0.1..=10.0;
+        /// What it says of itself.
+        pub status: StatusParams = StatusParams::default();
     }
 }
 
@@ -174,23 +145,15 @@ impl CameraParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pursuit_parameters::Parameters;
 
     #[test]
     fn heads_and_cameras_are_read_with_their_checks() {
-        let head: HeadParams = toml::from_str("delay_s = 0.3\nstatus = { says = 'old_news', age_s = 1.0 }").unwrap();
-        assert_eq!((head.delay_s, head.status), (0.3, StatusHonesty::OldNews { age_s: 1.0 }));
-        head.check().unwrap();
-        for (text, name) in [
-            ("delay_s = 6.0", "delay_s"),
-            ("jitter_s = -0.1", "jitter_s"),
-            ("dropped = 1.1", "dropped"),
-            ("quantum_deg = -1", "quantum_deg"),
-            ("speed_scale = 0", "speed_scale"),
-            ("status = { says = 'old_news', age_s = 9.0 }", "age_s"),
-            ("limits = { zoom_per_s = 0 }", "zoom_per_s"),
-        ] {
-            let message = toml::from_str::<HeadParams>(text).unwrap().check().unwrap_err().to_string();
-            assert!(message.starts_with(&format!("`{name}`")), "{message}");
+        let with = |text: &str| HeadParams::default().with("head", &text.parse().unwrap());
+        let head = with("delay_s = 0.3\nstatus = { says = 'old_news', age_s = 1.0 }").unwrap();
+        assert_eq!((head.delay_s, head.status.says, head.status.age_s), (0.3, StatusHonesty::OldNews, 1.0));
+        for text in ["delay_s = 6.0", "dropped = 1.1", "status.age_s = 9.0", "limits.zoom_per_s = 0", "speed = 1"] {
+            assert!(with(text).is_err(), "{text}");
         }
         let camera: CameraParams = toml::from_str("width = 1280\nheight = 720").unwrap();
         assert_eq!((camera.size, camera.fps), (Size::new(1280, 720), 25.0));

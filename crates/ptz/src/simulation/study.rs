@@ -1,6 +1,7 @@
 use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
 use crate::{Direction, Result};
+use pursuit_parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -12,6 +13,8 @@ pub enum Contender {
     Velocity,
     /// [`Scheme::Steps`], predicting.
     Steps,
+    /// [`Scheme::Velocity`], by the forecast of the tracker.
+    Forecast,
     /// [`Scheme::Velocity`] without prediction.
     Unpredicted,
     /// [`Proportional`] of gain 1.5 per second.
@@ -22,13 +25,15 @@ pub enum Contender {
 
 impl Contender {
     /// Every contender.
-    pub const ALL: [Self; 5] = [Self::Velocity, Self::Steps, Self::Unpredicted, Self::Proportional, Self::StopAndGo];
+    pub const ALL: [Self; 6] =
+        [Self::Velocity, Self::Steps, Self::Forecast, Self::Unpredicted, Self::Proportional, Self::StopAndGo];
 
     /// Its name, as in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Velocity => "velocity",
             Self::Steps => "steps",
+            Self::Forecast => "forecast",
             Self::Unpredicted => "unpredicted",
             Self::Proportional => "proportional",
             Self::StopAndGo => "stop_and_go",
@@ -48,6 +53,7 @@ impl Contender {
         Ok(match self {
             Self::Velocity => Box::new(follower(Scheme::Velocity, params.predict_by)?),
             Self::Steps => Box::new(follower(Scheme::Steps, params.predict_by)?),
+            Self::Forecast => Box::new(follower(Scheme::Velocity, PredictBy::Tracker)?),
             Self::Unpredicted => Box::new(follower(Scheme::Velocity, PredictBy::Nothing)?),
             Self::Proportional => Box::new(Proportional::new(views, size, 1.5, params.period_s)?),
             Self::StopAndGo => Box::new(StopAndGo::new(views, size, params.dead_zone, 10.0, 0.2)?),
@@ -90,6 +96,15 @@ impl Default for Study {
 }
 
 impl Study {
+    /// Refuses parameters of the head and the follower that are out of their ranges.
+    ///
+    /// # Errors
+    /// Names the first such parameter and its range.
+    pub fn validate(&self) -> Result<()> {
+        self.head.validate("head")?;
+        Ok(self.follower.as_ref().map_or(Ok(()), |follower| follower.validate("follower"))?)
+    }
+
     /// The figures of a contender that follows this walk, one for each seed.
     ///
     /// # Errors

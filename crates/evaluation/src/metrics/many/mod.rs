@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_said_is_nothing_found_and_two_boxes_of_one_are_refused() {
+    fn duplicate_boxes_of_a_target_are_refused() {
         let crowd = Crowd::new(&walk(1, 0.0), &[]).unwrap();
         assert_eq!((clear(&crowd, 0.5).unwrap().mota(), hota(&crowd).unwrap().hota), (0.0, 0.0));
         let crowd = Crowd::new(&[], &walk(1, 0.0)).unwrap();

@@ -4,6 +4,7 @@ use super::{clock, token};
 use crate::drivers::{Password, Timeouts};
 use crate::{PtzError, Result};
 use http_auth::{PasswordClient, PasswordParams};
+use pursuit_address::Locator;
 use std::time::{Duration, Instant};
 use ureq::Agent;
 use ureq::http::StatusCode;
@@ -42,11 +43,12 @@ impl Client {
 
     pub fn new(url: &str, login: Option<Login>, timeouts: Timeouts) -> Result<Self> {
         let wrong = || PtzError::Address { reason: "the address of an ONVIF camera is no http:// address".into() };
-        let host = url.strip_prefix("http://").ok_or_else(wrong)?;
-        let (host, path) = host.split_once('/').unwrap_or((host, "onvif/device_service"));
-        if host.is_empty() || host.contains('@') {
+        let url = Locator::new(url);
+        let server = url.server().map_err(|_| wrong())?;
+        if url.scheme() != Some("http") || url.login().is_some() {
             return Err(wrong());
         }
+        let path = if server.path.is_empty() { "onvif/device_service" } else { server.path };
         let config = Agent::config_builder()
             .timeout_connect(Some(timeouts.connect))
             .http_status_as_error(false)
@@ -55,10 +57,10 @@ impl Client {
             .user_agent("pursuit")
             .build();
         Ok(Self {
-            name: format!("onvif://{host}"),
+            name: format!("onvif://{server}"),
             agent: config.into(),
-            root: format!("http://{host}"),
-            device_path: format!("/{path}"),
+            root: format!("http://{server}"),
+            device_path: format!("/{path}{}", server.query),
             media_path: None,
             ptz_path: None,
             login,
