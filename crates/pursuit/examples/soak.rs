@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(input) => pursuit::open_with(input, &OpenOptions { patience, ..OpenOptions::from_env() })?,
         None => breaking(between_s, patience)?,
     };
-    let stats = source.stream_stats().ok_or("the input is no live source")?;
+    let stats = source.info().stream.clone().ok_or("the input is no live source")?;
     let size = source.info().size;
     let side = 0.15 * size.height as f64;
     let start = source

@@ -4,7 +4,7 @@ use crate::session::{Progress, Remote};
 use crate::start::Preference;
 use crate::{Fetched, Finished, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
-use pursuit_tracking::parameters::{merge, nested};
+use pursuit_parameters::{merge, nested};
 use std::path::Path;
 
 /// The demo, prepared.
@@ -26,7 +26,7 @@ impl Demo {
             parameters,
             ..RunConfig::default()
         };
-        Ok(Self(Run::prepare_with(config, Fetched::default(), &OpenOptions::default(), Preference::Detector)?))
+        Ok(Self(Run::prepare_with(config, None, Fetched::default(), &OpenOptions::default(), Preference::Detector)?))
     }
 
     /// How many frames there will be.

@@ -1,6 +1,7 @@
 use pursuit_estimation::EstimationError;
 use pursuit_evaluation::EvaluationError;
 use pursuit_media::MediaError;
+use pursuit_parameters::ParameterError;
 use pursuit_tracking::TrackingError;
 use std::path::PathBuf;
 
@@ -20,12 +21,19 @@ pub enum RunError {
     /// A tracker or detector refuses its parameters, its start box or a frame.
     #[error(transparent)]
     Tracking(#[from] TrackingError),
+    /// A parameter that does not exist or has a senseless value.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// An evaluation that cannot be run or kept.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
     /// A filter refuses its parameters or a measurement.
     #[error(transparent)]
     Estimation(#[from] EstimationError),
+    /// A pan-tilt head, or what is said of one.
+    #[cfg(feature = "ptz")]
+    #[error(transparent)]
+    Head(#[from] pursuit_ptz::PtzError),
     /// A file cannot be written.
     #[error("cannot write {}: {source}; what was written before is kept", path.display())]
     Output {
@@ -37,10 +45,10 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// The exit status that INTERFACE promises: 2 wrong usage, 3 input that cannot be read, 4 output that cannot be written.
+    /// The exit status that the README promises: 2 wrong usage, 3 input that cannot be read, 4 output that cannot be written.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage { .. } => 2,
+            Self::Usage { .. } | Self::Parameter(_) => 2,
             Self::Input(e) if e.is_output() => 4,
             Self::Input(_) => 3,
             Self::Evaluation(e) if e.is_output() => 4,
@@ -48,10 +56,12 @@ impl RunError {
             Self::Evaluation(_) => 3,
             Self::Output { .. } => 4,
             Self::Estimation(_) => 1,
+            #[cfg(feature = "ptz")]
+            Self::Head(_) => 1,
             Self::Tracking(e) => match e {
                 TrackingError::FrameSize { .. } | TrackingError::MissingPlane { .. } => 3,
                 TrackingError::StartBox { .. }
-                | TrackingError::Parameter { .. }
+                | TrackingError::Parameter(_)
                 | TrackingError::UnknownName { .. }
                 | TrackingError::UnknownTarget { .. } => 2,
                 _ => 1,

@@ -1,6 +1,6 @@
 //! Inputs that something else has read from where they are, such as an object store.
 
-use pursuit_media::Locator;
+use pursuit_address::Locator;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

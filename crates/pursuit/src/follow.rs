@@ -1,10 +1,12 @@
 //! One target, a few lines.
 
-use crate::RunError;
+use crate::{RunError, Session};
 use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_media::input::Frames;
 use pursuit_media::{Locator, OpenOptions, Source};
 use pursuit_trackers::registry;
-use pursuit_tracking::{Estimate, Recipe, Tracker};
+use pursuit_tracking::{Estimate, Recipe};
 
 /// Opens a video file, a folder of images, a camera (`camera:0`), a stream or a scene (`scene:NAME?key=value`) with what is
 /// built in.
@@ -31,41 +33,46 @@ pub fn recipe(name: &str) -> Result<Box<dyn Recipe>, RunError> {
     Ok(registry::tracker(name)?.default_recipe())
 }
 
-/// Follows the target inside `bbox` of the first frame of `source` to its end: an estimate for every frame, the first one
-/// the box itself.
-pub fn track(source: Box<dyn Source>, recipe: &dyn Recipe, bbox: BBox) -> Follow<'_> {
-    Follow { source, recipe, bbox, tracker: None, broken: false }
+/// The frames of an iterator as a source, which reads each when it is asked for it; frames carry their own numbers and times.
+/// Fallible ones, and what more is known of them, take [`Frames`].
+///
+/// ```
+/// use pursuit::imaging::Image;
+/// use pursuit::{BBox, Frame, frames, recipe, track};
+///
+/// let square = |x: usize, at: usize| if (at..at + 20).contains(&x) { 200_u8 } else { 40 };
+/// let made = (0..10_u64).filter_map(move |k| {
+///     let image = Image::from_fn(120, 80, |x, y| square(x, 30 + k as usize).min(square(y, 30))).ok()?;
+///     Some(Frame::new(k, k as f64 / 25.0, image))
+/// });
+/// let target = BBox::from_ltwh(30.0, 30.0, 20.0, 20.0);
+/// assert_eq!(track(frames(made)?, &*recipe("kcf")?, target).count(), 10);
+/// # Ok::<(), pursuit::RunError>(())
+/// ```
+///
+/// # Errors
+/// When there is no frame: the first is read at once, as it says the size.
+pub fn frames<I>(frames: I) -> Result<Box<dyn Source>, RunError>
+where
+    I: IntoIterator<Item = Frame, IntoIter: Send + 'static>,
+{
+    Ok(Box::new(Frames::new("frames", frames.into_iter().map(Ok))?))
 }
 
-/// The estimates of [`track`], frame by frame; after an error comes the end.
-pub struct Follow<'a> {
-    source: Box<dyn Source>,
-    recipe: &'a dyn Recipe,
-    bbox: BBox,
-    tracker: Option<Box<dyn Tracker>>,
-    broken: bool,
+/// Follows the target inside `bbox` of the first frame of `source` to its end: an estimate for every frame that can be had, the
+/// first one the box itself.
+pub fn track(source: Box<dyn Source>, recipe: &dyn Recipe, bbox: BBox) -> Follow {
+    Follow(Session::new(source, recipe.boxed_clone()).starting_on(vec![bbox]))
 }
 
-impl Follow<'_> {
-    fn step(&mut self) -> Result<Option<Estimate>, RunError> {
-        let Some(frame) = self.source.next_frame()? else { return Ok(None) };
-        if let Some(tracker) = &mut self.tracker {
-            return Ok(Some(tracker.update(&frame)?));
-        }
-        self.tracker = Some(self.recipe.init(&frame, self.bbox)?);
-        Ok(Some(Estimate::started(frame.time_s(), self.bbox, 1.0)))
-    }
-}
+/// The estimates of [`track`], frame by frame: a [`Session`] of one target. After an error comes the end.
+pub struct Follow(Session);
 
-impl Iterator for Follow<'_> {
+impl Iterator for Follow {
     type Item = Result<Estimate, RunError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.broken {
-            return None;
-        }
-        let step = self.step();
-        self.broken = step.is_err();
-        step.transpose()
+        let progress = self.0.step().transpose()?;
+        progress.map(|progress| progress.records.first()?.estimate.clone()).transpose()
     }
 }

@@ -1,10 +1,7 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
-use crate::view::{View, Viewed};
-use crate::{Fetched, RunConfig, RunError};
-use pursuit_geometry::Size;
-use pursuit_media::depth::DepthFacts;
-use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, StreamStats, Strided, Trimmed};
+use crate::{Fetched, RunConfig, RunError, part_of};
+use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Strided, Trimmed};
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use pursuit_scenes::{SceneQuery, SceneSource};
 use std::num::NonZeroU64;
@@ -23,29 +20,22 @@ const SENSIBLE_FPS: std::ops::RangeInclusive<f64> = 0.001..=1_000_000.0;
 /// An input ready to be read, decoding ahead on its own thread.
 pub(crate) struct OpenedInput {
     /// Delivers the frames.
-    pub source: Prefetch,
+    pub source: Box<dyn Source>,
     /// What is known of it.
     pub info: SourceInfo,
-    /// The size of its pictures, before a part is taken or they are resized.
-    pub input_size: Size,
-    /// What of them is looked at, where that is not all.
-    pub view: Option<View>,
-    /// Width against height of a pixel, where they are not square.
-    pub pixel_aspect: Option<(u32, u32)>,
-    /// What was found out about its depth, where it has some.
-    pub depth: Option<DepthFacts>,
     /// Counts what was decoded and what a live source dropped.
     pub stats: PrefetchStats,
-    /// Counts what befell a live source.
-    pub stream: Option<StreamStats>,
 }
 
-/// Opens the input of `config`; of one that was followed up to the frame `seen`, what comes after it.
+/// Opens the input of `config`, or takes the source that is given for it; of one that was followed up to the frame `seen`, what
+/// comes after it.
+///
+/// A source that is given is read on the thread that tracks, when its next frame is wanted.
 ///
 /// # Errors
 /// Senseless options, or an input that cannot be read.
 pub(crate) fn open(
-    name: &Locator,
+    (name, given): (&Locator, Option<Box<dyn Source>>),
     config: &RunConfig,
     fetched: &Fetched,
     seen: Option<u64>,
@@ -55,11 +45,12 @@ pub(crate) fn open(
     let default_fps = config.fps.unwrap_or(options.default_fps);
     let options = &OpenOptions { depth: config.depth_options, default_fps, ..options.clone() };
     let (place, depth) = (fetched.place(name), config.depth.as_deref().map(|depth| fetched.place(&depth.into())));
-    let mut source = open_both(&place, depth.as_ref().map(Locator::reveal), options)?;
-    // Truth is numbered as the frames of the whole input are.
-    let truth = source.info().truth.clone();
-    let pixel_aspect = source.pixel_aspect();
-    let (depth, stream) = (source.depth_facts().cloned(), source.stream_stats());
+    let (depth, is_given) = (depth.as_ref().map(Locator::reveal), given.is_some());
+    let mut source = match (given, depth) {
+        (None, depth) => open_both(&place, depth, options)?,
+        (Some(source), None) => source,
+        (Some(source), Some(depth)) => pursuit_media::with_depth(source, depth, options)?,
+    };
     // An input without times of its own has been given this rate already, and knows of its gaps.
     if let Some(fps) = config.fps.filter(|&fps| source.info().fps != Some(fps)) {
         source = Box::new(Retimed::new(source, fps)?);
@@ -77,18 +68,18 @@ pub(crate) fn open(
         source = Box::new(Strided::new(source, stride));
     }
     // Cut first and decoded ahead afterwards, so that this happens on the decoder's thread.
-    let (input_size, view) = (source.info().size, View::new(source.info().size, config.region, config.resize)?);
-    if let Some(view) = view {
-        source = Box::new(Viewed::new(source, view));
-    }
+    source = part_of(source, config.region, config.resize)?;
     let name = if place == *name { source.info().name.clone() } else { name.to_string() };
-    let info = SourceInfo { truth, name, ..source.info().clone() };
+    let info = SourceInfo { name, ..source.info().clone() };
+    tracing::info!("{}: {} pixels, read by {}", info.name, info.size, info.decoder);
+    if is_given {
+        return Ok(OpenedInput { source, info, stats: PrefetchStats::default() });
+    }
     // Whoever has the program work on one thread wants one processor used.
     let alone = rayon::current_num_threads() == 1;
     let ahead = (AHEAD_BYTES / (BYTES_A_PIXEL * info.size.area()).max(1)).clamp(2, AHEAD_FRAMES);
     let source = Prefetch::new(source, if alone { 0 } else { ahead })?;
-    tracing::info!("{}: {} pixels, read by {}", info.name, info.size, info.decoder);
-    Ok(OpenedInput { stats: source.stats(), source, info, input_size, view, pixel_aspect, depth, stream })
+    Ok(OpenedInput { stats: source.stats(), source: Box::new(source), info })
 }
 
 /// Opens an input and, where it is named, its depth.

@@ -5,7 +5,7 @@ use crate::config::RunConfig;
 use crate::run::{InputFacts, RecipeFacts, StateCounts};
 use crate::run_folder::{FACTS, OVERLAY, STATE};
 use crate::session::Checkpoint;
-use crate::sinks::{Format, read_trajectory};
+use crate::sinks::{Format, Lines, read_trajectory};
 use pursuit_tracking::{Estimate, TrackState};
 use serde_json::Value;
 use std::fs::File;
@@ -45,16 +45,14 @@ impl Earlier {
             return Err(no("it is done".to_owned()));
         }
         for name in &config.formats {
-            if !matches!(name.parse()?, Format::Csv | Format::Jsonl | Format::Mot) {
-                return Err(no(format!("nothing can be added to a file of the format {name}")));
-            }
+            name.parse::<Format>()?.lines().map_err(|e| no(e.to_string()))?;
         }
         let Some((last, state)) = Checkpoint::read(&folder.join(STATE))? else {
             tracing::warn!("{}: the run was interrupted before its state was saved; it begins anew", folder.display());
             return Ok(None);
         };
         let kept =
-            Kept::read(&folder.join(Format::Csv.file_name()), last).map_err(|e| no(format!("its trajectory: {e}")))?;
+            Kept::read(&folder.join(Format::CSV.file_name()), last).map_err(|e| no(format!("its trajectory: {e}")))?;
         Ok(Some(Self { folder: folder.to_path_buf(), facts, last, state, kept }))
     }
 
@@ -96,7 +94,7 @@ impl Earlier {
     pub fn cut(&self, formats: &[Format]) -> Result<PathBuf, RunError> {
         for format in formats {
             let path = self.folder.join(format.file_name());
-            cut(&path, *format, self.last).map_err(RunError::output(&path))?;
+            cut(&path, format.lines()?, self.last).map_err(RunError::output(&path))?;
         }
         let numbered = (2_u32..).map(|n| self.folder.join(format!("overlay-{n}.mp4")));
         let mut names = std::iter::once(self.folder.join(OVERLAY)).chain(numbered);
@@ -119,23 +117,13 @@ fn same(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// The frame that a line of a text file is about; none of a header.
-fn frame_of(line: &str, format: Format) -> Option<u64> {
-    match format {
-        Format::Jsonl => serde_json::from_str::<Value>(line).ok()?["frame"].as_u64(),
-        // Counted from 1.
-        Format::Mot => line.split(',').next()?.trim().parse::<u64>().ok()?.checked_sub(1),
-        _ => line.split(',').next()?.parse().ok(),
-    }
-}
-
 /// Leaves whole lines up to frame `last`.
-fn cut(path: &Path, format: Format, last: u64) -> std::io::Result<()> {
+fn cut(path: &Path, lines: &Lines, last: u64) -> std::io::Result<()> {
     let mut kept = Vec::new();
     for (number, line) in BufReader::new(File::open(path)?).split(b'\n').enumerate() {
         let line = line?;
-        let header = number == 0 && format == Format::Csv;
-        if header || frame_of(&String::from_utf8_lossy(&line), format).is_some_and(|frame| frame <= last) {
+        let is_header = number == 0 && lines.has_header;
+        if is_header || (lines.frame_of)(&String::from_utf8_lossy(&line)).is_some_and(|frame| frame <= last) {
             kept.extend(line);
             kept.push(b'\n');
         }
@@ -169,13 +157,13 @@ mod tests {
     fn files_are_cut_after_the_last_frame_and_torn_lines_go() {
         let folder = tempfile::tempdir().unwrap();
         for (format, text, wanted) in [
-            (Format::Csv, "frame,x\n0,1\n1,1\n2,1\n1", "frame,x\n0,1\n1,1\n1\n"),
-            (Format::Jsonl, "{\"frame\":1}\n{\"frame\":2}\n{\"fra", "{\"frame\":1}\n"),
-            (Format::Mot, "1,1,5\n2,1,5\n3,1,5\n", "1,1,5\n2,1,5\n"),
+            ("csv", "frame,x\n0,1\n1,1\n2,1\n1", "frame,x\n0,1\n1,1\n1\n"),
+            ("jsonl", "{\"frame\":1}\n{\"frame\":2}\n{\"fra", "{\"frame\":1}\n"),
+            ("mot", "1,1,5\n2,1,5\n3,1,5\n", "1,1,5\n2,1,5\n"),
         ] {
             let path = folder.path().join("file");
             std::fs::write(&path, text).unwrap();
-            cut(&path, format, 1).unwrap();
+            cut(&path, format.parse::<Format>().unwrap().lines().unwrap(), 1).unwrap();
             assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted, "{format}");
         }
     }

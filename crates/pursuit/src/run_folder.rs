@@ -3,7 +3,7 @@
 use crate::RunError;
 use crate::sinks::Format;
 use crate::trajectory_plots;
-use pursuit_media::Locator;
+use pursuit_address::Locator;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -150,8 +150,10 @@ pub(crate) fn earlier(out: Option<&Path>, overwrite: bool, input: &Locator) -> P
 /// The files in `folder` that have the names of a run's results; links that lead nowhere are there too, devices and pipes
 /// hold nothing that could be lost.
 fn results_in(folder: &Path) -> Vec<PathBuf> {
-    let fixed =
-        [FACTS, OVERLAY, STATE].into_iter().chain(Format::ALL.map(Format::file_name)).map(|name| folder.join(name));
+    let fixed = [FACTS, OVERLAY, STATE]
+        .into_iter()
+        .chain(Format::ALL.iter().map(|f| f.file_name()))
+        .map(|name| folder.join(name));
     let plots = std::fs::read_dir(folder.join(PLOTS)).into_iter().flatten().flatten();
     let plots = plots.filter(|e| e.file_name().to_str().is_some_and(trajectory_plots::is_plot)).map(|e| e.path());
     let holds = |file: &PathBuf| match file.metadata() {

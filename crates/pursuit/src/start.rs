@@ -4,12 +4,11 @@ use crate::RunError;
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
 use crate::run::RecipeFacts;
 use crate::session::Session;
-use crate::view::View;
 use pursuit_geometry::{BBox, Truth};
+use pursuit_parameters::Parameters;
 use pursuit_trackers::registry;
 use pursuit_tracking::MultiTracker;
 use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
-use pursuit_tracking::parameters::Parameters;
 
 /// What starts a run that has both the truth's first box and a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,17 +51,6 @@ impl Start {
             _ => Err(RunError::usage(format!(
                 "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
             ))),
-        }
-    }
-
-    /// The same, boxes in the pixels of what is looked at.
-    pub fn seen_through(self, view: Option<View>) -> Self {
-        let Some(view) = view else { return self };
-        let seen = |boxes: Vec<BBox>| boxes.into_iter().map(|bbox| view.of_input(bbox)).collect();
-        match self {
-            Self::Boxes(boxes, frame) => Self::Boxes(seen(boxes), frame),
-            Self::Many(boxes) => Self::Many(seen(boxes)),
-            Self::Detector => Self::Detector,
         }
     }
 

@@ -7,16 +7,13 @@ use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
-use crate::sinks::{self, Format, JsonlSink, Sink};
+use crate::sinks::{self, Format, Sink};
 use crate::start::{Preference, Start};
-use crate::view::{InInput, View};
 use crate::{Fetched, RunError, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
-use pursuit_imaging::ImageView;
-use pursuit_media::depth::DepthFacts;
-use pursuit_media::output::VideoOptions;
-use pursuit_media::wrappers::{PrefetchStats, StreamStats};
-use pursuit_media::{Locator, OpenOptions, SourceInfo};
+use pursuit_imaging::{CameraPose, ImageView};
+use pursuit_media::wrappers::PrefetchStats;
+use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
@@ -24,16 +21,7 @@ use std::sync::PoisonError;
 pub struct Run {
     session: Session,
     info: SourceInfo,
-    /// The size of its pictures, and what of them is looked at.
-    input_size: Size,
-    view: Option<View>,
-    /// Width against height of a pixel of the input, where they are not square.
-    pixel_aspect: Option<(u32, u32)>,
     stats: PrefetchStats,
-    /// Counts what befell a live input.
-    stream: Option<StreamStats>,
-    /// What was found out about the input's depth.
-    depth: Option<DepthFacts>,
     recipe: RecipeFacts,
     config: RunConfig,
     fetched: Fetched,
@@ -68,7 +56,20 @@ impl Run {
     /// # Errors
     /// Wrong usage, an input that cannot be read, files in the way.
     pub fn prepare(config: RunConfig, options: &OpenOptions) -> Result<Self, RunError> {
-        Self::prepare_with(config, Fetched::default(), options, Preference::Truth)
+        Self::prepare_with(config, None, Fetched::default(), options, Preference::Truth)
+    }
+
+    /// As [`prepare`](Self::prepare), of frames that the program has ([`frames`](crate::frames)) in place of an input that the
+    /// configuration names. They are read on the thread that runs, none before it is wanted.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare), and where the configuration names an input.
+    pub fn prepare_source(config: RunConfig, source: Box<dyn Source>, options: &OpenOptions) -> Result<Self, RunError> {
+        if let Some(input) = &config.input {
+            return Err(RunError::usage(format!("the frames are given; leave the input {input} out")));
+        }
+        let config = RunConfig { input: Some(source.info().name.clone().into()), ..config };
+        Self::prepare_with(config, Some(source), Fetched::default(), options, Preference::Truth)
     }
 
     /// As [`prepare`](Self::prepare), of an input that something else has read from where it is.
@@ -76,11 +77,12 @@ impl Run {
     /// # Errors
     /// As [`prepare`](Self::prepare); messages may name the copy.
     pub fn prepare_fetched(config: RunConfig, fetched: Fetched, options: &OpenOptions) -> Result<Self, RunError> {
-        Self::prepare_with(config, fetched, options, Preference::Truth)
+        Self::prepare_with(config, None, fetched, options, Preference::Truth)
     }
 
     pub(crate) fn prepare_with(
         config: RunConfig,
+        given: Option<Box<dyn Source>>,
         fetched: Fetched,
         options: &OpenOptions,
         prefer: Preference,
@@ -96,12 +98,11 @@ impl Run {
         };
         let destination = destination(&config, name)?;
         let earlier = earlier(&config, destination.as_ref())?;
-        let OpenedInput { source, info, input_size, view, pixel_aspect, stats, depth, stream } =
-            input::open(name, &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
+        let OpenedInput { source, info, stats } =
+            input::open((name, given), &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
         let start = Start::choose(&config, info.truth.as_deref(), prefer, &info.name)?;
         let recipe = start.recipe_facts(&config, &methods)?;
-        let start = start.seen_through(view);
-        let session = Session::new(Box::new(source), methods.recipe.boxed_clone());
+        let session = Session::new(source, methods.recipe.boxed_clone());
         let session = match &earlier {
             Some(earlier) => start.go_on(session, &earlier.state, methods)?,
             None => start.begin(session, methods, &config)?,
@@ -109,12 +110,7 @@ impl Run {
         let run = Self {
             session,
             info,
-            input_size,
-            view,
-            pixel_aspect,
             stats,
-            stream,
-            depth,
             recipe,
             config,
             fetched,
@@ -137,6 +133,13 @@ impl Run {
         self
     }
 
+    /// Says of each frame how the camera stood when it was taken, as a pan-tilt head knows it.
+    #[must_use]
+    pub fn posed_by(mut self, poses: Box<dyn FnMut(f64) -> Option<CameraPose> + Send>) -> Self {
+        self.session = self.session.posed_by(poses);
+        self
+    }
+
     /// Writes no files and nothing on standard output: results go to the sinks given and to the observer alone.
     #[must_use]
     pub fn unwritten(mut self) -> Self {
@@ -144,14 +147,8 @@ impl Run {
         self
     }
 
-    /// What of the input's pictures is looked at, where that is not all as it came.
-    pub const fn view(&self) -> Option<View> {
-        self.view
-    }
-
-    /// What is known of the input: the size of the frames that are looked at, whether it is live. Its truth is in pixels of
-    /// the whole input, as what is written is; what [`run`](Self::run) hands to its observer and to further sinks is in
-    /// pixels of the frames.
+    /// What is known of the input. All boxes are in pixels of the whole input: its truth, what is written, and what
+    /// [`run`](Self::run) hands to its observer and to further sinks.
     pub const fn input(&self) -> &SourceInfo {
         &self.info
     }
@@ -189,7 +186,7 @@ impl Run {
             Some(publication) => {
                 let sink = publication.start(&facts.input, &facts.recipe)?;
                 let published = sink.facts();
-                sinks.push(InInput::around(Box::new(sink), self.view));
+                sinks.push(Box::new(sink));
                 Some(published)
             }
             None => None,
@@ -202,30 +199,26 @@ impl Run {
         match &folder {
             Some(folder) => {
                 facts.write(&folder.file(FACTS))?;
-                sinks.extend(create_sinks(
-                    &self.config,
-                    &self.info,
-                    self.view,
-                    self.pixel_aspect,
-                    folder,
-                    self.earlier.as_ref(),
-                )?);
+                sinks.extend(create_sinks(&self.config, &self.info, folder, self.earlier.as_ref())?);
                 // What a live source has shown does not come again.
                 let checkpoint = (!self.info.live).then(|| Checkpoint::new(folder.file(STATE)));
                 self.session = self.session.kept_in(checkpoint);
             }
             None if self.unwritten => {}
-            None => sinks.push(InInput::around(Box::new(JsonlSink::standard_output()), self.view)),
+            None => {
+                let size = self.info.input_size();
+                sinks.push(Format::JSONL.to_writer("standard output", Box::new(std::io::stdout()), size)?);
+            }
         }
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
-        let (info, view) = (self.info, self.view);
+        let info = self.info;
         let kept = self.earlier.map(|earlier| earlier.kept).unwrap_or_default();
         if info.truth.is_some() {
             kept.first.iter().for_each(|(frame, estimate)| meter.add(info.truth_at(*frame), estimate.as_ref()));
         }
-        let mut empty_depth_frames = self.depth.as_ref().map(|_| 0);
+        let mut empty_depth_frames = info.depth.as_ref().map(|_| 0);
         let mut outcome = self.session.with_sinks(sinks).run(|progress| {
             if let Some(count) = &mut empty_depth_frames {
                 *count += u64::from(progress.frame.depth_mm().is_some_and(is_empty));
@@ -233,8 +226,7 @@ impl Run {
             if info.truth.is_some() {
                 // The truth is of one target: the first.
                 let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
-                let estimate = estimate.map(|e| view.map_or_else(|| e.clone(), |view| view.estimate_in_input(e)));
-                meter.add(info.truth_at(progress.frame.index()), estimate.as_ref());
+                meter.add(info.truth_at(progress.frame.index()), estimate);
             }
             observe(progress);
         });
@@ -252,7 +244,7 @@ impl Run {
         facts.damage_count = outcome.damage.count;
         facts.dropped_frames = self.stats.dropped_frames();
         facts.empty_depth_frames = empty_depth_frames;
-        facts.stream = self.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
+        facts.stream = info.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
         facts.publish = published.map(|facts| facts.lock().unwrap_or_else(PoisonError::into_inner).clone());
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
@@ -265,15 +257,16 @@ impl Run {
     }
 
     fn input_facts(&self) -> InputFacts {
+        let Size { width, height } = self.info.input_size();
         InputFacts {
             name: self.info.name.clone(),
             decoder: self.info.decoder.clone(),
-            width: self.input_size.width,
-            height: self.input_size.height,
-            view: self.view,
-            pixel_aspect: self.pixel_aspect,
+            width,
+            height,
+            view: self.info.view,
+            pixel_aspect: self.info.pixel_aspect,
             nominal_fps: self.info.fps,
-            depth: self.depth.clone(),
+            depth: self.info.depth.clone(),
         }
     }
 
@@ -308,39 +301,23 @@ fn is_empty(depth: ImageView<'_, u16>) -> bool {
 fn create_sinks(
     config: &RunConfig,
     info: &SourceInfo,
-    view: Option<View>,
-    pixel_aspect: Option<(u32, u32)>,
     folder: &RunFolder,
     earlier: Option<&Earlier>,
 ) -> Result<Vec<Box<dyn Sink>>, RunError> {
     let mut formats = formats(config)?;
-    formats.retain(|f| *f != Format::Csv);
-    formats.insert(0, Format::Csv);
+    formats.retain(|f| *f != Format::CSV);
+    formats.insert(0, Format::CSV);
     let video = earlier.map_or_else(|| Ok(folder.file(OVERLAY)), |earlier| earlier.cut(&formats))?;
     let mut all = Vec::new();
     for format in formats {
-        let sink = if earlier.is_some() { format.append(folder.path()) } else { format.create(folder.path()) };
-        all.push(InInput::around(sink?, view));
+        let sink = match earlier {
+            Some(_) => format.append(folder.path(), info.input_size()),
+            None => format.create(folder.path(), info.input_size()),
+        };
+        all.push(sink?);
     }
-    let options = video_options(config, info, view, pixel_aspect);
-    all.extend(sinks::overlay(&video, options, config.video, config.overlay.unwrap_or_default())?);
+    all.extend(sinks::overlay(&video, info, config.video, config.overlay.unwrap_or_default())?);
     Ok(all)
-}
-
-/// How the overlay is shown: at the input's rate, with pixels of the shape that those looked at have.
-fn video_options(
-    config: &RunConfig,
-    info: &SourceInfo,
-    view: Option<View>,
-    pixel_aspect: Option<(u32, u32)>,
-) -> VideoOptions {
-    let own = VideoOptions::default();
-    let aspect = pixel_aspect.unwrap_or((1, 1));
-    let shown = view.map_or(aspect, |view| view.pixel_aspect(aspect));
-    VideoOptions {
-        nominal_fps: config.fps.or(info.fps).unwrap_or(own.nominal_fps),
-        pixel_aspect: Some(shown).filter(|(width, height)| width != height),
-    }
 }
 
 /// Writes what is known at the end.
@@ -349,7 +326,7 @@ fn conclude(facts: &RunFile, folder: &RunFolder, plots: bool, files: &mut Vec<Pa
     facts.write(&run_json)?;
     files.push(run_json);
     if plots {
-        files.extend(trajectory_plots::draw(&folder.file(Format::Csv.file_name()), &folder.file(PLOTS))?);
+        files.extend(trajectory_plots::draw(&folder.file(Format::CSV.file_name()), &folder.file(PLOTS))?);
     }
     Ok(())
 }

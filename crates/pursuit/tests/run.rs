@@ -120,7 +120,7 @@ fn a_detector_finds_one_target_or_many() {
         |recipe: &RecipeFacts| recipe.detector_parameters.as_ref().unwrap()["color"].as_str().map(str::to_owned);
     assert_eq!((color(&one), color(&many)), (Some("yellow".to_owned()), Some("yellow".to_owned())));
     assert!(one.acquire.is_some_and(|a| !a.is_empty()) && one.many.is_none());
-    assert!(many.many.is_some_and(|m| m.contains_key("confirm_hits")) && many.acquire.is_none());
+    assert!(many.many.is_some_and(|m| m.contains_key("association")) && many.acquire.is_none());
 }
 
 fn film(folder: &Path) {
@@ -219,4 +219,29 @@ fn the_demo_takes_settings_too() {
         (parameters["color"].as_str(), finished.facts.recipe.detector.as_deref()),
         (Some("yellow"), Some("ball"))
     );
+}
+
+#[test]
+fn frames_of_a_program_run_as_their_input_does() {
+    let scene = "scene:drift?seed=7&duration=1";
+    let mut source = pursuit::open(scene).unwrap();
+    let made: Vec<pursuit::Frame> = std::iter::from_fn(|| source.next_frame().unwrap()).collect();
+    let options = "tracker = 'mosse'\nboxes = [[145.5, 105.5, 30.0, 30.0]]\nregion = [20.0, 20.0, 260.0, 180.0]\n\
+        resize = '0.5'\nto = 24\nstride = 2\nvideo = false\n";
+    let followed = |run: Run| {
+        let mut boxes = Vec::new();
+        let finished =
+            run.run(|p| boxes.extend(p.records.iter().map(|r| (r.frame, r.estimate.as_ref().unwrap().bbox))));
+        (boxes, finished.unwrap().facts)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (named, _) = followed(prepare(&format!("input = '{scene}'\n{options}"), &folder.path().join("named")).unwrap());
+    let given = config(options, &folder.path().join("given"));
+    let given = Run::prepare_source(given, pursuit::frames(made.clone()).unwrap(), &OpenOptions::default()).unwrap();
+    let (boxes, facts) = followed(given);
+    assert_eq!((boxes.len(), &boxes), (13, &named));
+    assert_eq!((facts.input.name.as_str(), facts.input.view.unwrap().size), ("frames", [130, 90]));
+    let both = config(&format!("input = '{scene}'"), folder.path());
+    let refused = Run::prepare_source(both, pursuit::frames(made).unwrap(), &OpenOptions::default());
+    assert!(refused.err().unwrap().to_string().contains("leave the input scene:drift"));
 }

@@ -4,9 +4,12 @@
 mod common;
 
 use common::{Asked, Memory, Still, Taken, at, blank, book, camera};
+use pursuit::imaging::{CameraPose, Lens};
+use pursuit::sinks::{Moment, Sink};
 use pursuit::tracking::many::AcquisitionParams;
 use pursuit::tracking::{Detection, Detector, Followed, TargetId, TrackState, TrackingError};
 use pursuit::{BBox, Command, Frame, Outcome, RunError, Session, open, recipe};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// A session over ten blank frames with targets that stay where they are put.
@@ -25,6 +28,33 @@ fn step(session: &mut Session) -> Option<(u64, Vec<(u64, f64)>)> {
 
 fn add(bbox: BBox) -> Command {
     Command::Add { bbox, recipe: None }
+}
+
+/// Asks of every frame how its camera stood, and where targets 1 and 9 will be half a second later.
+#[derive(Clone, Default)]
+struct Asking(Arc<Mutex<Vec<[Option<f64>; 3]>>>);
+
+impl Sink for Asking {
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        let ahead = |target| moment.forecast(TargetId(target), 0.5).map(|f| f.bbox.left());
+        self.0.lock().unwrap().push([moment.frame.camera().map(|c| c.pan_rad()), ahead(1), ahead(9)]);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn sinks_see_the_pose_and_ask_for_forecasts() {
+    let asking = Asking::default();
+    let pose = |time_s| CameraPose::new(time_s, 0.1 + time_s, 0.0, Lens::field_of_view(1.0).unwrap()).ok();
+    let session = Session::new(Box::new(book(2)), recipe("mosse").unwrap()).following(Box::new(Still::default()));
+    let session = session.starting_on(vec![at(1.0)]).posed_by(Box::new(pose));
+    let outcome = session.with_sinks(vec![Box::new(asking.clone())]).run(|_| {});
+    assert!(outcome.failure.is_none());
+    assert_eq!(asking.0.lock().unwrap()[..], [[Some(0.1), Some(6.0), None], [Some(0.14), Some(6.0), None]]);
 }
 
 #[test]
@@ -377,6 +407,34 @@ fn changes_count_for_targets_added_later_and_bad_ones_for_none() {
     session.apply(change("motion.model = 'constant-velocity'", Some(TargetId(2)))).unwrap();
     assert!(session.targets().forecast(TargetId(2), 1.0).unwrap().velocity.is_some());
     assert!(session.targets().forecast(TargetId(1), 1.0).unwrap().velocity.is_none());
+}
+
+/// The source of a session in whose 64x48 pixels the part from (16, 8) on is shown twice as large.
+fn part() -> Box<dyn pursuit::media::Source> {
+    let resize = Some("64x48".parse().unwrap());
+    pursuit::part_of(Box::new(book(5)), Some([16.0, 8.0, 32.0, 24.0]), resize).unwrap()
+}
+
+#[test]
+fn boxes_of_a_part_are_of_the_input() {
+    let targets = Still::default();
+    let (asked, sink) = (targets.asked.clone(), Memory::default());
+    let taken = sink.taken.clone();
+    let session = Session::new(part(), recipe("mosse").unwrap()).following(Box::new(targets));
+    let mut session = session.starting_on(vec![at(20.0)]).with_sinks(vec![Box::new(sink)]);
+    // What is given and what is handed on are boxes of the input; what trackers see is the part.
+    assert_eq!(step(&mut session), Some((0, vec![(1, 20.0)])));
+    session.apply(add(at(30.0))).unwrap();
+    session.apply(Command::Reinit { target: TargetId(1), bbox: at(24.0) }).unwrap();
+    assert_eq!(step(&mut session), Some((1, vec![(1, 24.0), (2, 30.0)])));
+    assert_eq!(session.frame().unwrap().size(), pursuit::geometry::Size::new(64, 48));
+    let outside = Command::Reinit { target: TargetId(1), bbox: at(1.0) };
+    assert!(session.apply(outside).is_err(), "the part has no such place");
+    let last = taken.lock().unwrap()[1].clone().unwrap().1;
+    assert_eq!(last[0].estimate.as_ref().unwrap().bbox, at(24.0));
+    assert_eq!(asked.lock().unwrap().len(), 5);
+    let twice = pursuit::part_of(part(), Some([0.0, 0.0, 20.0, 20.0]), None);
+    assert!(twice.err().unwrap().to_string().contains("in part already"));
 }
 
 #[test]

@@ -4,11 +4,20 @@
 mod common;
 
 use common::{Memory, at, blank};
-use pursuit::sinks::{CsvSink, JsonlSink, MotSink, OverlayStyle, Sink, TRAJECTORY_COLUMNS};
-use pursuit::tracking::{BoxCovariance, Diagnostics, Doubt, Estimate, TargetId, TrackState};
+use pursuit::geometry::Size;
+use pursuit::sinks::{Format, Moment, OverlayStyle, Sink, TRAJECTORY_COLUMNS};
+use pursuit::tracking::{BoxCovariance, Doubt, Estimate, TargetId, TrackState};
 use pursuit::{Record, RunError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
+
+pursuit::tracking::figures! {
+    /// What the tracker says.
+    struct PeakFigures {
+        /// Peak-to-sidelobe ratio.
+        psr;
+    }
+}
 
 fn record(target: u64, estimate: Option<Estimate>) -> Record {
     Record { frame: 4, time_s: 0.16, target: TargetId(target), class: None, estimate, update_ms: Some(1.25) }
@@ -20,7 +29,7 @@ fn records() -> Vec<Record> {
         prediction: Some(at(1.5)),
         measurement: Some(at(2.5)),
         covariance: Some(BoxCovariance::identity() * 2.0),
-        diagnostics: Diagnostics::default().with("psr", 9.5),
+        diagnostics: PeakFigures { psr: 9.5 }.into(),
         ..Estimate::started(0.16, at(2.0), 0.875)
     };
     let doubt = Some(Doubt::Gone);
@@ -32,29 +41,34 @@ fn records() -> Vec<Record> {
     ]
 }
 
-/// What a sink leaves in its file after two frames.
-fn written(make: impl FnOnce(&Path) -> Box<dyn Sink>) -> Vec<u8> {
+const SIZE: Size = Size::new(64, 48);
+
+fn format(name: &str) -> Format {
+    name.parse().unwrap()
+}
+
+fn write(sink: &mut dyn Sink, frame: u64, records: &[Record]) -> Result<(), RunError> {
+    sink.write(&Moment::recorded(&Arc::new(blank(frame)), records))
+}
+
+/// What a format leaves in its file after two frames.
+fn text(name: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("file");
-    let mut sink = make(&path);
+    let path = folder.path().join(format(name).file_name());
+    let mut sink = format(name).create(folder.path(), SIZE).unwrap();
     assert_eq!(sink.files(), std::slice::from_ref(&path));
-    let frame = Arc::new(blank(4));
-    sink.write(&frame, &records()).unwrap();
+    write(&mut *sink, 4, &records()).unwrap();
     let after_one = std::fs::read(&path).unwrap();
-    sink.write(&Arc::new(blank(5)), &[]).unwrap();
+    write(&mut *sink, 5, &[]).unwrap();
     sink.finish().unwrap();
     let bytes = std::fs::read(&path).unwrap();
     assert!(bytes.starts_with(&after_one));
-    bytes
-}
-
-fn text(make: impl FnOnce(&Path) -> Box<dyn Sink>) -> String {
-    String::from_utf8(written(make)).unwrap()
+    String::from_utf8(bytes).unwrap()
 }
 
 #[test]
 fn csv_has_a_row_for_every_target_and_an_empty_cell_for_what_is_not_known() {
-    let text = text(|path| Box::new(CsvSink::create(path).unwrap()));
+    let text = text("csv");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], TRAJECTORY_COLUMNS.join(","));
     assert_eq!(
@@ -81,17 +95,17 @@ fn csv_goes_to_any_writer_and_is_flushed_frame_by_frame() {
         }
     }
     let out = Shared::default();
-    let mut sink = CsvSink::to_writer(Path::new("here"), Box::new(out.clone())).unwrap();
-    assert_eq!(sink.files(), [PathBuf::from("here")]);
+    let mut sink = Format::CSV.to_writer("here", Box::new(out.clone()), SIZE).unwrap();
+    assert!(sink.files().is_empty(), "it is no file");
     let lines = || String::from_utf8(out.0.lock().unwrap().clone()).unwrap().lines().count();
     assert_eq!(lines(), 1);
-    sink.write(&Arc::new(blank(4)), &records()).unwrap();
+    write(&mut *sink, 4, &records()).unwrap();
     assert_eq!(lines(), 4);
 }
 
 #[test]
 fn json_lines_have_everything() {
-    let text = text(|path| Box::new(JsonlSink::create(path).unwrap()));
+    let text = text("jsonl");
     let lines: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     assert_eq!(lines.len(), 3);
     assert_eq!(
@@ -113,8 +127,29 @@ fn json_lines_have_everything() {
 
 #[test]
 fn mot_counts_from_one_and_has_measured_targets_alone() {
-    let text = text(|path| Box::new(MotSink::create(path).unwrap()));
+    let text = text("mot");
     assert_eq!(text, "5,1,3.000,11.000,8.000,8.000,0.8750,-1,-1,-1\n");
+}
+
+#[test]
+fn coco_annotates_what_is_not_lost() {
+    let coco: serde_json::Value = serde_json::from_str(&text("coco")).unwrap();
+    let sizes: Vec<_> = coco["images"].as_array().unwrap().iter().map(|i| (&i["id"], &i["width"])).collect();
+    assert_eq!(sizes, [(&5.into(), &64.into()), (&6.into(), &64.into())]);
+    let annotations = coco["annotations"].as_array().unwrap();
+    assert_eq!(annotations.len(), 1);
+    assert_eq!(annotations[0]["bbox"], serde_json::json!([2.0, 10.0, 8.0, 8.0]));
+    assert_eq!((&annotations[0]["image_id"], &annotations[0]["track_id"]), (&5.into(), &1.into()));
+    assert_eq!(coco["categories"], serde_json::json!([{ "id": 1, "name": "target" }]));
+}
+
+#[test]
+fn cvat_ends_a_stretch_where_the_target_is_lost() {
+    let cvat = text("cvat");
+    assert_eq!(cvat.matches("<track ").count(), 2, "{cvat}");
+    assert!(cvat.contains("frame=\"4\" outside=\"0\" occluded=\"0\" keyframe=\"1\" xtl=\"2.000\""), "{cvat}");
+    assert!(cvat.contains("frame=\"4\" outside=\"1\" occluded=\"0\" keyframe=\"1\" xtl=\"7.000\""), "{cvat}");
+    assert!(cvat.ends_with("  </track>\n</annotations>\n"));
 }
 
 /// The grey values of the rows of the overlay's frames.
@@ -125,7 +160,7 @@ fn overlay(frames: &[Vec<Record>]) -> Vec<Vec<Vec<u8>>> {
     let mut sink = pursuit::sinks::OverlaySink::create(&path, Some(25.0), OverlayStyle::Full).unwrap();
     assert_eq!(sink.files(), std::slice::from_ref(&path));
     for (k, records) in frames.iter().enumerate() {
-        sink.write(&Arc::new(blank(k as u64)), records).unwrap();
+        write(&mut sink, k as u64, records).unwrap();
     }
     sink.finish().unwrap();
     sink.finish().unwrap();
@@ -154,17 +189,17 @@ fn the_overlay_shows_every_frame_and_marks_what_is_known() {
 
 #[test]
 fn a_file_that_cannot_be_made_is_named() {
-    let nowhere = Path::new("/nowhere/at/all/file");
+    let nowhere = Path::new("/nowhere/at/all");
     let failures: Vec<RunError> = vec![
-        CsvSink::create(nowhere).err().unwrap(),
-        JsonlSink::create(nowhere).err().unwrap(),
-        MotSink::create(nowhere).err().unwrap(),
+        Format::CSV.create(nowhere, SIZE).err().unwrap(),
+        Format::JSONL.create(nowhere, SIZE).err().unwrap(),
+        format("coco").create(nowhere, SIZE).err().unwrap(),
         #[cfg(feature = "encode")]
         pursuit::sinks::OverlaySink::create(nowhere, None, OverlayStyle::Minimal).err().unwrap(),
     ];
     for failure in failures {
         assert_eq!(failure.exit_code(), 4);
-        assert!(failure.to_string().contains("/nowhere/at/all/file"), "{failure}");
+        assert!(failure.to_string().contains("/nowhere/at/all"), "{failure}");
     }
 }
 
@@ -176,12 +211,13 @@ fn a_full_disk_is_an_error_of_the_frame_that_did_not_fit() {
         eprintln!("skipped: there is no /dev/full here");
         return;
     }
-    assert!(CsvSink::create(full).is_err(), "the header does not fit");
-    let mut sink = MotSink::create(full).unwrap();
-    let failure = sink.write(&Arc::new(blank(4)), &records()).unwrap_err();
+    let open = || Box::new(std::fs::File::options().write(true).open(full).unwrap());
+    assert!(Format::CSV.to_writer("full", open(), SIZE).is_err(), "the header does not fit");
+    let mut sink = format("mot").to_writer("full", open(), SIZE).unwrap();
+    let failure = write(&mut *sink, 4, &records()).unwrap_err();
     assert!(failure.to_string().contains("what was written before is kept"), "{failure}");
-    let mut sink = JsonlSink::create(full).unwrap();
-    assert!(sink.write(&Arc::new(blank(4)), &records()).is_err());
+    let mut sink = Format::JSONL.to_writer("full", open(), SIZE).unwrap();
+    assert!(write(&mut *sink, 4, &records()).is_err());
 }
 
 #[test]

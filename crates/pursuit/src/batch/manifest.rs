@@ -1,7 +1,7 @@
 //! What a batch is to do: a list of clips, from a manifest or from names.
 
 use crate::{RunConfig, RunError};
-use pursuit_media::Locator;
+use pursuit_address::Locator;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::Path;

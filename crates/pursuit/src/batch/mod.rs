@@ -253,11 +253,7 @@ fn track(
     #[cfg(feature = "parquet")]
     let (partition, part) = ledger.partition(&job.name)?;
     #[cfg(feature = "parquet")]
-    let run = {
-        let view = run.view();
-        let sink = Box::new(crate::sinks::ParquetSink::create(&part)?);
-        run.with_sink(crate::view::InInput::around(sink, view))
-    };
+    let run = run.with_sink(Box::new(crate::sinks::ParquetSink::create(&part)?));
     let remote = run.remote();
     let finished = run.run(|_| {
         if stop.load(Ordering::Relaxed) {

@@ -1,8 +1,8 @@
 //! Whose parameter is it: one rule for every command.
 
 use crate::RunError;
+use pursuit_parameters::{Kind, Parameter, listed, merge, nested};
 use pursuit_trackers::registry;
-use pursuit_tracking::parameters::{Kind, Parameter, merge, nested};
 use pursuit_tracking::{DetectorEntry, TrackerEntry};
 use toml::{Table, Value};
 
@@ -10,7 +10,7 @@ use toml::{Table, Value};
 pub const DETECTOR_PREFIX: &str = "detect";
 /// The prefix of [`AcquisitionParams`](pursuit_tracking::many::AcquisitionParams).
 pub const ACQUIRE_PREFIX: &str = "acquire";
-/// The prefix of [`AssociationParams`](pursuit_tracking::many::AssociationParams).
+/// The prefix of [`ManyParams`](pursuit_tracking::many::ManyParams).
 pub const MANY_PREFIX: &str = "many";
 
 /// Who takes part in a run, and so may have parameters.
@@ -63,12 +63,13 @@ impl Settings {
     fn share(&mut self, path: &str, value: &Value, who: &Participants<'_>) -> Result<(), RunError> {
         let mut known = false;
         for (tracker, table) in who.trackers.iter().zip(&mut self.trackers) {
-            if knows(&tracker.default_recipe().schema(), path) {
+            let recipe = tracker.default_recipe();
+            if knows(&recipe.schema(), path) || recipe.renamed(path).is_some() {
                 put(table, path, value.clone());
                 known = true;
             }
         }
-        if who.detector.is_some_and(|d| knows(&d.schema(), path)) {
+        if who.detector.is_some_and(|d| knows(&d.schema(), path) || d.renamed(path).is_some()) {
             put(&mut self.detector, path, value.clone());
             known = true;
         }
@@ -136,11 +137,7 @@ fn names(schema: &[Parameter], path: &str) -> String {
     {
         return format!("in `{first}` {}", names(parameters, rest));
     }
-    let name = |p: &Parameter| match p.kind {
-        Kind::Group { .. } => format!("{}.…", p.name),
-        _ => p.name.to_owned(),
-    };
-    schema.iter().map(name).collect::<Vec<_>>().join(", ")
+    listed(schema)
 }
 
 fn unknown(path: &str, who: &Participants<'_>) -> String {
@@ -195,6 +192,12 @@ mod tests {
         let s = split("motion.model = 'imm'\nmotion.acceleration = 3.0", &["kcf"], Some("ball"), false).unwrap();
         assert_eq!(s.trackers[0], table("motion.model = 'imm'\nmotion.acceleration = 3.0"));
         assert!(s.detector.is_empty() && s.acquire.is_empty() && s.many.is_empty());
+    }
+
+    #[test]
+    fn former_names_are_known() {
+        let s = split("motion.turn_rate = 3.0\nmany.motion.jerk = 9.0", &["kcf"], Some("ball"), true).unwrap();
+        assert_eq!((&s.trackers[0], &s.many), (&table("motion.turn_rate = 3.0"), &table("motion.jerk = 9.0")));
     }
 
     #[test]

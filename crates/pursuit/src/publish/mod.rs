@@ -87,43 +87,26 @@ pub enum Discovery {
     HomeAssistant,
 }
 
-/// How results are published; what is absent has its default.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PublishOptions {
-    /// When a target's message is sent: `frame`, `state` or seconds. By default every frame, and every second where
-    /// somebody is told what to listen to.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub every: Option<Every>,
-    /// How surely messages arrive, 0, 1 or 2 (MQTT's quality of service; NATS has no 2). By default 0 for those of frames and
-    /// 1 for those of states, which never have less.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub qos: Option<u8>,
-    /// How many messages wait for the broker at most, ≥ 1, before the oldest are dropped. By default 10 000.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub buffer: Option<usize>,
-    /// Certificates to trust in place of the system's, a PEM file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ca_file: Option<PathBuf>,
-    /// Who is told what there is to listen to.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub discovery: Option<Discovery>,
+crate::config::options::options! {
+    /// How results are published; what is absent has its default.
+    pub struct PublishOptions {
+        /// When a target's message is sent: `frame`, `state` or seconds. By default every frame, and every second where
+        /// somebody is told what to listen to.
+        pub every: Option<Every>,
+        /// How surely messages arrive, 0, 1 or 2 (MQTT's quality of service; NATS has no 2). By default 0 for those of frames and
+        /// 1 for those of states, which never have less.
+        pub qos: Option<u8>,
+        /// How many messages wait for the broker at most, ≥ 1, before the oldest are dropped. By default 10 000.
+        pub buffer: Option<usize>,
+        /// Certificates to trust in place of the system's, a PEM file.
+        pub ca_file: Option<PathBuf>,
+        /// Who is told what there is to listen to.
+        pub discovery: Option<Discovery>,
+    }
 }
 
+#[cfg(feature = "publish")]
 impl PublishOptions {
-    /// These options with those of `over` in their place that it says.
-    #[must_use]
-    pub(crate) fn overridden_by(self, over: Self) -> Self {
-        Self {
-            every: over.every.or(self.every),
-            qos: over.qos.or(self.qos),
-            buffer: over.buffer.or(self.buffer),
-            ca_file: over.ca_file.or(self.ca_file),
-            discovery: over.discovery.or(self.discovery),
-        }
-    }
-
-    #[cfg(feature = "publish")]
     fn every(&self) -> Every {
         self.every.unwrap_or(match self.discovery {
             Some(Discovery::HomeAssistant) => Every::Seconds(1.0),

@@ -1,11 +1,10 @@
 //! Publishing in builds that speak to no kind of broker.
 
 use super::{PublishFacts, PublishOptions};
+use crate::RunError;
 use crate::run::{InputFacts, RecipeFacts};
-use crate::sinks::Sink;
-use crate::{Record, RunError};
-use pursuit_imaging::Frame;
-use pursuit_media::Locator;
+use crate::sinks::{Moment, Sink};
+use pursuit_address::Locator;
 use std::sync::{Arc, Mutex};
 
 /// There is none.
@@ -16,11 +15,10 @@ impl Publication {
     /// # Errors
     /// Always: what this build cannot reach, and what would mend it.
     pub fn new(address: &Locator, _: &PublishOptions, _: &str) -> Result<Self, RunError> {
-        let address = address.address();
-        let feature = match address.split_once("://") {
-            Some(("nats", _)) => "nats",
-            Some(("tls", _)) => "nats,tls",
-            Some(("mqtts", _)) => "mqtts",
+        let feature = match address.scheme() {
+            Some("nats") => "nats",
+            Some("tls") => "nats,tls",
+            Some("mqtts") => "mqtts",
             _ => "mqtt",
         };
         Err(RunError::usage(format!("this build cannot publish; build with `--features {feature}`")))
@@ -41,7 +39,7 @@ impl PublishSink {
 }
 
 impl Sink for PublishSink {
-    fn write(&mut self, _: &Arc<Frame>, _: &[Record]) -> Result<(), RunError> {
+    fn write(&mut self, _: &Moment<'_>) -> Result<(), RunError> {
         match *self {}
     }
 

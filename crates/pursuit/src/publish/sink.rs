@@ -1,12 +1,12 @@
 use super::home_assistant::HomeAssistant;
 use super::message::{PRESENT_SCHEMA, Present, RUN_SCHEMA, RunMessage, Sample, to_json};
 use super::{Every, PublishFacts, PublishOptions};
+use crate::RunError;
 use crate::run::{InputFacts, RecipeFacts};
-use crate::sinks::Sink;
-use crate::{Record, RunError};
+use crate::sinks::{Moment, Sink};
+use pursuit_address::Locator;
 use pursuit_imaging::Frame;
-use pursuit_media::Locator;
-use pursuit_publish::{Broker, Login, Message, Options, PublishError, Publisher, Qos};
+use pursuit_publish::{Broker, Message, Options, PublishError, Publisher, Qos};
 use pursuit_tracking::{TargetId, TrackState};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -52,7 +52,7 @@ impl Publication {
     /// [`RunError::Usage`] for an address or an option that makes no sense.
     pub fn new(address: &Locator, options: &PublishOptions, name: &str) -> Result<Self, RunError> {
         let wrong = |error: PublishError| RunError::usage(error.to_string());
-        let broker = Broker::parse(&address.address()).map_err(wrong)?;
+        let broker = Broker::parse(address.clone()).map_err(wrong)?;
         broker.scheme.check().map_err(wrong)?;
         if options.qos.is_some_and(|qos| Qos::of(qos).is_none()) {
             return Err(RunError::usage("the quality of service of messages is 0, 1 or 2"));
@@ -63,8 +63,7 @@ impl Publication {
         if options.buffer.is_some_and(|buffer| !(1..=10_000_000).contains(&buffer)) {
             return Err(RunError::usage("1 to 10000000 messages can wait for the broker"));
         }
-        let login = address.login().map(|(user, password)| Login { user, password: password.unwrap_or_default() });
-        let broker = Broker { login, ca_file: options.ca_file.clone(), ..broker };
+        let broker = Broker { ca_file: options.ca_file.clone(), ..broker };
         // Dots separate the levels of NATS.
         let name = if broker.scheme.is_mqtt() { name.to_owned() } else { name.replace('.', "-") };
         let prefix = broker.prefix.clone().unwrap_or_else(|| format!("pursuit/{name}"));
@@ -183,7 +182,8 @@ impl PublishSink {
 }
 
 impl Sink for PublishSink {
-    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        let Moment { frame, records, .. } = *moment;
         self.check()?;
         let unix_time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
         let (mut has_changed, mut due) = (self.present.is_none(), Vec::with_capacity(records.len()));

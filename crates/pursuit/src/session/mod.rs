@@ -13,13 +13,14 @@ pub use damage::Damage;
 pub use outcome::{Outcome, Progress};
 
 use crate::run::{StateCounts, Timing, TimingFacts};
-use crate::sinks::Sink;
+use crate::sinks::{Moment, Sink};
+use crate::view::{estimate_in_input, forecast_in_input, pose_of_input};
 use crate::{Record, RunError};
 use age::Age;
 use command::Inbox;
 use pursuit_geometry::BBox;
-use pursuit_imaging::Frame;
-use pursuit_media::Source;
+use pursuit_imaging::{CameraPose, Frame};
+use pursuit_media::{Source, View};
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
 use pursuit_tracking::{
     Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState, TrackingError, check_box,
@@ -29,6 +30,9 @@ use std::time::Instant;
 use story::Story;
 
 /// The one run loop: source → trackers → sinks, a frame a step.
+///
+/// All boxes, those that it is given and those that it hands on, are in pixels of the whole input, also where the source
+/// shows a part of it ([`part_of`](crate::part_of)).
 ///
 /// Sinks are called in order for every frame and may block: that is the back-pressure (a live source drops frames
 /// meanwhile, and counts them). Between two steps [`Command`]s are obeyed, from the owner ([`apply`](Self::apply)) or from
@@ -50,6 +54,8 @@ use story::Story;
 /// ```
 pub struct Session {
     source: Box<dyn Source>,
+    /// The part of the input that the source shows; trackers know no other pixels than those of the part.
+    view: Option<View>,
     recipe: Box<dyn Recipe>,
     targets: Box<dyn MultiTracker>,
     /// Whether the targets' trackers are made by the recipe, so that its parameters are theirs.
@@ -73,6 +79,8 @@ pub struct Session {
     story: Story,
     /// Where what the targets know is written down.
     checkpoint: Option<Checkpoint>,
+    /// How the camera stood when the frame of a time was taken.
+    poses: Option<Box<dyn FnMut(f64) -> Option<CameraPose> + Send>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,6 +110,7 @@ impl Session {
     pub fn new(source: Box<dyn Source>, recipe: Box<dyn Recipe>) -> Self {
         let (inbox, remote) = command::channel(source.stop_handle());
         Self {
+            view: source.info().view,
             source,
             recipe,
             targets: Box::new(TargetSet::new()),
@@ -121,6 +130,7 @@ impl Session {
             damage: Damage::default(),
             story: Story::default(),
             checkpoint: None,
+            poses: None,
         }
     }
 
@@ -133,7 +143,8 @@ impl Session {
     /// One target for each box, in the frame of this number; in the next one, where the input has no such frame.
     #[must_use]
     pub fn starting_at(mut self, frame: u64, boxes: Vec<BBox>) -> Self {
-        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, bbox, frame)));
+        let view = self.view;
+        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, of_input(view, bbox), frame)));
         self
     }
 
@@ -168,6 +179,13 @@ impl Session {
         Self { sinks, ..self }
     }
 
+    /// Says of each frame how the camera stood when it was taken, by the frame's time in seconds, as a pan-tilt head knows it;
+    /// what a frame says of itself stands. It is asked when the frame is about to be looked at.
+    #[must_use]
+    pub fn posed_by(self, poses: Box<dyn FnMut(f64) -> Option<CameraPose> + Send>) -> Self {
+        Self { poses: Some(poses), ..self }
+    }
+
     /// Commands and stops the session from anywhere, any thread or a signal handler.
     pub fn remote(&self) -> Remote {
         self.remote.clone()
@@ -183,7 +201,7 @@ impl Session {
         self.frame.as_ref()
     }
 
-    /// The targets, to look at.
+    /// The targets, to look at; in pixels of the frames.
     pub fn targets(&self) -> &dyn MultiTracker {
         &*self.targets
     }
@@ -281,7 +299,12 @@ impl Session {
         if self.source.info().live {
             self.counts.age.take(self.began.elapsed().as_secs_f64(), frame.time_s());
         }
-        let frame = Arc::new(frame);
+        let pose = if frame.camera().is_none() { self.poses.as_mut().and_then(|p| p(frame.time_s())) } else { None };
+        let pose = pose.and_then(|pose| self.view.map_or(Some(pose), |view| pose_of_input(&view, &pose)));
+        let frame = Arc::new(match pose {
+            Some(pose) => frame.with_camera(pose),
+            None => frame,
+        });
         self.targets.step(&frame, &mut self.tracks)?;
         for placement in std::mem::take(&mut self.pending) {
             match placement {
@@ -292,10 +315,13 @@ impl Session {
         self.frame = Some(frame.clone());
         self.counts.frames += 1;
         self.records.clear();
-        for track in self.tracks.drain(..) {
+        for mut track in self.tracks.drain(..) {
             self.counts.states.add(track.estimate.as_ref().map_or(TrackState::Lost, |e| e.state));
             if track.estimate.is_some() && !track.started {
                 self.counts.update.add(track.elapsed.wall_ms);
+            }
+            if let Some(view) = &self.view {
+                track.estimate = track.estimate.map(|estimate| estimate_in_input(view, estimate));
             }
             self.records.push(Record::new(&frame, track));
         }
@@ -321,7 +347,18 @@ impl Session {
     /// Hands the results to the sinks.
     fn emit(&mut self) -> Result<(), RunError> {
         let Some(frame) = &self.frame else { return Ok(()) };
-        self.sinks.iter_mut().try_for_each(|sink| sink.write(frame, &self.records))?;
+        let targets = &*self.targets;
+        // Whether a tracker can say so is its own affair: a sink does without.
+        let view = self.view;
+        let forecast = |target, seconds| {
+            let forecast = targets.forecast(target, seconds).ok()?;
+            Some(match &view {
+                Some(view) => forecast_in_input(view, &forecast),
+                None => forecast,
+            })
+        };
+        let moment = Moment::new(frame, &self.records, &forecast);
+        self.sinks.iter_mut().try_for_each(|sink| sink.write(&moment))?;
         // Only of frames whose results have been handed on, so that no line is missing later.
         if let Some(checkpoint) = &mut self.checkpoint {
             checkpoint.keep(frame.index(), &*self.targets);
@@ -357,7 +394,7 @@ impl Session {
 
     /// Obeys one command now, between two steps.
     ///
-    /// A box belongs to the frame looked at last. Before the first frame, and after [`Command::Seek`], it belongs to the
+    /// A box, in pixels of the whole input, belongs to the frame looked at last. Before the first frame, and after [`Command::Seek`], it belongs to the
     /// frame that comes next: then [`Command::Add`] has no id to return yet.
     ///
     /// # Errors
@@ -365,9 +402,9 @@ impl Session {
     /// back; everything is then as before.
     pub fn apply(&mut self, command: Command) -> Result<Option<TargetId>, RunError> {
         match command {
-            Command::Add { bbox, recipe } => return self.add(recipe, bbox),
+            Command::Add { bbox, recipe } => return self.add(recipe, of_input(self.view, bbox)),
             Command::Remove(id) => self.targets.remove(id)?,
-            Command::Reinit { target, bbox } => self.reinit(target, bbox)?,
+            Command::Reinit { target, bbox } => self.reinit(target, of_input(self.view, bbox))?,
             Command::Change { target, parameters } => self.change(target, &parameters)?,
             Command::Pause => self.paused = true,
             Command::Resume => self.paused = false,
@@ -443,4 +480,9 @@ impl Session {
             self.ended = Some(Ended::Stopped);
         }
     }
+}
+
+/// A box of the input in pixels of the frames.
+fn of_input(view: Option<View>, bbox: BBox) -> BBox {
+    view.map_or(bbox, |view| view.of_input(bbox))
 }

@@ -1,10 +1,9 @@
-use super::{LineFile, Sink};
-use crate::{Record, RunError};
+use super::format::{Declared, Format, Kind, Lines};
+use super::text::{Text, TextRow};
+use crate::Record;
 use pursuit_geometry::BBox;
-use pursuit_imaging::Frame;
 use pursuit_tracking::{Estimate, TargetId, TrackState};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 /// The columns of `trajectory.csv`.
 pub const TRAJECTORY_COLUMNS: [&str; 18] = [
@@ -28,66 +27,28 @@ pub const TRAJECTORY_COLUMNS: [&str; 18] = [
     "update_ms",
 ];
 
-/// Writes `trajectory.csv`: boxes as left, top, width, height in pixels, an empty cell where there is nothing to say.
-pub struct CsvSink {
-    file: LineFile,
-}
+pub(super) const FORMAT: Format = Format(&Declared {
+    name: "csv",
+    summary: "A row for every frame and target (always written)",
+    file_name: "trajectory.csv",
+    media_type: "text/csv; charset=utf-8",
+    kind: Kind::Text(
+        |_| Box::new(Csv),
+        Some(Lines { has_header: true, frame_of: |line| line.split(',').next()?.parse().ok() }),
+    ),
+});
 
-impl CsvSink {
-    /// Creates the file and writes its header.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, RunError> {
-        Self::start(LineFile::create(path)?)
+/// Boxes as left, top, width, height in pixels, an empty cell where there is nothing to say.
+struct Csv;
+
+impl Text for Csv {
+    fn begin(&mut self, out: &mut Vec<u8>) {
+        push_row(out, &TRAJECTORY_COLUMNS);
     }
 
-    /// Goes on with a file that is there.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub(crate) fn append(path: &Path) -> Result<Self, RunError> {
-        Ok(Self { file: LineFile::append(path)? })
+    fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
+        row.records.iter().for_each(|record| push_row(out, &cells(record)));
     }
-
-    /// Writes to anything instead of a file, under the name `path`.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub fn to_writer(path: &Path, out: Box<dyn std::io::Write + Send>) -> Result<Self, RunError> {
-        Self::start(LineFile::new(path, out))
-    }
-
-    fn start(mut file: LineFile) -> Result<Self, RunError> {
-        push_row(&mut file.pending, &TRAJECTORY_COLUMNS);
-        file.flush()?;
-        Ok(Self { file })
-    }
-}
-
-impl Sink for CsvSink {
-    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        for record in records {
-            push_row(&mut self.file.pending, &cells(record));
-        }
-        self.file.flush()
-    }
-
-    fn finish(&mut self) -> Result<(), RunError> {
-        self.file.flush()
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        vec![self.file.path.clone()]
-    }
-}
-
-/// What `trajectory.csv` holds of these records, for whoever sends it instead of keeping it.
-pub fn trajectory_csv<'a>(records: impl IntoIterator<Item = &'a Record>) -> Vec<u8> {
-    let mut text = Vec::new();
-    push_row(&mut text, &TRAJECTORY_COLUMNS);
-    records.into_iter().for_each(|record| push_row(&mut text, &cells(record)));
-    text
 }
 
 /// What a `trajectory.csv` holds, up to the first line that is torn: to three decimals, and without what it does not write.

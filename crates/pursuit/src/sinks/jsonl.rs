@@ -1,58 +1,30 @@
-use super::{LineFile, Sink};
-use crate::{Record, RunError};
+use super::format::{Declared, Format, Kind, Lines};
+use super::text::{Text, TextRow};
+use crate::Record;
 use pursuit_geometry::BBox;
-use pursuit_imaging::Frame;
 use pursuit_tracking::{Class, Doubt};
 use serde_json::{Map, Value, json};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-/// Writes `trajectory.jsonl`: one JSON object a line, with the columns of the CSV grouped, the covariance and the
-/// tracker's own diagnostics.
-pub struct JsonlSink {
-    file: LineFile,
-    /// None for standard output.
-    path: Option<PathBuf>,
-}
+pub(super) const FORMAT: Format = Format(&Declared {
+    name: "jsonl",
+    summary: "A JSON object a line, with covariances and diagnostics",
+    file_name: "trajectory.jsonl",
+    media_type: "application/jsonl",
+    kind: Kind::Text(
+        |_| Box::new(Jsonl),
+        Some(Lines { has_header: false, frame_of: |line| serde_json::from_str::<Value>(line).ok()?["frame"].as_u64() }),
+    ),
+});
 
-impl JsonlSink {
-    /// Creates the file.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, RunError> {
-        Ok(Self { file: LineFile::create(path)?, path: Some(path.to_path_buf()) })
-    }
+/// The columns of the CSV grouped, the covariance and the tracker's own diagnostics.
+struct Jsonl;
 
-    /// Goes on with a file that is there.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub(crate) fn append(path: &Path) -> Result<Self, RunError> {
-        Ok(Self { file: LineFile::append(path)?, path: Some(path.to_path_buf()) })
-    }
-
-    /// Writes to standard output instead.
-    pub fn standard_output() -> Self {
-        Self { file: LineFile::new(Path::new("standard output"), Box::new(std::io::stdout())), path: None }
-    }
-}
-
-impl Sink for JsonlSink {
-    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        for record in records {
-            self.file.pending.extend(object(record).to_string().into_bytes());
-            self.file.pending.push(b'\n');
+impl Text for Jsonl {
+    fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
+        for record in row.records {
+            out.extend(object(record).to_string().into_bytes());
+            out.push(b'\n');
         }
-        self.file.flush()
-    }
-
-    fn finish(&mut self) -> Result<(), RunError> {
-        self.file.flush()
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        self.path.iter().cloned().collect()
     }
 }
 

@@ -1,39 +1,43 @@
 //! Where the results of a run go. Files are written as the run goes, complete up to the last frame.
 
+mod coco;
 mod csv;
+mod cvat;
 #[cfg(feature = "encode")]
 mod depth_inset;
 #[cfg(feature = "encode")]
 mod drawing;
 mod format;
 mod jsonl;
+mod moment;
 mod mot;
 #[cfg(feature = "encode")]
 mod overlay;
-#[cfg(feature = "parquet")]
 mod parquet;
 mod predictions;
+mod text;
 
-pub use csv::{CsvSink, TRAJECTORY_COLUMNS, read_trajectory, trajectory_csv};
+pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
 pub use format::Format;
-pub use jsonl::JsonlSink;
+pub(crate) use format::Lines;
 #[cfg(all(test, feature = "publish"))]
 pub(crate) use jsonl::object as jsonl_object;
-pub use mot::{MotSink, mot_lines};
+pub use moment::Moment;
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
-pub use predictions::PredictionsSink;
 
 use crate::{Record, RunError};
-use pursuit_imaging::Frame;
-use pursuit_media::output::VideoOptions;
+use pursuit_media::SourceInfo;
+use pursuit_tracking::{Class, Estimate, TrackState};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+
+/// The one list of formats.
+const LIST: [Format; 7] =
+    [csv::FORMAT, jsonl::FORMAT, mot::FORMAT, parquet::FORMAT, predictions::FORMAT, coco::FORMAT, cvat::FORMAT];
 
 /// How much the overlay video shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -53,7 +57,7 @@ pub trait Sink: Send {
     ///
     /// # Errors
     /// [`RunError::Output`] when it cannot be written; what was written before is kept.
-    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError>;
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError>;
 
     /// Nothing more comes: closes files properly.
     ///
@@ -73,7 +77,7 @@ pub trait Sink: Send {
 /// When the file cannot be written, or the video is asked for by name and this build has no encoder.
 pub(crate) fn overlay(
     path: &Path,
-    options: VideoOptions,
+    input: &SourceInfo,
     wanted: Option<bool>,
     style: OverlayStyle,
 ) -> Result<Option<Box<dyn Sink>>, RunError> {
@@ -81,9 +85,9 @@ pub(crate) fn overlay(
         return Ok(None);
     }
     #[cfg(feature = "encode")]
-    return Ok(Some(Box::new(OverlaySink::create_with(path, options, style)?)));
+    return Ok(Some(Box::new(OverlaySink::create_for(path, input, style)?)));
     #[cfg(not(feature = "encode"))]
-    match (path, options, style, wanted, crate::NO_OVERLAY) {
+    match (path, input, style, wanted, crate::NO_OVERLAY) {
         (.., Some(true), Some(why)) => Err(RunError::usage(why)),
         _ => Ok(None),
     }
@@ -94,31 +98,12 @@ fn create(path: &Path) -> Result<File, RunError> {
     File::create(path).map_err(RunError::output(path))
 }
 
-/// Text lines that go to disk frame by frame: one write call for all lines of a frame, so that a crash leaves whole lines.
-struct LineFile {
-    path: PathBuf,
-    out: Box<dyn Write + Send>,
-    pending: Vec<u8>,
+/// A target is annotated where it is believed to be in the picture: not while it is lost.
+fn annotated(record: &Record) -> Option<&Estimate> {
+    record.estimate.as_ref().filter(|e| e.state != TrackState::Lost)
 }
 
-impl LineFile {
-    fn create(path: &Path) -> Result<Self, RunError> {
-        Ok(Self::new(path, Box::new(create(path)?)))
-    }
-
-    /// Goes on with a file that is there.
-    fn append(path: &Path) -> Result<Self, RunError> {
-        let file = File::options().append(true).open(path).map_err(RunError::output(path))?;
-        Ok(Self::new(path, Box::new(file)))
-    }
-
-    fn new(path: &Path, out: Box<dyn Write + Send>) -> Self {
-        Self { path: path.to_path_buf(), out, pending: Vec::new() }
-    }
-
-    fn flush(&mut self) -> Result<(), RunError> {
-        let written = self.out.write_all(&self.pending).and_then(|()| self.out.flush());
-        self.pending.clear();
-        written.map_err(RunError::output(&self.path))
-    }
+/// What annotations call a target.
+fn label(record: &Record) -> &str {
+    record.class.as_ref().map_or("target", Class::as_str)
 }

@@ -1,9 +1,10 @@
 use super::drawing::draw;
-use super::{OverlayStyle, Sink};
+use super::{Moment, OverlayStyle, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_media::output::{Mp4Writer, VideoOptions, VideoWriter};
+use pursuit_media::{SourceInfo, View};
 use pursuit_tracking::{Estimate, TargetId, TrackState};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -35,15 +36,29 @@ impl OverlaySink {
     /// # Errors
     /// When it cannot be written.
     pub fn create(path: &Path, nominal_fps: Option<f64>, style: OverlayStyle) -> Result<Self, RunError> {
-        let own = VideoOptions::default();
-        Self::create_with(path, VideoOptions { nominal_fps: nominal_fps.unwrap_or(own.nominal_fps), ..own }, style)
+        Self::write_to(path, nominal_fps, None, None, style)
     }
 
-    /// The same, with pixels that need not be square.
+    /// The same, of a run's input: at its rate, with pixels of the shape that those of its frames have. Of an input that is
+    /// seen in part the part is shown.
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn create_with(path: &Path, options: VideoOptions, style: OverlayStyle) -> Result<Self, RunError> {
+    pub fn create_for(path: &Path, input: &SourceInfo, style: OverlayStyle) -> Result<Self, RunError> {
+        let aspect = input.pixel_aspect.unwrap_or((1, 1));
+        let shown = input.view.map_or(aspect, |view| view.pixel_aspect(aspect));
+        Self::write_to(path, input.fps, Some(shown).filter(|(width, height)| width != height), input.view, style)
+    }
+
+    fn write_to(
+        path: &Path,
+        nominal_fps: Option<f64>,
+        pixel_aspect: Option<(u32, u32)>,
+        view: Option<View>,
+        style: OverlayStyle,
+    ) -> Result<Self, RunError> {
+        let nominal_fps = nominal_fps.unwrap_or(VideoOptions::default().nominal_fps);
+        let options = VideoOptions { nominal_fps, pixel_aspect };
         let mut video = Mp4Writer::create(path, options)?;
         let (queue, frames) = sync_channel::<(Arc<Frame>, Vec<Record>)>(QUEUED_FRAMES);
         let own_path = path.to_path_buf();
@@ -51,7 +66,7 @@ impl OverlaySink {
             let mut trails = Trails::default();
             for (frame, mut records) in frames {
                 let step = step(frame.size());
-                records.iter_mut().filter_map(|r| r.estimate.as_mut()).for_each(|e| shrink(e, step as f64));
+                records.iter_mut().filter_map(|r| r.estimate.as_mut()).for_each(|e| place(e, view, step as f64));
                 trails.extend(frame.time_s(), &records);
                 let picture = draw(&frame, step, &records, &trails, style);
                 let picture = picture.map_err(|e| RunError::output(&own_path)(std::io::Error::other(e)))?;
@@ -78,8 +93,8 @@ impl OverlaySink {
 }
 
 impl Sink for OverlaySink {
-    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        let sent = self.queue.as_ref().is_some_and(|q| q.send((frame.clone(), records.to_vec())).is_ok());
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        let sent = self.queue.as_ref().is_some_and(|q| q.send((moment.frame.clone(), moment.records.to_vec())).is_ok());
         // The thread only stops taking frames when writing has failed.
         if sent { Ok(()) } else { self.join() }
     }
@@ -98,11 +113,12 @@ fn step(size: Size) -> usize {
     (1..).find(|step| (size.width / step) * (size.height / step) <= MOST_PIXELS).unwrap_or(1)
 }
 
-/// Boxes in pixels of the video.
-fn shrink(estimate: &mut Estimate, step: f64) {
+/// Boxes of the input in pixels of the video.
+fn place(estimate: &mut Estimate, view: Option<View>, step: f64) {
     let boxes = std::iter::once(&mut estimate.bbox).chain(&mut estimate.prediction).chain(&mut estimate.measurement);
-    for b in boxes {
-        *b = BBox::from_ltwh(b.left() / step, b.top() / step, b.width() / step, b.height() / step);
+    for bbox in boxes {
+        let b = view.map_or(*bbox, |view| view.of_input(*bbox));
+        *bbox = BBox::from_ltwh(b.left() / step, b.top() / step, b.width() / step, b.height() / step);
     }
 }
 
@@ -140,8 +156,12 @@ mod tests {
         assert_eq!(steps, [1, 1, 2, 2, 3]);
         let bbox = BBox::from_ltwh(300.0, 60.0, 30.0, 90.0);
         let mut estimate = Estimate { prediction: Some(bbox), ..Estimate::started(0.0, bbox, 1.0) };
-        shrink(&mut estimate, 3.0);
+        place(&mut estimate, None, 3.0);
         let wanted = BBox::from_ltwh(100.0, 20.0, 10.0, 30.0);
         assert_eq!((estimate.bbox, estimate.prediction, estimate.measurement), (wanted, Some(wanted), Some(wanted)));
+        // The right half of the input, at half its size.
+        let view = View { input: Size::new(80, 40), region: [40, 0, 40, 40], size: [20, 20] };
+        place(&mut estimate, Some(view), 2.0);
+        assert_eq!(estimate.bbox, BBox::from_ltwh(15.0, 5.0, 2.5, 7.5));
     }
 }

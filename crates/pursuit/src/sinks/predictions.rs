@@ -1,20 +1,25 @@
-use super::{LineFile, Sink};
-use crate::{Record, RunError};
+use super::format::{Declared, Format, Kind};
+use super::text::{Text, TextRow};
+use crate::Record;
 use pursuit_geometry::Point;
-use pursuit_imaging::Frame;
 use pursuit_tracking::{Estimate, TargetId, TrackState};
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-/// Writes `predictions.txt`: the table of qu2010, the actual position of a target beside what was predicted for it a sample
-/// before, in whole pixels.
+pub(super) const FORMAT: Format = Format(&Declared {
+    name: "predictions",
+    summary: "A text table of actual positions beside those predicted a sample before",
+    file_name: "predictions.txt",
+    media_type: "text/plain; charset=utf-8",
+    kind: Kind::Text(|_| Box::<Predictions>::default(), None),
+});
+
+/// The table of qu2010, the actual position of a target beside what was predicted for it a sample before, in whole pixels.
 ///
 /// Of motion models that sample (`qu2010`, `qu2010-simplified`) there is a row a sample; of all others a row a frame, with the
 /// prediction made before the frame was seen.
-pub struct PredictionsSink {
-    file: LineFile,
+#[derive(Default)]
+struct Predictions {
     /// When a prediction falls due, and what it is.
     due: BTreeMap<TargetId, (f64, Point)>,
 }
@@ -22,18 +27,7 @@ pub struct PredictionsSink {
 /// A frame this much before its time, in seconds, is the one meant: clocks round.
 const EARLY_S: f64 = 1e-3;
 
-impl PredictionsSink {
-    /// Creates the file and writes its header.
-    ///
-    /// # Errors
-    /// [`RunError::Output`] when it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, RunError> {
-        let mut file = LineFile::create(path)?;
-        let _ = writeln!(file.pending, "{:>8} {:>7} {:>15} {:>15}", "frame", "target", "actual", "predicted");
-        file.flush()?;
-        Ok(Self { file, due: BTreeMap::new() })
-    }
-
+impl Predictions {
     /// The prediction that this frame's position is to be compared with; notes the next one.
     fn predicted(&mut self, record: &Record, estimate: &Estimate) -> Option<Point> {
         let Some(next) = estimate.next else { return estimate.prediction.map(|b| b.center()) };
@@ -48,34 +42,29 @@ impl PredictionsSink {
     }
 }
 
-impl Sink for PredictionsSink {
-    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        for record in records {
+impl Text for Predictions {
+    fn begin(&mut self, out: &mut Vec<u8>) {
+        let _ = writeln!(out, "{:>8} {:>7} {:>15} {:>15}", "frame", "target", "actual", "predicted");
+    }
+
+    fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
+        for record in row.records {
             let Some(estimate) = record.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
             let Some(predicted) = self.predicted(record, estimate) else { continue };
             let cell = |p: Point| format!("({:.0}, {:.0})", p.x, p.y);
             let (actual, predicted) = (cell(estimate.bbox.center()), cell(predicted));
             // Writing to memory cannot fail.
-            let _ =
-                writeln!(self.file.pending, "{:>8} {:>7} {actual:>15} {predicted:>15}", record.frame, record.target);
+            let _ = writeln!(out, "{:>8} {:>7} {actual:>15} {predicted:>15}", record.frame, record.target);
         }
-        self.file.flush()
-    }
-
-    fn finish(&mut self) -> Result<(), RunError> {
-        self.file.flush()
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        vec![self.file.path.clone()]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pursuit_geometry::BBox;
-    use pursuit_imaging::Image;
+    use crate::revise::Row;
+    use pursuit_geometry::{BBox, Size};
+    use pursuit_imaging::{Frame, Image};
     use pursuit_tracking::Track;
     use pursuit_tracking::many::Elapsed;
     use pursuit_tracking::motion::{Motion, MotionFilter, MotionModel, MotionParams, Sight};
@@ -90,9 +79,7 @@ mod tests {
 
     /// What is written of one target that goes along `path`, five frames to each position.
     fn written(model: MotionModel, path: &[[f64; 2]]) -> String {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("predictions.txt");
-        let mut sink = PredictionsSink::create(&file).unwrap();
+        let mut rows = Vec::new();
         let mut motion = Motion::new(MotionParams { model, ..MotionParams::default() }, bbox(path[0])).unwrap();
         for k in 0..5 * path.len() as u64 - 4 {
             let frame = frame(k);
@@ -110,10 +97,9 @@ mod tests {
                 elapsed: Elapsed::default(),
                 class: None,
             };
-            sink.write(&Arc::new(frame.clone()), &[Record::new(&frame, track)]).unwrap();
+            rows.push(Row::new(&frame, vec![Record::new(&frame, track)]));
         }
-        sink.finish().unwrap();
-        std::fs::read_to_string(&file).unwrap()
+        String::from_utf8(FORMAT.of_rows(&rows, &[], Size::new(9, 9)).unwrap()).unwrap()
     }
 
     #[test]

@@ -1,21 +1,20 @@
 //! The part of the picture that is looked at, and at what size: `--region` and `--resize`.
 //!
-//! Trackers see the part alone, in its own pixels. What is given by the user (boxes, truth) and what is written down
-//! (trajectories) is in pixels of the whole input.
+//! Trackers see the part alone, in its own pixels. A [`Session`](crate::Session) translates: what it is given (boxes) and what
+//! it hands on (estimates) is in pixels of the whole input, as the truth is.
 
 mod resize;
-mod sink;
 mod source;
 
 pub use resize::Resize;
-pub(crate) use sink::InInput;
-pub(crate) use source::Viewed;
+pub use source::part_of;
 
 use crate::RunError;
 use nalgebra::{Matrix4, Vector4};
-use pursuit_geometry::{BBox, Point, Size};
-use pursuit_tracking::{Estimate, Velocity};
-use serde::Serialize;
+use pursuit_geometry::{Point, Size};
+use pursuit_imaging::{CameraPose, Lens};
+use pursuit_media::View;
+use pursuit_tracking::{BoxCovariance, Estimate, Forecast, Velocity};
 
 /// The shortest side of a region or of a picture that was resized, in pixels: smaller ones hold no target.
 const LEAST_SIDE: usize = 8;
@@ -24,96 +23,68 @@ const MOST_SIDE: usize = 16_384;
 /// The largest picture that is made by resizing, in pixels: that of 8K.
 const MOST_PIXELS: usize = 7680 * 4320;
 
-/// How pixels of the input and of what is looked at belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct View {
-    /// Left, top, width and height of the part looked at, in pixels of the input; left and top are even, as the colours of
-    /// video are shared by pairs of pixels.
-    pub region: [usize; 4],
-    /// Width and height of what trackers are shown.
-    pub size: [usize; 2],
+/// The view of an input of this size; `None` where everything is looked at as it is. A region is widened to whole pixels, its
+/// left and top to even ones, as the colours of video are shared by pairs of pixels.
+fn view(input: Size, region: Option<[f64; 4]>, resize: Option<Resize>) -> Result<Option<View>, RunError> {
+    let region = region.map_or(Ok([0, 0, input.width, input.height]), |region| inside(input, region))?;
+    let [_, _, width, height] = region;
+    let size = resize.map_or([width, height], |resize| resize.of(width, height));
+    let sensible = |side: &usize| (LEAST_SIDE..=MOST_SIDE).contains(side);
+    if resize.is_some() && !(size.iter().all(sensible) && size[0] * size[1] <= MOST_PIXELS) {
+        let [w, h] = size;
+        return Err(RunError::usage(format!(
+            "{width}x{height} pixels cannot be resized to {w}x{h}; sides go from {LEAST_SIDE} to {MOST_SIDE}, pictures to {MOST_PIXELS} pixels"
+        )));
+    }
+    let view = View { input, region, size };
+    Ok((view.size() != input || region[..2] != [0, 0]).then_some(view))
 }
 
-impl View {
-    /// Of an input of this size; `None` where everything is looked at as it is. A region is widened to whole pixels.
-    ///
-    /// # Errors
-    /// A region that does not lie in the picture, or sizes out of range.
-    pub(crate) fn new(input: Size, region: Option<[f64; 4]>, resize: Option<Resize>) -> Result<Option<Self>, RunError> {
-        let region = region.map_or(Ok([0, 0, input.width, input.height]), |region| inside(input, region))?;
-        let [_, _, width, height] = region;
-        let size = resize.map_or([width, height], |resize| resize.of(width, height));
-        let sensible = |side: &usize| (LEAST_SIDE..=MOST_SIDE).contains(side);
-        if resize.is_some() && !(size.iter().all(sensible) && size[0] * size[1] <= MOST_PIXELS) {
-            let [w, h] = size;
-            return Err(RunError::usage(format!(
-                "{width}x{height} pixels cannot be resized to {w}x{h}; sides go from {LEAST_SIDE} to {MOST_SIDE}, pictures to {MOST_PIXELS} pixels"
-            )));
-        }
-        let view = Self { region, size };
-        Ok((view.size() != input || region[..2] != [0, 0]).then_some(view))
+/// What is said of a frame of the view, in the input's pixels. The method's raw figures stay as they are.
+pub(crate) fn estimate_in_input(view: &View, estimate: Estimate) -> Estimate {
+    let ([sx, sy], [x, y]) = (view.scale(), view.origin());
+    let point = |p: Point| Point::new(p.x / sx + x, p.y / sy + y);
+    Estimate {
+        bbox: view.in_input(estimate.bbox),
+        prediction: estimate.prediction.map(|b| view.in_input(b)),
+        measurement: estimate.measurement.map(|b| view.in_input(b)),
+        searched: estimate.searched.map(|b| view.in_input(b)),
+        covariance: estimate.covariance.map(|c| covariance_in_input(view, &c)),
+        velocity: estimate.velocity.map(|v| velocity_in_input(view, v)),
+        next: estimate.next.map(|mut next| {
+            next.center = next.center.map(point);
+            next
+        }),
+        ..estimate
     }
+}
 
-    /// Width and height of what trackers are shown.
-    pub const fn size(&self) -> Size {
-        Size::new(self.size[0], self.size[1])
+/// What is expected in the view, in the input's pixels.
+pub(crate) fn forecast_in_input(view: &View, forecast: &Forecast) -> Forecast {
+    Forecast {
+        time_s: forecast.time_s,
+        bbox: view.in_input(forecast.bbox),
+        covariance: forecast.covariance.map(|c| covariance_in_input(view, &c)),
+        velocity: forecast.velocity.map(|v| velocity_in_input(view, v)),
     }
+}
 
-    /// Pixels of the view for one of the input, along x and y.
-    pub(crate) fn scale(&self) -> [f64; 2] {
-        let [_, _, width, height] = self.region;
-        [self.size[0] as f64 / width as f64, self.size[1] as f64 / height as f64]
-    }
+fn covariance_in_input(view: &View, covariance: &BoxCovariance) -> BoxCovariance {
+    let [sx, sy] = view.scale();
+    let scale = Matrix4::from_diagonal(&Vector4::new(1.0 / sx, 1.0 / sy, 1.0 / sx, 1.0 / sy));
+    scale * covariance * scale
+}
 
-    /// Width against height of the view's pixels, where that of the input's is `(width, height)`.
-    pub(crate) fn pixel_aspect(&self, (width, height): (u32, u32)) -> (u32, u32) {
-        let [_, _, from_width, from_height] = self.region.map(|side| side as u128);
-        let [to_width, to_height] = self.size.map(|side| side as u128);
-        let (wide, high) = (u128::from(width) * from_width * to_height, u128::from(height) * from_height * to_width);
-        let (mut a, mut b) = (wide, high);
-        while b > 0 {
-            (a, b) = (b, a % b);
-        }
-        let whole = |side: u128| u32::try_from(side / a.max(1)).ok().filter(|&side| side > 0);
-        whole(wide).zip(whole(high)).unwrap_or((width, height))
-    }
+fn velocity_in_input(view: &View, velocity: Velocity) -> Velocity {
+    let [sx, sy] = view.scale();
+    Velocity { x: velocity.x / sx, y: velocity.y / sy }
+}
 
-    fn origin(&self) -> [f64; 2] {
-        [self.region[0] as f64, self.region[1] as f64]
-    }
-
-    /// A box of the input in the view's pixels.
-    pub(crate) fn of_input(&self, bbox: BBox) -> BBox {
-        let ([sx, sy], [x, y], (l, t, w, h)) = (self.scale(), self.origin(), bbox.ltwh());
-        BBox::from_ltwh((l - x) * sx, (t - y) * sy, w * sx, h * sy)
-    }
-
-    /// A box of the view in the input's pixels.
-    pub(crate) fn in_input(&self, bbox: BBox) -> BBox {
-        let ([sx, sy], [x, y], (l, t, w, h)) = (self.scale(), self.origin(), bbox.ltwh());
-        BBox::from_ltwh(l / sx + x, t / sy + y, w / sx, h / sy)
-    }
-
-    /// What is said of a frame of the view, in the input's pixels. The method's raw figures stay as they are.
-    #[must_use]
-    pub fn estimate_in_input(&self, estimate: &Estimate) -> Estimate {
-        let ([sx, sy], [x, y]) = (self.scale(), self.origin());
-        let scale = Matrix4::from_diagonal(&Vector4::new(1.0 / sx, 1.0 / sy, 1.0 / sx, 1.0 / sy));
-        let point = |p: Point| Point::new(p.x / sx + x, p.y / sy + y);
-        Estimate {
-            bbox: self.in_input(estimate.bbox),
-            prediction: estimate.prediction.map(|b| self.in_input(b)),
-            measurement: estimate.measurement.map(|b| self.in_input(b)),
-            searched: estimate.searched.map(|b| self.in_input(b)),
-            covariance: estimate.covariance.map(|c| scale * c * scale),
-            velocity: estimate.velocity.map(|v| Velocity { x: v.x / sx, y: v.y / sy }),
-            next: estimate.next.map(|mut next| {
-                next.center = next.center.map(point);
-                next
-            }),
-            ..estimate.clone()
-        }
-    }
+/// The pose of a camera that takes the whole input as that of one which takes the view.
+pub(crate) fn pose_of_input(view: &View, pose: &CameraPose) -> Option<CameraPose> {
+    let ([sx, sy], [x, y], [fx, fy, cx, cy]) = (view.scale(), view.origin(), pose.lens().pinhole_px(view.input));
+    let lens = Lens::intrinsics(fx * sx, fy * sy, (cx - x) * sx, (cy - y) * sy).ok()?;
+    CameraPose::new(pose.time_s(), pose.pan_rad(), pose.tilt_rad(), lens).ok()
 }
 
 /// The region in whole pixels, widened.
@@ -142,11 +113,12 @@ fn inside(input: Size, region: [f64; 4]) -> Result<[usize; 4], RunError> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
+    use pursuit_geometry::BBox;
 
     const INPUT: Size = Size::new(640, 480);
 
     fn view(region: Option<[f64; 4]>, resize: Option<&str>) -> Result<Option<View>, RunError> {
-        View::new(INPUT, region, resize.map(|r| r.parse().unwrap()))
+        super::view(INPUT, region, resize.map(|r| r.parse().unwrap()))
     }
 
     #[test]
@@ -208,7 +180,7 @@ mod tests {
             next: Some(next),
             ..Estimate::started(0.0, seen, 0.5)
         };
-        let said = view.estimate_in_input(&estimate);
+        let said = estimate_in_input(&view, estimate.clone());
         let wanted = BBox::from_ltwh(110.0, 70.0, 20.0, 60.0);
         assert_eq!((said.bbox, said.prediction, said.measurement), (wanted, Some(wanted), Some(wanted)));
         assert_eq!(said.searched, Some(wanted));

@@ -1,14 +1,35 @@
-use super::View;
+use super::{Resize, pose_of_input, view};
+use crate::RunError;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Pixels, SharedImage};
-use pursuit_media::depth::DepthFacts;
-use pursuit_media::wrappers::StreamStats;
-use pursuit_media::{MediaError, Source, SourceInfo, StopHandle};
+use pursuit_media::{MediaError, Source, SourceInfo, StopHandle, View};
 use pursuit_vision::sampling::{Planes, Sampler, Window};
 
-/// Shows a part of each picture of a source, at another size. Numbers and times stay; depth is cut alike, and resized
-/// without mixing near and far.
-pub(crate) struct Viewed {
+/// The part `region` of each picture of `source`, `[left, top, width, height]` in its pixels, brought to the size `resize`.
+/// Numbers and times stay; depth is cut alike, and resized without mixing near and far.
+///
+/// Boxes stay in pixels of the whole picture: a [`Session`](crate::Session) over the part is given such boxes, and says such.
+///
+/// # Errors
+/// A region that does not lie in the picture, sizes out of range, or a source that shows a part already.
+pub fn part_of(
+    source: Box<dyn Source>,
+    region: Option<[f64; 4]>,
+    resize: Option<Resize>,
+) -> Result<Box<dyn Source>, RunError> {
+    let info = source.info();
+    let view = view(info.size, region, resize)?;
+    if view.is_some() && info.view.is_some() {
+        return Err(RunError::usage(format!("{} is seen in part already; name one region and one size", info.name)));
+    }
+    Ok(match view {
+        Some(view) => Box::new(Viewed::new(source, view)),
+        None => source,
+    })
+}
+
+/// Shows a part of each picture of a source, at another size.
+struct Viewed {
     source: Box<dyn Source>,
     info: SourceInfo,
     view: View,
@@ -17,9 +38,9 @@ pub(crate) struct Viewed {
 }
 
 impl Viewed {
-    pub fn new(source: Box<dyn Source>, view: View) -> Self {
+    fn new(source: Box<dyn Source>, view: View) -> Self {
         let size = view.size();
-        let info = SourceInfo { size, ..source.info().clone() };
+        let info = SourceInfo { size, view: Some(view), ..source.info().clone() };
         Self { source, info, view, sampler: Sampler::new(), planes: Planes::new(size, 3) }
     }
 
@@ -34,6 +55,8 @@ impl Viewed {
         let depth = depth.map(|depth| nearest(size, |x, y| depth.row(y)[x], depth.size()));
         let pixels = if pixels.size() == size { pixels } else { self.resized(pixels) };
         let shown = Frame::new(frame.index(), frame.time_s(), pixels);
+        let pose = frame.camera().and_then(|pose| pose_of_input(&self.view, pose));
+        let shown = pose.map_or(shown.clone(), |pose| shown.with_camera(pose));
         let shown = depth.map_or(Ok(shown.clone()), |depth| shown.with_depth(depth));
         shown.map_err(|e| broken(e.to_string()))
     }
@@ -80,20 +103,8 @@ impl Source for Viewed {
         self.source.next_frame()?.map(|frame| self.shown(&frame)).transpose()
     }
 
-    fn is_seekable(&self) -> bool {
-        self.source.is_seekable()
-    }
-
     fn seek(&mut self, index: u64) -> Result<(), MediaError> {
         self.source.seek(index)
-    }
-
-    fn depth_facts(&self) -> Option<&DepthFacts> {
-        self.source.depth_facts()
-    }
-
-    fn stream_stats(&self) -> Option<StreamStats> {
-        self.source.stream_stats()
     }
 
     fn stop_handle(&self) -> Option<StopHandle> {
@@ -110,7 +121,7 @@ mod tests {
 
     fn viewed(region: [f64; 4], resize: Option<&str>, pixels: Pixels, depth: bool) -> Frame {
         let source = crate::open("scene:drift?seed=7&duration=1").unwrap();
-        let view = View::new(pixels.size(), Some(region), resize.map(|r| r.parse().unwrap())).unwrap().unwrap();
+        let view = view(pixels.size(), Some(region), resize.map(|r| r.parse().unwrap())).unwrap().unwrap();
         let mut frame = Frame::new(3, 0.5, pixels);
         if depth {
             let size = frame.size();

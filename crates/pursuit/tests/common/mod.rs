@@ -5,7 +5,7 @@ use pursuit::geometry::{BBox, Size};
 use pursuit::imaging::{Frame, Image, Pixels};
 use pursuit::media::input::StopHandle;
 use pursuit::media::{MediaError, Source, SourceInfo};
-use pursuit::sinks::Sink;
+use pursuit::sinks::{Moment, Sink};
 use pursuit::tracking::many::Elapsed;
 use pursuit::tracking::{Estimate, Forecast, MultiTracker, Recipe, Result, TargetId, Track, TrackState, TrackingError};
 use pursuit::{Record, RunError};
@@ -25,15 +25,8 @@ pub struct Book {
 }
 
 pub fn book(count: u64) -> Book {
-    let info = SourceInfo {
-        name: "book".to_owned(),
-        size: Size::new(64, 48),
-        fps: Some(25.0),
-        frame_count: Some(count),
-        live: false,
-        decoder: "test".to_owned(),
-        truth: None,
-    };
+    let (fps, frame_count) = (Some(25.0), Some(count));
+    let info = SourceInfo { fps, frame_count, seekable: true, ..SourceInfo::new("book", Size::new(64, 48), "test") };
     Book { info, next: 0, broken_at: None }
 }
 
@@ -57,10 +50,6 @@ impl Source for Book {
         Ok(Some(blank(self.next - 1)))
     }
 
-    fn is_seekable(&self) -> bool {
-        true
-    }
-
     fn seek(&mut self, index: u64) -> pursuit::media::Result<()> {
         self.info.check_seek(index)?;
         self.next = index;
@@ -79,7 +68,14 @@ pub struct Camera {
 pub fn camera() -> (Camera, Sender<Frame>) {
     let (sender, frames) = channel();
     let kept = Arc::new(Mutex::new(None));
-    (Camera { info: SourceInfo { live: true, frame_count: None, ..book(1).info }, frames, hang_up: kept }, sender)
+    (
+        Camera {
+            info: SourceInfo { live: true, frame_count: None, seekable: false, ..book(1).info },
+            frames,
+            hang_up: kept,
+        },
+        sender,
+    )
 }
 
 impl Source for Camera {
@@ -171,8 +167,11 @@ impl MultiTracker for Still {
         Ok(())
     }
 
-    fn forecast(&self, _: TargetId, _: f64) -> Result<Forecast> {
-        Err(TrackingError::UnknownTarget { id: 0 })
+    /// Everything is about to go to the right, 10 px a second.
+    fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast> {
+        let target = self.targets.iter().find(|t| t.0 == id).ok_or(TrackingError::UnknownTarget { id: id.0 })?;
+        let bbox = target.1.translated(10.0 * seconds, 0.0);
+        Ok(Forecast { time_s: seconds, bbox, covariance: None, velocity: None })
     }
 
     fn ids(&self) -> Vec<TargetId> {
@@ -196,11 +195,12 @@ pub struct Memory {
 }
 
 impl Sink for Memory {
-    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        if self.fails_at == Some(frame.index()) {
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        let frame = moment.frame.index();
+        if self.fails_at == Some(frame) {
             return Err(full("disk"));
         }
-        self.taken.lock().unwrap().push(Some((frame.index(), records.to_vec())));
+        self.taken.lock().unwrap().push(Some((frame, moment.records.to_vec())));
         Ok(())
     }
 

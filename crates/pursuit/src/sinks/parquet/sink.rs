@@ -1,4 +1,4 @@
-use super::{Sink, create};
+use crate::sinks::{Moment, Sink, create};
 use crate::{Record, RunError};
 use parquet::basic::{Compression, Repetition, Type};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -7,7 +7,6 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type as Schema;
 use pursuit_geometry::BBox;
-use pursuit_imaging::Frame;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -44,8 +43,8 @@ impl ParquetSink {
 }
 
 impl Sink for ParquetSink {
-    fn write(&mut self, _: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        self.pending.extend_from_slice(records);
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        self.pending.extend_from_slice(moment.records);
         if self.pending.len() >= ROWS_A_GROUP { self.flush() } else { Ok(()) }
     }
 
@@ -148,7 +147,7 @@ mod tests {
     use super::*;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
-    use pursuit_imaging::Image;
+    use pursuit_imaging::{Frame, Image};
     use pursuit_tracking::TargetId;
 
     #[test]
@@ -168,7 +167,7 @@ mod tests {
                 estimate: None,
                 update_ms: Some(0.5),
             };
-            sink.write(&frame, &[record]).unwrap();
+            sink.write(&Moment::recorded(&frame, &[record])).unwrap();
         }
         sink.finish().unwrap();
         sink.finish().unwrap();

@@ -1,0 +1,230 @@
+use crate::{RunError, open};
+use pursuit_geometry::{BBox, Point, Truth};
+use pursuit_imaging::{Image, Rgb8};
+use pursuit_media::Source;
+use pursuit_ptz::geometry::{AngleFormula, Lens, direction_of};
+use pursuit_ptz::simulation::{Rendered, WideClip, World};
+use pursuit_ptz::{Direction, PtzError};
+use pursuit_scenes::{Scene, View};
+use std::sync::Arc;
+
+/// A direction, and the tangents of width and height.
+pub type KnownTarget = (Direction, f64, f64);
+
+/// A world with a target whose place is known, for a simulated camera to look at: a scene, or the clip of a wide camera.
+pub struct KnownWorld(Kind);
+
+enum Kind {
+    Scene { name: String, scene: Box<dyn Scene> },
+    Clip(Clip),
+}
+
+/// A clip of a wide camera that stands still, with its true boxes.
+struct Clip {
+    input: String,
+    lens: Lens,
+    /// Times and boxes from the first that has one on, seconds from there.
+    boxes: Vec<(f64, Option<BBox>)>,
+    starts_s: f64,
+}
+
+impl KnownWorld {
+    /// A scene by its query, with or without `scene:` before it.
+    ///
+    /// # Errors
+    /// [`RunError::Usage`] for a scene that there is not, or in which nobody is at the beginning.
+    pub fn scene(query: &str) -> Result<Self, RunError> {
+        let name = query.strip_prefix("scene:").unwrap_or(query);
+        let scene = pursuit_scenes::open(&format!("scene:{name}")).map_err(|e| RunError::usage(e.to_string()))?;
+        let world = Self(Kind::Scene { name: name.to_owned(), scene });
+        let nobody = || RunError::usage(format!("nobody is in the scene `{name}` at its beginning"));
+        world.target(0.0).ok_or_else(nobody)?;
+        Ok(world)
+    }
+
+    /// A clip whose picture is `width_deg` wide, with true boxes.
+    ///
+    /// # Errors
+    /// An input that cannot be read, [`RunError::Usage`] for one that does not say where its target is.
+    pub fn clip(input: &str, width_deg: f64) -> Result<Self, RunError> {
+        let mut source = open(input)?;
+        let lens = Lens::new(source.info().size, 0.5 * width_deg)?;
+        let Some(truth) = source.info().truth.clone() else {
+            return Err(RunError::usage(format!(
+                "{input} has no true boxes, and a simulation has to know where the target is; give a folder with frames.csv, or a \
+                 video with a CSV of boxes of the same name beside it"
+            )));
+        };
+        let mut boxes = Vec::new();
+        while let Some(frame) = source.next_frame()? {
+            let truth = usize::try_from(frame.index()).ok().and_then(|k| truth.get(k));
+            boxes.push((frame.time_s(), truth.and_then(Truth::bbox)));
+        }
+        let first = boxes.iter().position(|b| b.1.is_some());
+        boxes.drain(..first.unwrap_or(boxes.len()));
+        let starts_s = boxes.first().map(|b| b.0);
+        let starts_s = starts_s.ok_or_else(|| RunError::usage(format!("nobody is to be seen in {input}")))?;
+        boxes.iter_mut().for_each(|b| b.0 -= starts_s);
+        Ok(Self(Kind::Clip(Clip { input: input.to_owned(), lens, boxes, starts_s })))
+    }
+
+    /// What it is called in a table.
+    pub fn name(&self) -> &str {
+        match &self.0 {
+            Kind::Scene { name, .. } => name,
+            Kind::Clip(clip) => &clip.input,
+        }
+    }
+
+    /// How long there is something to look at, seconds.
+    pub fn duration_s(&self) -> f64 {
+        match &self.0 {
+            Kind::Scene { scene, .. } => scene.duration_s(),
+            Kind::Clip(clip) => clip.boxes.iter().rev().find(|b| b.1.is_some()).map_or(0.0, |b| b.0),
+        }
+    }
+
+    /// Where the target is at `time_s`; `None` where it is nowhere.
+    pub fn target(&self, time_s: f64) -> Option<KnownTarget> {
+        match &self.0 {
+            Kind::Scene { scene, .. } => in_scene(&**scene, time_s),
+            Kind::Clip(clip) => clip.target(time_s),
+        }
+    }
+
+    /// The world, to be looked at once in the order of time.
+    ///
+    /// # Errors
+    /// A clip that cannot be read again.
+    pub fn world(&self) -> Result<Box<dyn World + '_>, RunError> {
+        Ok(match &self.0 {
+            Kind::Scene { scene, .. } => Box::new(Rendered(move |time_s: f64, lens: &Lens, pose: Direction| {
+                let view = aimed(&**scene, lens, pose).ok_or(PtzError::Parameter {
+                    name: "the camera's direction",
+                    value: pose.pan_deg,
+                    wanted: "one in which the scene can be looked at",
+                })?;
+                Ok(scene.render_view(time_s, &view).image)
+            })),
+            Kind::Clip(clip) => Box::new(WideClip::new(clip.lens, clip.pictures()?)),
+        })
+    }
+}
+
+/// The scene's view through `lens` towards `pose`.
+fn aimed(scene: &dyn Scene, lens: &Lens, pose: Direction) -> Option<View> {
+    let width_rad = 2.0 * lens.half_fov_deg().0.to_radians();
+    let view = View { size: lens.size(), ..scene.home() };
+    view.zoomed(width_rad)?.aimed(pose.pan_deg.to_radians(), pose.tilt_deg.to_radians())
+}
+
+/// Looked for ahead first and then all about; measured in the middle of a view, where perspective does not stretch it.
+fn in_scene(scene: &dyn Scene, time_s: f64) -> Option<KnownTarget> {
+    let home = scene.home();
+    let extent = |view: &View| scene.targets_in_view(time_s, view).first().and_then(|t| t.extent);
+    let tilt_rad = home.camera.tilt_rad();
+    let about = [0.0, 0.5, -0.5, 1.0].map(|half_turns: f64| half_turns * std::f64::consts::PI);
+    let mut at = about.iter().find_map(|turn| {
+        let view = home.aimed(home.camera.pan_rad() + turn, tilt_rad)?;
+        Some(view.direction_of(extent(&view)?.center()))
+    })?;
+    let (mut width, mut height) = (0.0, 0.0);
+    for _ in 0..2 {
+        let view = home.aimed(at.pan_rad, at.tilt_rad)?;
+        let bbox = extent(&view)?;
+        let [fx, fy, ..] = view.camera.lens().pinhole_px(view.size);
+        (width, height) = (bbox.width() / fx, bbox.height() / fy);
+        at = view.direction_of(bbox.center());
+    }
+    Some((Direction::new(at.pan_rad.to_degrees(), at.tilt_rad.to_degrees()), width, height))
+}
+
+impl Clip {
+    /// Between two frames the box is between theirs.
+    fn target(&self, time_s: f64) -> Option<KnownTarget> {
+        let next = self.boxes.partition_point(|b| b.0 <= time_s);
+        let (before_s, before) = *self.boxes.get(next.checked_sub(1)?)?;
+        let before = before?;
+        let bbox = match self.boxes.get(next).copied() {
+            Some((after_s, Some(after))) => between(&before, &after, (time_s - before_s) / (after_s - before_s)),
+            _ => before,
+        };
+        let direction = direction_of(&self.lens, Direction::AHEAD, bbox.center(), AngleFormula::PanThenTilt);
+        let per_px = self.lens.half_fov_deg().0.to_radians().tan() / self.lens.middle().x;
+        Some((direction, bbox.width() * per_px, bbox.height() * per_px))
+    }
+
+    /// The picture shown at a time, read on from the last.
+    fn pictures(&self) -> Result<impl FnMut(f64) -> pursuit_ptz::Result<Arc<Image<Rgb8>>> + '_, RunError> {
+        let mut reader = Reader { source: open(&self.input)?, shown: None, next: None };
+        Ok(move |time_s: f64| reader.at(time_s + self.starts_s).map_err(|reason| PtzError::Picture { reason }))
+    }
+}
+
+/// `part` of the way from one box to another.
+fn between(a: &BBox, b: &BBox, part: f64) -> BBox {
+    let mix = |a: f64, b: f64| a + part.clamp(0.0, 1.0) * (b - a);
+    let (from, to) = (a.center(), b.center());
+    let center = Point::new(mix(from.x, to.x), mix(from.y, to.y));
+    BBox::from_center_size(center, mix(a.width(), b.width()), mix(a.height(), b.height()))
+}
+
+type Picture = (f64, Arc<Image<Rgb8>>);
+
+/// Reads on to a time.
+struct Reader {
+    source: Box<dyn Source>,
+    shown: Option<Picture>,
+    next: Option<Picture>,
+}
+
+impl Reader {
+    fn at(&mut self, time_s: f64) -> Result<Arc<Image<Rgb8>>, String> {
+        loop {
+            if self.next.is_none() {
+                let frame = self.source.next_frame().map_err(|e| e.to_string())?;
+                self.next = frame.map(|f| (f.time_s(), Arc::new(f.color().to_image())));
+            }
+            match self.next.take() {
+                // The first picture is shown from the beginning.
+                Some(next) if next.0 <= time_s || self.shown.is_none() => self.shown = Some(next),
+                next => {
+                    self.next = next;
+                    break;
+                }
+            }
+        }
+        self.shown.as_ref().map(|shown| shown.1.clone()).ok_or_else(|| "the clip is empty".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_geometry::Size;
+
+    #[test]
+    fn a_scene_says_where_its_target_is_wherever_one_looks() {
+        let world = KnownWorld::scene("wide-world?seed=3&reach=80&duration=40").unwrap();
+        assert_eq!(world.duration_s(), 40.0);
+        let widest = (0..400).filter_map(|k| world.target(f64::from(k) * 0.1)).map(|t| t.0.pan_deg.abs());
+        let widest = widest.fold(0.0, f64::max);
+        assert!((79.0..81.0).contains(&widest), "{widest}");
+        // In the middle of a view aimed at it.
+        let (direction, width, height) = world.target(2.0).unwrap();
+        assert!(height > width && width > 0.02, "{width} {height}");
+        let lens = Lens::new(Size::new(320, 180), 30.0).unwrap();
+        let mut seen = world.world().unwrap();
+        let (on_it, beside) =
+            (seen.render(2.0, &lens, direction).unwrap(), seen.render(2.0, &lens, Direction::AHEAD).unwrap());
+        assert_ne!(on_it, beside);
+        assert!(KnownWorld::scene("no-such-scene").is_err());
+    }
+
+    #[test]
+    fn boxes_are_mixed() {
+        let (a, b) = (BBox::from_ltwh(0.0, 0.0, 10.0, 20.0), BBox::from_ltwh(20.0, 10.0, 20.0, 20.0));
+        assert_eq!(between(&a, &b, 0.5), BBox::from_ltwh(10.0, 5.0, 15.0, 20.0));
+        assert_eq!((between(&a, &b, -1.0), between(&a, &b, 2.0)), (a, b));
+    }
+}

@@ -1,0 +1,13 @@
+//! Pan-tilt heads in the run loop: a head as a sink, frames that say how it stood, and worlds for simulated cameras.
+//!
+//! [`steer`] makes of a [`Pilot`](pursuit_ptz::drivers::Pilot) both ends: a [`HeadSink`], which tells it of the first target of
+//! each frame and of where the tracker expects that, and [`Poses`], which says of each frame how the head stood when it was
+//! taken, for trackers with `motion.camera = pose`. [`follow`] puts both into a run.
+
+mod known_world;
+mod sink;
+mod steering;
+
+pub use known_world::{KnownTarget, KnownWorld};
+pub use sink::HeadSink;
+pub use steering::{Poses, compensated, follow, steer};

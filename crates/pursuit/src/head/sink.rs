@@ -1,0 +1,69 @@
+use super::steering::Shared;
+use crate::RunError;
+use crate::sinks::{Moment, Sink};
+use pursuit_ptz::control::Diagnosis;
+use pursuit_ptz::{Aim, Forecast, PtzError, Still};
+
+/// Where the results of a run become commands to a head: it follows the first target.
+pub struct HeadSink {
+    steering: Shared,
+    /// What the head complained of last: said once.
+    complaint: Option<String>,
+    tell: Box<dyn FnMut(&Diagnosis) + Send>,
+}
+
+impl HeadSink {
+    pub(super) fn new(steering: Shared) -> Self {
+        Self { steering, complaint: None, tell: Box::new(|_| {}) }
+    }
+
+    /// Tells `tell` after every frame what the head is believed to do.
+    #[must_use]
+    pub fn telling(self, tell: impl FnMut(&Diagnosis) + Send + 'static) -> Self {
+        Self { tell: Box::new(tell), ..self }
+    }
+
+    /// Says what the head complained of.
+    fn listen(&mut self) {
+        let report = self.steering.lock().pilot.report();
+        for error in report.errors {
+            let text = error.to_string();
+            if self.complaint.as_ref() != Some(&text) {
+                tracing::warn!("{text}");
+                self.complaint = Some(text);
+            }
+        }
+    }
+}
+
+fn failed(error: PtzError) -> RunError {
+    RunError::output("the head")(std::io::Error::other(error))
+}
+
+impl Sink for HeadSink {
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        let mut steering = self.steering.lock();
+        let (now_s, stamp_s) = steering.clocks(moment.frame.time_s());
+        let first = moment.records.first().and_then(|r| Some((r.target, r.estimate.as_ref()?)));
+        let ahead = first.map(|(target, estimate)| {
+            move |time_s: f64| Aim::ahead(estimate, time_s - stamp_s, |seconds| moment.forecast(target, seconds))
+        });
+        let forecast: &dyn Forecast = ahead.as_ref().map_or(&Still(None), |ahead| ahead);
+        steering.pilot.see(now_s, stamp_s, forecast).map_err(failed)?;
+        let diagnosis = steering.pilot.diagnosis(now_s);
+        drop(steering);
+        (self.tell)(&diagnosis);
+        self.listen();
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), RunError> {
+        let ended = self.steering.lock().pilot.end();
+        self.listen();
+        if ended {
+            return Ok(());
+        }
+        let head = "the head".to_owned();
+        Err(failed(PtzError::TimedOut { head, doing: "the last stop", after_s: 0.0 }))
+    }
+}
