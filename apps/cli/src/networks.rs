@@ -2,9 +2,9 @@
 //! library's.
 
 use pursuit::inference::onnx::find_library;
+use pursuit::parameters::{Parameter, merge, nested};
 use pursuit::toml::Table;
 use pursuit::trackers::registry;
-use pursuit::tracking::parameters::{Parameter, merge, nested};
 use std::path::{Path, PathBuf};
 
 /// Names the library, or the folder it is in.

@@ -68,6 +68,35 @@ fn every_protocol_leaves_what_the_contract_says_in_one_folder() {
 }
 
 #[test]
+fn trajectories_of_track_are_scored() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out, tracked) = (root.path().join("data"), root.path().join("out"), root.path().join("tracked"));
+    sequence(&data.join("mover"), 12);
+    let (clip, into) = (data.join("mover"), tracked.to_str().unwrap());
+    let track = ["track", clip.to_str().unwrap(), "--box", "20,16,16,16", "--tracker", "mosse", "--no-video"];
+    let output = pursuit(&[&track[..], &["--out", into]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let results = evaluate(&data, &out, &["--trackers", "mosse", "--results", &format!("mine={into}")]);
+    let auc = |name: &str| results["trackers"][name]["mean"]["auc"].as_f64().unwrap();
+    assert!((auc("mine") - auc("mosse")).abs() < 1e-9, "{} {}", auc("mine"), auc("mosse"));
+    // Alone, by its file.
+    let file = format!("mine={into}/trajectory.csv");
+    let alone = evaluate(&data, &root.path().join("alone"), &["--results", &file]);
+    assert_eq!(alone["trackers"].as_object().unwrap().keys().collect::<Vec<_>>(), ["mine"]);
+
+    let path = tracked.join("trajectory.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let shorter: Vec<&str> = text.lines().take(9).collect();
+    std::fs::write(&path, shorter.join("\n")).unwrap();
+    let call = ["eval", data.to_str().unwrap(), "--out", out.to_str().unwrap(), "--results", &file];
+    fails(&pursuit(&call), 3, &["8 frames of mover, which has 12", "trajectory.csv"]);
+    fails(&pursuit(&[&call[..], &["--protocol", "tre"]].concat()), 2, &["one pass", "tre"]);
+    let unnamed = pursuit(&["eval", data.to_str().unwrap(), "--results", "mine"]);
+    assert_eq!(unnamed.status.code(), Some(2));
+    assert!(stderr(&unnamed).contains("give NAME=PATH"), "{}", stderr(&unnamed));
+}
+
+#[test]
 fn what_another_build_left_is_run_again() {
     let root = tempfile::tempdir().unwrap();
     let (data, out) = (root.path().join("data"), root.path().join("out"));

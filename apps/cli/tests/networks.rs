@@ -111,7 +111,7 @@ fn a_network_that_cannot_be_used_is_said_before_anything_is_written() {
     let config = "[config]\ntemplate_side_px = 16\nsearch_side_px = 32\nanswer_side = 9\nstride_px = 2.0\nchannels = 'rgb'\n\
                   scores = 'sigmoid'\ncontext = 0.5\nwindow = 0.4\npenalty = 0.1\nrate = 0.3\n";
     siamese(&format!("search = 'a.onnx'\n{config}window_size = 3"), &["net.toml", "window_size"]);
-    siamese(&format!("search = 'a.onnx'\n{}", config.replace("0.5", "9.5")), &["context", "from 0 to 4"]);
+    siamese(&format!("search = 'a.onnx'\n{}", config.replace("0.5", "9.5")), &["context", "between 0 and 4"]);
     siamese(&format!("search = 'a.onnx'\n{config}"), &["a.onnx", "cannot be read"]);
     if !cfg!(any(feature = "onnxruntime", feature = "rten")) {
         let model = format!("model={}", squares());

@@ -99,7 +99,7 @@ fn a_simulated_camera_crops_its_pictures_from_a_scene() {
     let run = simulated(&["--scene", "wide-world?seed=3&reach=30&duration=6", "--tracker", "kcf"]);
     assert_eq!(run["walk"], "wide-world?seed=3&reach=30&duration=6");
     assert!(run["shown"].as_f64().unwrap() > 0.99 && run["central"].as_f64().unwrap() > 0.8, "{run}");
-    fails(&pursuit(&["ptz", "simulate", "--scene", "no-such"]), 1, &["no-such"]);
+    fails(&pursuit(&["ptz", "simulate", "--scene", "no-such"]), 2, &["no-such"]);
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
     let run = simulated(&["--clip", clip, "--clip-view", "100", "--tracker", "kcf"]);
     assert!(run["shown"].as_f64().unwrap() > 0.99 && run["rms_deg"].as_f64().unwrap() < 8.0, "{run}");
     std::fs::remove_file(folder.path().join("frames.csv")).unwrap();
-    fails(&pursuit(&["ptz", "simulate", "--clip", clip]), 1, &["no true boxes"]);
+    fails(&pursuit(&["ptz", "simulate", "--clip", clip]), 2, &["no true boxes"]);
 }
 
 #[test]

@@ -7,7 +7,7 @@
  * @typedef {{ frame: number, time_s: number, truth: number[]|null, absent: boolean, records: TargetRecord[] }} Now
  * @typedef {{ phase: string, message: string|null, now: Now|null, first: number|null, head: number|null, targets: number[],
  *   input: { name: string, width: number, height: number, fps: number|null, frame_count: number|null, live: boolean,
- *     decoder: string, truth: boolean },
+ *     region: number[]|null, decoder: string, truth: boolean },
  *   tracker: string, parameters: Record<string, any>, backward: { target: number, from: number, to: number, end: null|"met"|"lost"|"drawn"|"gone"|"stopped" }|null,
  *   edits: { frame: number, what: string, target: number|null }[],
  *   speed: number|null, look: string, looks: string[], detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],

@@ -133,7 +133,9 @@ export class Monitor {
       const [wide, high] = "displayWidth" in picture ? [picture.displayWidth, picture.displayHeight] : [picture.width, picture.height];
       // Video has even sides: what was added is left out.
       const { width: columns = wide, height: rows = high } = facts.picture;
-      this.background.getContext("2d")?.drawImage(picture, 0, 0, columns, rows, 0, 0, width, height);
+      // Of an input that is looked at in part, the part stands where it was taken from.
+      const [left, top, across, down] = facts.input.region ?? [0, 0, width, height];
+      this.background.getContext("2d")?.drawImage(picture, 0, 0, columns, rows, left, top, across, down);
     }
     this.draw();
   }

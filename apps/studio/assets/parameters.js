@@ -3,7 +3,7 @@
 /**
  * @typedef {{ name: string, type: string, doc: string, unit?: string, source?: string, default?: any, choices?: string[],
  *   minimum?: number, maximum?: number, exclusiveMinimum?: number, exclusiveMaximum?: number, step?: number,
- *   parameters?: Parameter[] }} Parameter
+ *   models?: string[], parameters?: Parameter[] }} Parameter
  */
 
 /** Groups that can be changed while running. */
@@ -20,6 +20,10 @@ export class Parameters {
     this.changed = changed;
     /** @type {Map<string, { row: HTMLElement, set: (value: any) => void, fallback: any }>} */
     this.rows = new Map();
+    /** Keys that only some models have. @type {Set<string>} */
+    this.ofModels = new Set();
+    /** Those of them that the models chosen do not have. @type {Set<string>} */
+    this.absent = new Set();
     /** Whether nothing can be changed. */
     this.frozen = false;
     filter.addEventListener("input", () => this.narrow());
@@ -28,6 +32,8 @@ export class Parameters {
   /** @param {Parameter[]} schema */
   build(schema) {
     this.rows.clear();
+    this.ofModels.clear();
+    this.absent.clear();
     this.place.replaceChildren();
     const own = schema.filter((p) => p.type !== "group");
     const scope = this.title === "Tracker" ? "Of the tracker itself; a change follows again from the first frame." : "Of the detector: what it shows in the picture.";
@@ -40,15 +46,20 @@ export class Parameters {
     this.narrow();
   }
 
-  /** @param {string} title @param {string} doc @param {Parameter[]} parameters @param {string} path */
-  group(title, doc, parameters, path) {
+  /** @param {string} title @param {string} doc @param {Parameter[]} parameters @param {string} path @param {boolean} [some] whether
+   * only some models have it */
+  group(title, doc, parameters, path, some = false) {
     const set = make("fieldset");
     const legend = make("legend", title[0].toUpperCase() + title.slice(1));
     legend.title = doc;
     set.append(legend);
     for (const p of parameters) {
-      if (p.type === "group") this.group(`${title} · ${p.name}`, p.doc, p.parameters ?? [], `${path}${p.name}.`);
-      else set.append(this.row(p, path + p.name));
+      const ofSome = some || (p.models?.length ?? 0) > 0;
+      if (p.type === "group") this.group(`${title} · ${p.name}`, p.doc, p.parameters ?? [], `${path}${p.name}.`, ofSome);
+      else {
+        if (ofSome) this.ofModels.add(path + p.name);
+        set.append(this.row(p, path + p.name));
+      }
     }
     this.place.append(set);
   }
@@ -126,16 +137,20 @@ export class Parameters {
   /** Shows the values of a recipe. @param {Record<string, any>} values */
   fill(values) {
     const flat = flatten(values);
+    this.absent = new Set([...this.ofModels].filter((key) => !(key in flat)));
     for (const [key, { row, set, fallback }] of this.rows) {
       if (!(key in flat) || row.contains(document.activeElement)) continue;
       set(flat[key]);
       row.classList.toggle("changed", JSON.stringify(flat[key]) !== JSON.stringify(fallback) && Number(flat[key]) !== Number(fallback));
     }
+    this.narrow();
   }
 
   narrow() {
     const word = this.filter.value.trim().toLowerCase();
-    for (const [key, { row }] of this.rows) row.hidden = word !== "" && !`${key} ${row.title}`.toLowerCase().includes(word);
+    for (const [key, { row }] of this.rows) {
+      row.hidden = this.absent.has(key) || (word !== "" && !`${key} ${row.title}`.toLowerCase().includes(word));
+    }
     for (const set of this.place.querySelectorAll("fieldset")) {
       /** @type {HTMLElement} */ (set).hidden = !set.querySelector(".parameter:not([hidden])");
     }

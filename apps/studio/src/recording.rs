@@ -3,13 +3,14 @@
 use crate::error::Refusal;
 use crate::root::Root;
 use crate::runs::{TRACKED, TRAJECTORY, read};
-use crate::trial::{Row, Seeking};
+use crate::trial::seeking;
 use pursuit::BBox;
 use pursuit::media::Locator;
+use pursuit::parameters::Parameters;
+use pursuit::revise::{ChosenDetector, Row};
 use pursuit::sinks::read_trajectory;
 use pursuit::toml::Table;
 use pursuit::tracking::many::AcquisitionParams;
-use pursuit::tracking::parameters::Parameters;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -23,7 +24,7 @@ pub(crate) struct Recording {
     pub locator: Locator,
     pub tracker: String,
     pub parameters: Table,
-    pub seeking: Option<Seeking>,
+    pub seeking: Option<ChosenDetector>,
     pub known: Known,
 }
 
@@ -53,7 +54,7 @@ impl Recording {
         let boxes = boxes.into_iter().map(|[left, top, width, height]| BBox::from_ltwh(left, top, width, height));
         let seeking = match recipe["detector"].as_str() {
             Some(detector) if !recipe["acquire"].is_null() => {
-                Some(Seeking::new(detector, &table(&recipe["detector_parameters"])?, root)?)
+                Some(seeking(detector, &table(&recipe["detector_parameters"])?, root)?)
             }
             _ => None,
         };

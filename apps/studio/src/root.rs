@@ -2,8 +2,8 @@
 
 use crate::error::{Refusal, StudioError};
 use pursuit::media::Locator;
+use pursuit::parameters::{Kind, Parameter};
 use pursuit::toml::{Table, Value};
-use pursuit::tracking::parameters::{Kind, Parameter};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

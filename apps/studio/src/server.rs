@@ -23,7 +23,7 @@ use tokio::sync::Semaphore;
 const MOST_CONNECTIONS: usize = 256;
 /// Further ones that wait until one is closed; those beyond are refused.
 const MOST_WAITING: usize = 64;
-/// What a connection is told that is refused.
+/// The answer to a connection beyond the limit.
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\nRetry-After: 5\r\n\r\n";
 /// A connection on which no request comes for this long is closed.

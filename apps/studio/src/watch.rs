@@ -3,10 +3,10 @@
 use crate::error::StudioError;
 use crate::trial::Job;
 use crate::{Options, Server};
+use pursuit::RunError;
 use pursuit::media::SourceInfo;
-use pursuit::sinks::Sink;
+use pursuit::sinks::{Moment, Sink};
 use pursuit::toml::Table;
-use pursuit::{Frame, Record, RunError};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -77,8 +77,8 @@ impl Drop for Watch {
 struct Shown(Arc<Job>);
 
 impl Sink for Shown {
-    fn write(&mut self, frame: &Arc<Frame>, records: &[Record]) -> Result<(), RunError> {
-        self.0.saw(frame, records);
+    fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
+        self.0.saw(moment.frame, moment.records);
         Ok(())
     }
 

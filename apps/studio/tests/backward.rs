@@ -137,22 +137,6 @@ fn it_is_followed_backward_again_whenever_it_is_followed_again() {
 }
 
 #[test]
-fn frames_that_were_right_stay_where_the_tracks_never_meet() {
-    let (studio, _root) = studio();
-    // Never says that it sees nothing: the way back goes on over whatever is there.
-    let trial = begin(&studio, &json!({ "policy.model": "always" }));
-    let before = Annotated::of(&studio, &trial);
-    let wrong = before.wrong();
-    let first = wrong[0];
-    let facts = put_right(&studio, &trial, wrong[wrong.len() / 2]);
-    let after = Annotated::of(&studio, &trial);
-    let spoiled: Vec<usize> =
-        (0..first).filter(|f| before.is_right(*f) == Some(true) && after.is_right(*f) == Some(false)).collect();
-    assert!(spoiled.len() <= 3, "{spoiled:?}: {}", facts["backward"]);
-    assert!(after.wrong().len() < before.wrong().iter().filter(|f| **f < after.rows.len()).count(), "{facts}");
-}
-
-#[test]
 fn it_is_broken_off_by_other_orders_and_makes_start_wait() {
     let (studio, _root) = studio();
     let trial = begin(&studio, &json!({}));

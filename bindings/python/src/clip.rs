@@ -2,6 +2,7 @@
 
 use crate::errors::{PursuitError, of_run, usage};
 use crate::estimate::Estimate;
+use crate::iterated::{self, Iterated};
 use crate::values;
 use numpy::{PyArray3, PyArrayMethods};
 use pursuit::media::OpenOptions;
@@ -24,6 +25,8 @@ const THUMBNAIL_WIDTH: usize = 320;
 #[pyclass(frozen, module = "pursuit")]
 pub struct Clip {
     news: Mutex<Receiver<News>>,
+    /// What the run asks for frames, where Python has them; taken out while it answers.
+    iterated: Mutex<Option<Iterated>>,
     remote: Remote,
     frame_count: Option<u64>,
     size: (usize, usize),
@@ -33,41 +36,62 @@ pub struct Clip {
 /// What the thread says.
 enum News {
     Rows(Vec<Record>, Option<Thumbnail>),
+    /// The next frame is wanted.
+    Wanted,
     Over(Box<Result<(String, Option<RunError>), RunError>>),
 }
 
 struct Thumbnail {
     width: usize,
     rgb: Vec<u8>,
-    /// Pixels of the frame to one of this.
-    scale: f64,
+    /// Where its left top corner lies in the input, and how many of the input's pixels one of it is, along x and y.
+    place: [f64; 4],
 }
 
 #[derive(Default)]
 struct State {
     facts: Option<String>,
     thumbnail: Option<Thumbnail>,
+    /// What Python raised when it was asked for a frame.
+    raised: Option<PyErr>,
     over: bool,
 }
 
 #[pymethods]
 impl Clip {
-    /// Prepares a run from the keys of a configuration file; with `out` it leaves the files of `pursuit track` there.
+    /// Prepares a run from the keys of a configuration file; with `out` it leaves the files of `pursuit track` there. Frames,
+    /// and depth images that belong to them, may be given in place of an input; they are iterated over by `next`.
     #[new]
-    #[pyo3(signature = (**config))]
-    fn new(py: Python<'_>, config: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    #[pyo3(signature = (frames = None, *, depths = None, channels = "rgb", **config))]
+    fn new(
+        py: Python<'_>,
+        frames: Option<&Bound<'_, PyAny>>,
+        depths: Option<&Bound<'_, PyAny>>,
+        channels: &str,
+        config: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let table = config.map(values::table).transpose()?.unwrap_or_default();
         let config = RunConfig::deserialize(table)
             .map_err(|e| usage(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
         let written = config.out.is_some();
-        let run = py.detach(|| Run::prepare(config, &OpenOptions::from_env())).map_err(|e| of_run(&e))?;
+        let (speak, news) = sync_channel(AHEAD);
+        let ask = speak.clone();
+        let given = frames.map(|frames| {
+            iterated::source(frames, depths, channels, config.fps, move || ask.send(News::Wanted).is_ok())
+        });
+        let (iterated, source) = given.transpose()?.unzip();
+        let options = OpenOptions::from_env();
+        let prepare = || match source {
+            Some(source) => Run::prepare_source(config, source, &options),
+            None => Run::prepare(config, &options),
+        };
+        let run = py.detach(prepare).map_err(|e| of_run(&e))?;
         let run = if written { run } else { run.unwritten() };
         let (remote, frame_count, size) = (run.remote(), run.frame_count(), run.input().size);
-        let (speak, news) = sync_channel(AHEAD);
         let spawned = std::thread::Builder::new().name("pursuit".into()).spawn(move || follow(run, &speak));
         spawned.map_err(|e| PursuitError::new_err(format!("no thread can be started: {e}")))?;
-        let (news, size, state) = (Mutex::new(news), (size.width, size.height), Mutex::default());
-        Ok(Self { news, remote, frame_count, size, state })
+        let (news, iterated, state) = (Mutex::new(news), Mutex::new(iterated), Mutex::default());
+        Ok(Self { news, iterated, remote, frame_count, size: (size.width, size.height), state })
     }
 
     /// How many frames there will be, where the input knows.
@@ -88,14 +112,16 @@ impl Clip {
         self.state().facts.clone()
     }
 
-    /// A small picture of the first frame, uint8 (height, width, 3), and how many pixels of the frame one of it is.
+    /// A small picture of the first frame, uint8 (height, width, 3), and (left, top, x, y): where it lies in the input, and how
+    /// many pixels of the input one of it is.
     #[getter]
-    fn thumbnail<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, f64)>> {
+    #[allow(clippy::type_complexity, reason = "a tuple of Python")]
+    fn thumbnail<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, [f64; 4])>> {
         let state = self.state();
         let Some(picture) = &state.thumbnail else { return Ok(None) };
         let height = picture.rgb.len() / (3 * picture.width);
         let flat = numpy::PyArray1::from_slice(py, &picture.rgb);
-        Ok(Some((flat.reshape([height, picture.width, 3])?, picture.scale)))
+        Ok(Some((flat.reshape([height, picture.width, 3])?, picture.place)))
     }
 
     /// The estimates of the next frame, in order of the targets' numbers; None after the last.
@@ -114,6 +140,7 @@ impl Clip {
                     });
                     return Ok(Some(known.collect()));
                 }
+                Ok(News::Wanted) => self.answer(py),
                 Ok(News::Over(end)) => return self.end(*end),
                 Err(RecvTimeoutError::Timeout) => py.check_signals()?,
                 Err(RecvTimeoutError::Disconnected) => {
@@ -135,12 +162,26 @@ impl Clip {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Asks Python for the next frame, with nothing locked: it may call this clip.
+    fn answer(&self, py: Python<'_>) {
+        let slot = || self.iterated.lock().unwrap_or_else(PoisonError::into_inner);
+        let taken = slot().take();
+        if let Some(mut iterated) = taken {
+            if let Err(raised) = iterated.answer(py) {
+                self.state().raised = Some(raised);
+            }
+            *slot() = Some(iterated);
+        }
+    }
+
     fn end(&self, end: Result<(String, Option<RunError>), RunError>) -> PyResult<Option<Vec<Estimate>>> {
         let mut state = self.state();
         state.over = true;
         let (facts, failure) = end.map_err(|e| of_run(&e))?;
         state.facts = Some(facts);
-        failure.map_or(Ok(None), |error| Err(of_run(&error)))
+        // What Python raised is what ended the run.
+        let raised = state.raised.take();
+        raised.or_else(|| failure.map(|error| of_run(&error))).map_or(Ok(None), Err)
     }
 }
 
@@ -153,12 +194,11 @@ impl Drop for Clip {
 
 /// Runs to the end and says everything; where nobody listens, it was stopped.
 fn follow(run: Run, speak: &SyncSender<News>) {
-    let (view, mut first) = (run.view(), true);
+    let (view, mut first) = (run.input().view, true);
     let remote = run.remote();
     let finished = run.run(|Progress { frame, records, .. }| {
-        let picture = std::mem::take(&mut first).then(|| thumbnail(frame));
-        let rows = records.iter().map(|r| in_input(r, view)).collect();
-        if speak.send(News::Rows(rows, picture)).is_err() {
+        let picture = std::mem::take(&mut first).then(|| thumbnail(frame, view));
+        if speak.send(News::Rows(records.to_vec(), picture)).is_err() {
             remote.stop();
         }
     });
@@ -169,18 +209,13 @@ fn follow(run: Run, speak: &SyncSender<News>) {
     let _ = speak.send(News::Over(Box::new(end)));
 }
 
-fn in_input(record: &Record, view: Option<View>) -> Record {
-    match (view, &record.estimate) {
-        (Some(view), Some(estimate)) => Record { estimate: Some(view.estimate_in_input(estimate)), ..record.clone() },
-        _ => record.clone(),
-    }
-}
-
 /// Every so many-th pixel of every so many-th row.
-fn thumbnail(frame: &Arc<Frame>) -> Thumbnail {
+fn thumbnail(frame: &Arc<Frame>, view: Option<View>) -> Thumbnail {
     let color = frame.color();
     let step = color.width().div_ceil(THUMBNAIL_WIDTH).max(1);
     let rows = (0..color.height()).step_by(step);
     let rgb: Vec<u8> = rows.flat_map(|y| color.row(y).iter().step_by(step).flatten().copied()).collect();
-    Thumbnail { width: color.width().div_ceil(step), rgb, scale: step as f64 }
+    let ([x, y], [sx, sy]) = view.map_or(([0.0; 2], [1.0; 2]), |view| (view.origin(), view.scale()));
+    let place = [x, y, step as f64 / sx, step as f64 / sy];
+    Thumbnail { width: color.width().div_ceil(step), rgb, place }
 }

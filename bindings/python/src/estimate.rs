@@ -121,11 +121,6 @@ impl Estimate {
         Ok(dict)
     }
 
-    /// The same of a target of this number.
-    fn of_target(&self, target: u64) -> Self {
-        Self { target, class: self.class.clone(), inner: self.inner.clone(), ..*self }
-    }
-
     fn __repr__(&self) -> String {
         let b = self.inner.bbox;
         format!(

@@ -8,6 +8,7 @@ mod errors;
 mod estimate;
 mod estimation;
 mod evaluate;
+mod iterated;
 mod many;
 mod pixels;
 mod registry;

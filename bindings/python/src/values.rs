@@ -2,8 +2,8 @@
 
 use crate::errors::usage;
 use pursuit::BBox;
+use pursuit::parameters::{Kind, Parameter};
 use pursuit::toml::{Table, Value};
-use pursuit::tracking::parameters::{Kind, Parameter};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
 

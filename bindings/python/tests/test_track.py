@@ -1,6 +1,7 @@
 """Whole inputs, and the command beside them."""
 
 import csv
+import itertools
 import json
 import pathlib
 import subprocess
@@ -119,6 +120,101 @@ def test_arrays_are_followed():
     assert [e.target for e in both.estimates[:4]] == [1, 2, 1, 2]
 
 
+def known(track):
+    return [(e.frame, e.time_s, e.target, e.state, e.box, e.score) for e in track]
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    """Frames in a folder, the same as arrays, and the true boxes."""
+    images, boxes = moving_square(color=True)
+    folder = tmp_path_factory.mktemp("clip")
+    for k, image in enumerate(images):
+        (folder / f"{k:04}.png").write_bytes(png(image))
+    return folder, images, boxes
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        dict(tracker="kcf", motion="imm"),
+        dict(tracker="mosse", start=2, end=30, stride=3),
+        dict(tracker="kcf", region=(11, 21, 140, 90)),
+        dict(tracker="kcf", region=(0, 10, 160, 100), resize=0.5),
+        dict(tracker="kcf", resize=(240, 180)),
+        dict(detect="motion", many=True),
+    ],
+)
+def test_arrays_are_followed_as_files_are(clip, options):
+    folder, images, boxes = clip
+    box = None if "detect" in options else boxes[options.get("start", 0)]
+    of_files = known(pursuit.track(folder, box, fps=25, **options))
+    assert known(pursuit.track(iter(images), box, fps=25, **options)) == of_files != []
+    assert known(pursuit.track(np.stack(images), box, fps=25, **options)) == of_files
+
+
+def test_arrays_leave_the_files_of_a_run(clip, tmp_path):
+    _, images, boxes = clip
+    track = pursuit.track(iter(images), boxes[0], tracker="kcf", out=tmp_path / "a", overlay="minimal", formats=["jsonl"])
+    assert len(track) == 40 and (tmp_path / "a" / "trajectory.csv").is_file()
+    written = json.loads((tmp_path / "a" / "trajectory.jsonl").read_text().splitlines()[-1])
+    assert list(track.estimates[-1].box) == written["box"]
+    assert track.facts["frame_count"] == 40 and track.facts["input"]["name"] == "arrays"
+
+
+def test_a_generator_may_use_its_memory_again(clip):
+    _, images, boxes = clip
+    buffer, asked = np.empty_like(images[0]), []
+
+    def frames():
+        for k, image in enumerate(images):
+            buffer[:] = image
+            asked.append(k)
+            yield buffer
+
+    boxes_seen = []
+    for e in pursuit.track(frames(), boxes[0], tracker="kcf"):
+        assert asked[-1] == e.frame, "no frame is asked for before the last is done with"
+        boxes_seen.append(e.box)
+    assert boxes_seen == [e.box for e in pursuit.track(images, boxes[0], tracker="kcf")]
+
+
+def test_what_a_generator_raises_ends_the_run(clip, tmp_path):
+    _, images, boxes = clip
+
+    def torn():
+        yield from images[:20]
+        raise KeyError("no more")
+
+    track = pursuit.track(torn(), boxes[0], tracker="kcf", out=tmp_path / "run", video=False)
+    with pytest.raises(KeyError, match="no more"):
+        track.run()
+    facts = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert (len(track.estimates), facts["status"]) == (20, "broken") and "no more" in facts["error"]
+    rest = pursuit.track(images, boxes[0], tracker="kcf", out=tmp_path / "run", video=False, resume=True)
+    whole = pursuit.track(images, boxes[0], tracker="kcf")
+    assert [e.box for e in rest] == [e.box for e in whole][20:]
+
+
+def test_depth_arrays_go_with_their_frames(clip):
+    _, images, boxes = clip
+    depths = [np.full((120, 160), 3000, np.uint16) for _ in images]
+    for depth, (x, y, w, h) in zip(depths, boxes):
+        depth[y : y + h, x : x + w] = 1000
+    track = pursuit.track(images, boxes[0], tracker="depth-occlusion", depth=iter(depths))
+    assert track.states()["tracking"] == len(track) == 40
+    with pytest.raises(pursuit.InputError, match="fewer depth images"):
+        pursuit.track(images, boxes[0], tracker="depth-occlusion", depth=depths[:5]).run()
+
+
+def test_a_track_of_an_endless_generator_is_stopped(clip):
+    _, images, boxes = clip
+    track = pursuit.track(itertools.repeat(images[0]), boxes[0], tracker="mosse")
+    assert next(iter(track)).frame == 0
+    track.stop()
+    assert len(track) == 1
+
+
 def test_an_iterator_that_is_dropped_ends_its_run():
     track = pursuit.track("scene:drift?duration=600", tracker="mosse")
     assert next(iter(track)).frame == 0
@@ -141,8 +237,12 @@ def test_an_iterator_that_is_dropped_ends_its_run():
         (dict(input="scene:drift", learning=2), pursuit.UsageError, "learning"),
         (dict(input="scene:drift", plots=True), pursuit.UsageError, "out="),
         (dict(input="scene:drift", stride=0), pursuit.UsageError, "nonzero"),
-        (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, "box="),
-        (dict(input=[np.zeros((9, 9), np.uint8)], box=(1, 1, 3, 3), detect="ball"), pursuit.UsageError, "detect"),
+        (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, "nothing to track in arrays"),
+        (dict(input=[], box=(1, 1, 3, 3)), pursuit.InputError, "no frames"),
+        (dict(input=[np.zeros((9, 9, 9), np.uint8)], box=(1, 1, 3, 3)), pursuit.InputError, "a frame is an array"),
+        (dict(input="scene:drift", depth=[np.zeros((9, 9), np.uint16)]), pursuit.UsageError, "depth arrays"),
+        (dict(input="scene:drift", resume=True), pursuit.UsageError, "out="),
+        (dict(input="scene:drift", resize="huge"), pursuit.UsageError, "huge"),
     ],
 )
 def test_errors(given, error, words):

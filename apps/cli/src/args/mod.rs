@@ -5,6 +5,8 @@ mod ptz;
 mod publish;
 #[cfg(feature = "studio")]
 mod studio;
+#[cfg(test)]
+mod tests;
 
 pub use batch::Batch;
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
@@ -16,6 +18,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit::evaluation::Given;
 use pursuit::media::depth::DepthCoding;
 use pursuit::media::wrappers::Reconnect;
 use pursuit::sinks::Format;
@@ -256,6 +259,13 @@ fn seconds(text: &str) -> Result<Duration, String> {
     seconds.filter(|s| !s.is_zero()).ok_or_else(|| "give seconds above 0, for example 5".to_owned())
 }
 
+/// Takes a name and where its trajectories are.
+fn given(text: &str) -> Result<Given, String> {
+    let parts = text.split_once('=').filter(|(name, path)| !name.is_empty() && !path.is_empty());
+    let (name, path) = parts.ok_or_else(|| "give NAME=PATH, for example mine=pursuit-out/clip".to_owned())?;
+    Ok(Given { name: name.to_owned(), path: path.into() })
+}
+
 /// Takes for how long to connect again.
 fn reconnect(text: &str) -> Result<Reconnect, String> {
     match text.parse().map(Duration::try_from_secs_f64) {
@@ -274,7 +284,7 @@ fn coding_parser() -> impl TypedValueParser<Value = DepthCoding> {
 
 /// Takes the names of the formats, and says what each is.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
-    let formats = Format::ALL.map(|f| PossibleValue::new(f.name()).help(f.summary()));
+    let formats = Format::ALL.iter().map(|f| PossibleValue::new(f.name()).help(f.summary()));
     PossibleValuesParser::new(formats).try_map(|name| name.parse::<Format>())
 }
 
@@ -310,7 +320,7 @@ fn paper_parser() -> impl TypedValueParser<Value = Paper> {
 
 #[derive(Debug, Args)]
 pub struct Trackers {
-    /// Show the parameters of this tracker or detector
+    /// Show the parameters of this tracker or detector, or of this scene (scene:NAME)
     pub name: Option<String>,
     /// Print names and parameters, with types, ranges, units and sources, as JSON
     #[arg(long)]
@@ -326,6 +336,10 @@ pub struct Eval {
     /// Trackers to measure, separated by commas [default: all that need no file]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub trackers: Vec<String>,
+    /// Score a trajectory made before: its name in the results, and a `trajectory.csv`, or a folder with SEQUENCE.csv or
+    /// SEQUENCE/trajectory.csv; without `--trackers` nothing else is measured
+    #[arg(long = "results", value_name = "NAME=PATH", value_parser = given)]
+    pub given: Vec<Given>,
     /// Set a parameter: KEY=VALUE of every tracker that knows it, TRACKER.KEY=VALUE of one alone
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,

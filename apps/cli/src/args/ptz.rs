@@ -1,5 +1,6 @@
 use super::Track;
 use clap::{Args, Subcommand};
+use pursuit::ptz::simulation::{Contender, Walk};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -47,7 +48,8 @@ pub struct PtzFollow {
     pub track: Track,
     #[command(flatten)]
     pub head: HeadAt,
-    /// How the head is driven, as a TOML file: delays, limits, lost policy, zoom (what `calibrate` prints belongs there)
+    /// How the head is driven, as a TOML file: delays, limits, lost policy, zoom (what `calibrate` prints belongs there);
+    /// --set follower.KEY=VALUE overrides it
     #[arg(long, value_name = "FILE.toml")]
     pub follower: Option<PathBuf>,
     /// How wide the picture is at the widest zoom, from its left to its right edge
@@ -71,8 +73,12 @@ pub struct PtzSimulate {
     /// The head, the camera and the follower, as a TOML file [default: 60°/s, 300 ms of delay, 60° wide]
     #[arg(long, value_name = "FILE.toml")]
     pub head: Option<PathBuf>,
+    /// Set what such a file says: KEY=VALUE, for example head.delay_s=0.3 or follower.gain_per_s=2; tracker.KEY is a
+    /// parameter of the tracker, whose motion.camera is pose for the controller forecast
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
     /// How the target moves [default: all]
-    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = ["pacing", "passing", "standing", "dog_leg"])]
+    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = Walk::ALL.map(Walk::name))]
     pub walk: Vec<String>,
     /// A scene the camera looks at, and a tracker at its pictures: wide-world?seed=3
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["walk", "clip"])]
@@ -88,7 +94,7 @@ pub struct PtzSimulate {
     pub tracker: String,
     /// Controllers to compare [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',',
-          value_parser = ["velocity", "steps", "unpredicted", "proportional", "stop_and_go"])]
+          value_parser = Contender::ALL.map(Contender::name))]
     pub controller: Vec<String>,
     /// How many runs to average over [default: 20; of a scene or a clip 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]

@@ -1,6 +1,6 @@
 use clap::Args;
 use pursuit::RunError;
-use pursuit::media::Locator;
+use pursuit::address::Locator;
 use pursuit::publish::{Discovery, Every, PublishOptions};
 use std::path::PathBuf;
 

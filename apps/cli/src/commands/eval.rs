@@ -12,6 +12,7 @@ use std::process::ExitCode;
 /// `pursuit eval DATASET…`.
 pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     let mut options = EvalOptions::new(args.datasets.clone(), entries(args)?, args.out.clone());
+    options.given = args.given.clone();
     options.protocol = args.protocol.parse().map_err(RunError::from)?;
     options.sequences = args.sequences.clone();
     options.jobs = args.jobs;
@@ -64,10 +65,11 @@ fn build_id() -> String {
     }
 }
 
-/// The trackers named, or all that need no file, with their parameters.
+/// The trackers named, or, where no results are given either, all that need no file, with their parameters.
 fn entries(args: &Eval) -> Result<Vec<Entry>, RunError> {
     let all = || registry::ready().map(|t| t.name.to_owned()).collect();
-    let names: Vec<String> = if args.trackers.is_empty() { all() } else { args.trackers.clone() };
+    let names: Vec<String> =
+        if args.trackers.is_empty() && args.given.is_empty() { all() } else { args.trackers.clone() };
     let parameters = networks::located(settings(&args.settings)?, names.iter().map(String::as_str), None);
     Ok(recipes(&names, &parameters)?.into_iter().map(Entry::from).collect())
 }

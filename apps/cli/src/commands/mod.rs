@@ -27,9 +27,14 @@ pub type Remarks = Box<dyn Fn(String) + Send>;
 
 /// `pursuit completions SHELL`.
 pub fn completions(shell: Shell) -> anyhow::Result<ExitCode> {
+    print(&completion_script(shell))
+}
+
+/// What a shell reads to complete our command line.
+pub fn completion_script(shell: Shell) -> Vec<u8> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "pursuit", &mut script);
-    print(&script)
+    script
 }
 
 /// `pursuit man`: the manual; of all commands after one another, of one, or each in a file of its own.
@@ -40,11 +45,8 @@ pub fn man(path: &[String], out: Option<&Path>) -> anyhow::Result<ExitCode> {
         std::fs::create_dir_all(folder).map_err(RunError::output(folder))?;
         return write_pages(&named(&root, "pursuit"), folder).map(|()| ExitCode::SUCCESS);
     }
-    let mut page = Vec::new();
     if path.is_empty() {
-        clap_mangen::Man::new(root.clone()).render(&mut page)?;
-        subcommands(&root).try_for_each(|sub| section(&named(sub, "pursuit"), &mut page))?;
-        return print(&page);
+        return print(&manual(&root)?);
     }
     let (mut command, mut whole) = (root.clone(), "pursuit".to_owned());
     for word in path {
@@ -55,8 +57,17 @@ pub fn man(path: &[String], out: Option<&Path>) -> anyhow::Result<ExitCode> {
         command = named(found, &whole);
         whole = format!("{whole} {word}");
     }
+    let mut page = Vec::new();
     clap_mangen::Man::new(command).render(&mut page)?;
     print(&page)
+}
+
+/// The manual of `root` and of all commands below it, after one another.
+pub fn manual(root: &clap::Command) -> anyhow::Result<Vec<u8>> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(root.clone()).render(&mut page)?;
+    subcommands(root).try_for_each(|sub| section(&named(sub, "pursuit"), &mut page))?;
+    Ok(page)
 }
 
 /// The commands of `command` that have a page: `help` has none.

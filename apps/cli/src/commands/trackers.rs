@@ -2,8 +2,9 @@ use super::print;
 use crate::args::Trackers;
 use pursuit::RunError;
 use pursuit::config::{DETECTOR_PREFIX, catalogue};
+use pursuit::parameters::{Parameter, template_at};
+use pursuit::scenes::{SCENES, SceneQuery};
 use pursuit::trackers::registry;
-use pursuit::tracking::parameters::{Parameter, template_at};
 use pursuit::tracking::{DetectorEntry, TrackerEntry};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -19,9 +20,8 @@ pub fn run(args: &Trackers) -> anyhow::Result<ExitCode> {
 }
 
 fn list() -> anyhow::Result<String> {
-    let width =
-        registry::trackers().iter().map(|e| e.name.len()).chain(registry::detectors().iter().map(|e| e.name.len()));
-    let width = width.max().unwrap_or(0);
+    let methods = registry::trackers().iter().map(|e| e.name).chain(registry::detectors().iter().map(|e| e.name));
+    let width = methods.chain(SCENES.iter().map(|e| e.name)).map(str::len).max().unwrap_or(0);
     let mut text = String::from("Trackers (--tracker NAME):\n");
     for entry in registry::trackers() {
         let default = if entry.name == registry::DEFAULT_TRACKER { " (default)" } else { "" };
@@ -31,7 +31,11 @@ fn list() -> anyhow::Result<String> {
     for entry in registry::detectors() {
         writeln!(text, "  {:<width$}  {}", entry.name, entry.summary)?;
     }
-    text += "\n`pursuit trackers NAME` prints the parameters as a configuration file for `pursuit track --config`.\n";
+    text += "\nScenes, inputs with ground truth (scene:NAME?KEY=VALUE&...):\n";
+    for entry in SCENES {
+        writeln!(text, "  {:<width$}  {}", entry.name, entry.summary)?;
+    }
+    text += "\n`pursuit trackers scene:NAME` prints the keys of a scene; `pursuit trackers NAME` prints the parameters as a configuration file for `pursuit track --config`.\n";
     Ok(text)
 }
 
@@ -47,6 +51,10 @@ fn find(name: &str) -> Result<(Option<&'static TrackerEntry>, Option<&'static De
 
 /// A configuration file with every parameter; a name that is a tracker and a detector starts the tracker by the detector.
 fn template(name: &str) -> anyhow::Result<String> {
+    if let Some(scene) = name.strip_prefix(SceneQuery::PREFIX) {
+        let scene = pursuit::scenes::find(scene).map_err(|e| RunError::usage(e.to_string()))?;
+        return Ok(format!("# {}\n\n{}", scene.summary, template_at(&scene.schema(), "")));
+    }
     let (tracker, detector) = find(name)?;
     let mut text = String::new();
     if let Some(tracker) = tracker {

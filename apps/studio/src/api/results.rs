@@ -1,13 +1,14 @@
 //! What came of a trial.
 
 use crate::error::Refusal;
-use crate::export::Format;
+use crate::export::Export;
 use crate::studio::Studio;
 use crate::trial::brief;
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use pursuit::sinks::Format;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -41,7 +42,7 @@ pub(crate) async fn rows(
 
 #[derive(Deserialize)]
 pub(crate) struct Wanted {
-    format: Option<Format>,
+    format: Option<Export>,
     version: Option<u32>,
 }
 
@@ -52,9 +53,9 @@ pub(crate) async fn trajectory(
     Query(Wanted { format, version }): Query<Wanted>,
 ) -> Result<Response, Refusal> {
     let told = studio.trial(trial)?.version(version).await?;
-    let format = format.unwrap_or_default();
+    let format = format.unwrap_or(Export::Format(Format::CSV));
     let bytes = tokio::task::spawn_blocking(move || format.write(&told)).await;
-    let bytes = bytes.map_err(|_| Refusal::unfit("this trajectory cannot be written"))?;
+    let bytes = bytes.map_err(|_| Refusal::unfit("this trajectory cannot be written"))??;
     let disposition = format!("attachment; filename=\"{}\"", format.file_name());
     Ok(([(header::CONTENT_TYPE, format.media_type().to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes)
         .into_response())

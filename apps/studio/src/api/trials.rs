@@ -4,7 +4,7 @@ use crate::Picked;
 use crate::error::Refusal;
 use crate::recording::Recording;
 use crate::studio::Studio;
-use crate::trial::{Look, Order, Seeking, Setup};
+use crate::trial::{Look, Order, Setup, seeking};
 use crate::uploads;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -45,7 +45,7 @@ pub(crate) async fn open(
         return open_run(&studio, folder).await;
     }
     let root = studio.root()?.clone();
-    let seeking = detector.map(|name| Seeking::new(&name, &detector_parameters, &root)).transpose()?;
+    let seeking = detector.map(|name| seeking(&name, &detector_parameters, &root)).transpose()?;
     let given = studio.given.clone();
     let locator = match source {
         Some(name) if Some(&name) == given.as_ref().map(ToString::to_string).as_ref() => given,
@@ -221,7 +221,7 @@ pub(crate) async fn detect(
     Json(Detecting { detector, parameters }): Json<Detecting>,
 ) -> Answer {
     let root = studio.root()?;
-    let seeking = detector.map(|name| Seeking::new(&name, &parameters, root)).transpose()?;
+    let seeking = detector.map(|name| seeking(&name, &parameters, root)).transpose()?;
     obey(&studio, trial, Order::Detect(seeking)).await
 }
 

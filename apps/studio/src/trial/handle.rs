@@ -1,13 +1,12 @@
 use super::engine::Engine;
 use super::job::Job;
 use super::looks::Look;
-use super::proposer::Seeking;
-use super::row::Version;
 use super::screen::{Screen, Viewer, Wish};
 use crate::error::Refusal;
 use crate::recording::Known;
 use crate::root::Root;
-use pursuit::media::{Locator, OpenOptions};
+use pursuit::media::{Locator, OpenOptions, SourceInfo};
+use pursuit::revise::{ChosenDetector, Edit, Version};
 use pursuit::toml::Table;
 use pursuit::{BBox, Remote};
 use serde_json::Value;
@@ -30,7 +29,7 @@ pub(crate) struct Setup {
     pub tracker: String,
     pub parameters: Table,
     /// What finds the first target, where no box is to.
-    pub seeking: Option<Seeking>,
+    pub seeking: Option<ChosenDetector>,
     /// What came of it already.
     pub known: Option<Known>,
 }
@@ -53,7 +52,7 @@ pub(crate) enum Order {
     Change(Table),
     Tracker(String, Table),
     /// Shows what this detector sees; without one, nothing.
-    Detect(Option<Seeking>),
+    Detect(Option<ChosenDetector>),
     /// Look at frames in this way.
     Look(Look),
     /// Says where it is.
@@ -75,8 +74,8 @@ pub(crate) enum Message {
 /// A version with what is needed to write it down.
 pub(crate) struct Told {
     pub version: Version,
-    pub info: pursuit::media::SourceInfo,
-    pub edits: Vec<super::edit::Edit>,
+    pub info: SourceInfo,
+    pub edits: Vec<Edit>,
 }
 
 /// A trial that runs on a thread of its own, and ends when this is dropped; or a job that is only watched.

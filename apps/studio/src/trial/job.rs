@@ -3,12 +3,11 @@
 use super::Order;
 use super::handle::Told;
 use super::report;
-use super::row::Row;
 use super::screen::{PICTURE_EVERY, Screen, jpeg};
-use super::trajectory::Trajectory;
 use crate::error::Refusal;
 use axum::http::StatusCode;
 use pursuit::media::SourceInfo;
+use pursuit::revise::{Row, Trajectory};
 use pursuit::toml::Table;
 use pursuit::{Frame, Record};
 use serde_json::{Value, json};

@@ -1,9 +1,10 @@
 //! What the monitor shows of a frame: the picture, its depth, or what moves in it.
 
-use super::pictures::{Pictures, RunUp};
+use super::run_up::RunUp;
 use crate::error::Refusal;
 use pursuit::Frame;
 use pursuit::imaging::{Image, ImageView, Rgb8};
+use pursuit::revise::Frames;
 use pursuit::vision::background::{BACKGROUND, BackgroundModel, FOREGROUND, Learning, Mog2, Mog2Params};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -52,7 +53,7 @@ impl Looks {
     ///
     /// # Errors
     /// An input that cannot be read again, pictures of changing size.
-    pub fn at(&mut self, frame: &Arc<Frame>, pictures: &mut Pictures) -> Result<Arc<Frame>, Refusal> {
+    pub fn at(&mut self, frame: &Arc<Frame>, pictures: &mut Frames) -> Result<Arc<Frame>, Refusal> {
         let index = frame.index();
         if let Some((look, made_of, made)) = &self.made
             && (*look, *made_of) == (self.look, index)
@@ -69,7 +70,7 @@ impl Looks {
         Ok(made)
     }
 
-    fn foreground(&mut self, frame: &Frame, pictures: &mut Pictures) -> Result<Image<Rgb8>, Refusal> {
+    fn foreground(&mut self, frame: &Frame, pictures: &mut Frames) -> Result<Image<Rgb8>, Refusal> {
         let at = frame.index();
         let next = match RunUp::to(at, self.learnt.take()) {
             RunUp::GoOn(next) => next,

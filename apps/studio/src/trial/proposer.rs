@@ -1,46 +1,29 @@
 //! What a detector sees in the frame that is shown: boxes to begin from.
 
-use super::pictures::{Pictures, RunUp};
+use super::run_up::RunUp;
 use crate::error::Refusal;
 use crate::root::Root;
+use pursuit::parameters::nested;
 use pursuit::toml::Table;
-use pursuit::tracking::parameters::nested;
-use pursuit::tracking::{Detection, Detector, DetectorEntry, Followed};
+
+use pursuit::revise::{ChosenDetector, Frames};
+use pursuit::trackers::registry;
+use pursuit::tracking::{Detection, Detector, Followed};
 use pursuit::{BBox, Frame, RunError};
 
-/// A detector of the registry with its parameters.
-#[derive(Debug, Clone)]
-pub(crate) struct Seeking {
-    pub entry: &'static DetectorEntry,
-    /// Those that differ from the defaults.
-    pub parameters: Table,
-}
-
-impl Seeking {
-    /// # Errors
-    /// A name that there is not, parameters that do not fit or name files outside the root.
-    pub fn new(name: &str, parameters: &Table, root: &Root) -> Result<Self, Refusal> {
-        let entry = pursuit::trackers::registry::detector(name).map_err(RunError::from)?;
-        let mut parameters = nested(parameters);
-        root.hold(&entry.schema(), &mut parameters)?;
-        let seeking = Self { entry, parameters };
-        seeking.detector()?;
-        Ok(seeking)
-    }
-
-    pub fn detector(&self) -> Result<Box<dyn Detector>, RunError> {
-        Ok(self.entry.detector(&self.parameters)?)
-    }
-
-    /// Every parameter with its value.
-    pub fn values(&self) -> Table {
-        self.entry.parameters(&self.parameters).unwrap_or_default()
-    }
+/// A detector by name.
+///
+/// # Errors
+/// A name that there is not, parameters that do not fit or name files outside the root.
+pub(crate) fn seeking(name: &str, parameters: &Table, root: &Root) -> Result<ChosenDetector, Refusal> {
+    let mut parameters = nested(parameters);
+    root.hold(&registry::detector(name).map_err(RunError::from)?.schema(), &mut parameters)?;
+    Ok(ChosenDetector::new(name, parameters)?)
 }
 
 /// A detector that is asked about frames in any order.
 pub(crate) struct Proposer {
-    pub seeking: Seeking,
+    pub seeking: ChosenDetector,
     detector: Box<dyn Detector>,
     /// The frame asked about last, and what was seen in it, the best first.
     seen: Option<u64>,
@@ -49,8 +32,8 @@ pub(crate) struct Proposer {
 
 impl Proposer {
     /// # Errors
-    /// As [`Seeking::detector`].
-    pub fn new(seeking: Seeking) -> Result<Self, RunError> {
+    /// As [`ChosenDetector::detector`].
+    pub fn new(seeking: ChosenDetector) -> Result<Self, RunError> {
         let detector = seeking.detector()?;
         Ok(Self { seeking, detector, seen: None, found: Vec::new() })
     }
@@ -66,7 +49,7 @@ impl Proposer {
     ///
     /// # Errors
     /// A frame that it cannot use, an input that cannot be read again.
-    pub fn look(&mut self, frame: &Frame, followed: &[Followed], pictures: &mut Pictures) -> Result<(), RunError> {
+    pub fn look(&mut self, frame: &Frame, followed: &[Followed], pictures: &mut Frames) -> Result<(), RunError> {
         let at = frame.index();
         if self.seen == Some(at) {
             return Ok(());

@@ -1,8 +1,8 @@
 //! What the page is told, as JSON.
 
-use super::row::Row;
 use pursuit::geometry::Truth;
 use pursuit::media::SourceInfo;
+use pursuit::revise::{Edit, EditKind, Row};
 use pursuit::tracking::Class;
 use pursuit::{BBox, Record};
 use serde_json::{Map, Value, json};
@@ -47,8 +47,9 @@ fn record(record: &Record, backward: bool, truth: &Truth) -> Value {
 
 /// What is known of an input.
 pub(crate) fn input(info: &SourceInfo) -> Value {
+    let size = info.input_size();
     json!({
-        "name": info.name, "width": info.size.width, "height": info.size.height, "fps": info.fps,
+        "name": info.name, "width": size.width, "height": size.height, "region": info.view.map(|view| view.region), "fps": info.fps,
         "frame_count": info.frame_count, "live": info.live, "decoder": info.decoder, "truth": info.truth.is_some(),
     })
 }
@@ -68,4 +69,15 @@ pub(crate) fn brief(row: &Row) -> Value {
         Some(json!([r.target.0, e.state, e.score, ltwh(e.bbox), innovation, row.backward.contains(&r.target.0)]))
     });
     json!([row.frame, row.time_s, records.collect::<Vec<_>>()])
+}
+
+/// What the user did, as the page lists it.
+pub(crate) fn edit(edit: &Edit) -> Value {
+    let (what, target) = match &edit.kind {
+        EditKind::Add { target, .. } => ("add", Some(*target)),
+        EditKind::Correct { target, .. } => ("correct", Some(*target)),
+        EditKind::Remove { target } => ("remove", Some(*target)),
+        EditKind::Change { .. } => ("change", None),
+    };
+    json!({ "frame": edit.frame, "what": what, "target": target })
 }

@@ -117,8 +117,9 @@ class Track:
         picture = ""
         thumbnail = self._clip.thumbnail if self._clip is not None else None
         if thumbnail is not None and self.estimates:
-            image, scale = thumbnail
-            image = with_box(image, [v / scale for v in self.estimates[0].box])
+            image, (left, top, x, y) = thumbnail
+            box = self.estimates[0].box
+            image = with_box(image, [(box[0] - left) / x, (box[1] - top) / y, box[2] / x, box[3] / y])
             picture = f'<img src="data:image/png;base64,{base64.b64encode(png(image)).decode()}"/><br/>'
         return f"<div>{picture}<b>{html.escape(self._name)}</b>: {len(self.estimates)} estimates, {states}</div>"
 
@@ -150,15 +151,21 @@ def track(
     detect=None,
     many=False,
     depth=None,
+    depth_options=None,
     out=None,
     overwrite=False,
+    resume=False,
     video=None,
+    overlay=None,
     plots=False,
     formats=(),
+    publish=None,
+    publish_options=None,
     start=None,
     end=None,
     stride=None,
     region=None,
+    resize=None,
     fps=None,
     channels="rgb",
     **parameters,
@@ -166,48 +173,75 @@ def track(
     """Follows a target, or several, through an input; returns a Track, an iterator of Estimate.
 
     input: a video, a folder of images, "camera:0", "rtsp://…", "scene:NAME?key=value"; or an array (frames, height, width)
-    or (frames, height, width, 3), or any iterable of frames. box: (left, top, width, height) in pixels of the first frame,
-    or a list of them; without, the truth that came with the input, or what `detect` finds. many: follow everything that the
-    detector finds. depth: depth images that belong to the input. out: a folder for the files of `pursuit track`. start,
-    end, stride: the frames to look at. region: the part of the picture to look at, left, top, width, height. fps: frames a
-    second instead of the input's own times. channels: the order of colours in arrays, "rgb" or "bgr".
-    parameters: of the tracker, see help(pursuit.trackers.NAME); detect__KEY of the detector.
+    or (frames, height, width, 3), or any iterable of frames, which is asked for a frame when the one before is done with.
+    box: (left, top, width, height) in pixels of the first frame, or a list of them; without, the truth that came with the
+    input, or what `detect` finds. many: follow everything that the detector finds. depth: depth images that belong to the
+    input, by name; of arrays also an iterable of uint16 (height, width) in millimetres. depth_options: how those named are
+    read, a dict. out: a folder for the files of `pursuit track`; resume: go on with the interrupted run in it. video: whether
+    there is an overlay; overlay: "full" or "minimal". publish: a broker; publish_options: how, a dict. start, end, stride: the
+    frames to look at. region: the part of the picture to look at, left, top, width, height; resize: its size, a factor or
+    (columns, rows). Boxes are always in pixels of the whole input. fps: frames a second instead of the input's own times, of
+    arrays 30 without. channels: the order of colours in arrays, "rgb" or "bgr".
+    parameters: of the tracker, see help(pursuit.trackers.NAME); detect__KEY of the detector, many__KEY and acquire__KEY of
+    how its targets are told apart and made sure of.
 
-    Raises UsageError, InputError or OutputError before the first frame, and InputError where an input breaks off.
+    Raises UsageError, InputError or OutputError before the first frame, and InputError where an input breaks off. What an
+    iterable raises ends the run, whose files are closed, and is raised.
 
     >>> import pursuit
     >>> pursuit.track("scene:drift?seed=7&duration=1", tracker="mosse").boxes().shape
     (30, 4)
     """
-    if not isinstance(input, (str, os.PathLike)):
-        refused = dict(detect=detect, many=many or None, out=out, depth=depth, region=region, stride=stride)
-        given = [name for name, value in refused.items() if value is not None]
-        if given:
-            raise _native.UsageError(f"{', '.join(given)}: only of inputs that pursuit opens itself, not of arrays")
-        return _of_arrays(input, box, tracker, fps or 30.0, channels, parameters)
+    is_path = isinstance(input, (str, os.PathLike))
+    depth_is_path = isinstance(depth, (str, os.PathLike))
     config = dict(
-        input=os.fspath(input),
         boxes=_boxes(box) or None,
         tracker=tracker,
         detect=detect,
-        many=True if many else None,
-        depth=None if depth is None else os.fspath(depth),
+        many=many or None,
+        depth=os.fspath(depth) if depth_is_path else None,
+        depth_options=depth_options,
         out=None if out is None else os.fspath(out),
-        overwrite=True if overwrite else None,
+        overwrite=overwrite or None,
+        resume=resume or None,
         video=video,
-        plots=True if plots else None,
+        overlay=overlay,
+        plots=plots or None,
         formats=list(formats) or None,
-        region=None if region is None else [float(v) for v in region],
+        publish=publish,
+        publish_options=publish_options,
         to=end,
         stride=stride,
+        region=None if region is None else [float(v) for v in region],
+        resize=_size(resize),
         fps=None if fps is None else float(fps),
         parameters=_models(tracker, parameters) or None,
     )
     config["from"] = start
-    if out is None and (plots or formats or video):
-        raise _native.UsageError("plots, formats and video are files: name a folder with out=")
-    clip = _native.Clip(**config)
-    return Track(_frames_of(clip), os.fspath(input), clip)
+    if out is None and (plots or formats or video or overlay or resume):
+        raise _native.UsageError("plots, formats, video, overlay and resume are of files: name a folder with out=")
+    if is_path:
+        if depth is not None and not depth_is_path:
+            raise _native.UsageError("depth arrays belong to frames given as arrays; of an input, name the depth")
+        name = os.fspath(input)
+        clip = _native.Clip(input=name, **config)
+    else:
+        name = "arrays"
+        if out is not None and not hasattr(input, "__len__"):
+            # The overlay is drawn while the next frame is made, and a generator may use the memory of a frame again.
+            input = (np.array(frame) if isinstance(frame, np.ndarray) else frame for frame in input)
+        clip = _native.Clip(input, depths=None if depth_is_path else depth, channels=channels, **config)
+    return Track(_frames_of(clip), name, clip)
+
+
+def _size(resize):
+    """As the command takes it: a factor, or columns and rows."""
+    if resize is None or isinstance(resize, str):
+        return resize
+    if np.ndim(resize) == 0:
+        return repr(float(resize))
+    columns, rows = resize
+    return f"{int(columns)}x{int(rows)}"
 
 
 def _models(tracker, parameters):
@@ -217,24 +251,6 @@ def _models(tracker, parameters):
         p["name"] for p in schema if p["type"] == "group" and any(q["name"] == "model" for q in p["parameters"])
     }
     return {f"{k}__model" if k in groups and isinstance(v, str) else k: v for k, v in parameters.items()}
-
-
-def _of_arrays(frames, box, tracker, fps, channels, parameters):
-    boxes = _boxes(box)
-    if not boxes:
-        raise _native.UsageError("nothing to track: give box=(left, top, width, height) in pixels of the first frame")
-    name = tracker or _native.DEFAULT_TRACKER
-    trackers = [_native.Tracker(name, fps=fps, channels=channels, **parameters) for _ in boxes]
-
-    def follow():
-        for index, frame in enumerate(frames):
-            if index == 0:
-                known = [t.init(frame, b) for t, b in zip(trackers, boxes)]
-            else:
-                known = [t.update(frame) for t in trackers]
-            yield [e.of_target(number) for number, e in enumerate(known, 1)]
-
-    return Track(follow(), "arrays")
 
 
 def detect(input, detector="motion", *, channels="rgb", **parameters):

@@ -2,14 +2,14 @@
 
 mod calibrate;
 mod follow;
-mod outlook;
 mod probe;
 mod simulate;
 
 use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
-use pursuit_ptz::PtzError;
-use pursuit_ptz::drivers::{Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use pursuit::parameters::{Table, merge, nested};
+use pursuit::ptz::PtzError;
+use pursuit::ptz::drivers::{Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -35,12 +35,20 @@ fn said(error: PtzError) -> anyhow::Error {
     anyhow::Error::msg(error.to_string())
 }
 
-/// Parameters from a TOML file; `what` it does not say when it says something else.
-fn read<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> anyhow::Result<T> {
+/// What a TOML file says, where one is given, with `settings` in its place.
+fn read(path: Option<&Path>, settings: Table) -> anyhow::Result<Table> {
+    let Some(path) = path else { return Ok(settings) };
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let parsed = toml::from_str(&text);
     // The message alone: the error shows the place in several lines.
-    parsed.map_err(|e: toml::de::Error| anyhow::Error::msg(format!("{} {what}: {}", path.display(), e.message())))
+    let parsed = text.parse::<Table>().map_err(|e| anyhow::anyhow!("{} is no TOML: {}", path.display(), e.message()));
+    let mut table = nested(&parsed?);
+    merge(&mut table, settings);
+    Ok(table)
+}
+
+/// The name of a file for messages about what it says.
+fn origin(path: Option<&Path>) -> String {
+    path.map_or_else(|| "--set".to_owned(), |path| path.display().to_string())
 }
 
 #[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a secret is")]

@@ -1,8 +1,11 @@
-use super::outlook::Outlook;
 use crate::args::PtzSimulate;
-use crate::commands::print;
+use crate::commands::{print, settings};
+use anyhow::Context;
+use pursuit::head::KnownWorld;
+use pursuit::parameters::{Table, Value, merge, nested};
+use pursuit::ptz::simulation::{Contender, Figures, Study, TrackingEye, Walk};
 use pursuit::trackers::registry;
-use pursuit_ptz::simulation::{Contender, Figures, Study, TrackingEye, Walk};
+use pursuit::{Recipe, RunError};
 use std::cell::Cell;
 use std::fmt::Write;
 use std::ops::Range;
@@ -24,26 +27,40 @@ impl Row {
 
 /// `pursuit ptz simulate`.
 pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
-    let study: Study = match &args.head {
-        None => Study::default(),
-        Some(path) => super::read(path, "is no simulation of a head")?,
+    let mut settings = nested(&settings(&args.settings)?);
+    let of_tracker = match settings.remove("tracker") {
+        Some(Value::Table(parameters)) => parameters,
+        Some(_) => return Err(RunError::usage("`tracker` is a group; set `tracker.KEY`").into()),
+        None => Table::new(),
     };
-    let outlook = match (&args.scene, &args.clip) {
-        (Some(query), _) => Some(Outlook::scene(query)?),
-        (_, Some(input)) => Some(Outlook::clip(input, args.clip_view)?),
+    let said = super::read(args.head.as_deref(), settings)?;
+    let wrong = || format!("{} is no simulation of a head", super::origin(args.head.as_deref()));
+    let study: Study = said.try_into().with_context(wrong)?;
+    study.validate().with_context(wrong)?;
+    let world = match (&args.scene, &args.clip) {
+        (Some(query), _) => Some(KnownWorld::scene(query)?),
+        (_, Some(input)) => Some(KnownWorld::clip(input, args.clip_view)?),
         _ => None,
     };
     // Pictures take their time.
-    let seeds = args.seeds.unwrap_or(if outlook.is_some() { 1 } else { 20 });
+    let seeds = args.seeds.unwrap_or(if world.is_some() { 1 } else { 20 });
     let seeds = args.first_seed..args.first_seed + seeds;
     let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
     let contenders = || Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name()));
+    let tracker = registry::tracker(&args.tracker)?;
+    let recipe_for = |contender: Contender| {
+        let by_pose = (contender == Contender::Forecast).then(|| ("motion.camera".to_owned(), "pose".into()));
+        let mut parameters = nested(&by_pose.into_iter().collect::<Table>());
+        merge(&mut parameters, of_tracker.clone());
+        tracker.recipe(&parameters)
+    };
     let mut rows = Vec::new();
-    if let Some(outlook) = &outlook {
+    if let Some(world) = &world {
         for contender in contenders() {
-            let runs = seeds.clone().map(|seed| look(&study, outlook, contender, seed, &args.tracker));
+            let recipe = recipe_for(contender)?;
+            let runs = seeds.clone().map(|seed| look(&study, world, contender, seed, &*recipe));
             let figures = Figures::mean(&runs.collect::<anyhow::Result<Vec<_>>>()?);
-            rows.push(Row { walk: outlook.name().to_owned(), contender, figures });
+            rows.push(Row { walk: world.name().to_owned(), contender, figures });
         }
     } else {
         for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
@@ -58,21 +75,26 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
 }
 
 /// A tracker looks at what the camera crops from a scene or a clip, beginning on the target.
-fn look(study: &Study, outlook: &Outlook, contender: Contender, seed: u64, tracker: &str) -> anyhow::Result<Figures> {
-    let study = Study { duration_s: study.duration_s.min(outlook.duration_s()), ..study.clone() };
+fn look(
+    study: &Study,
+    world: &KnownWorld,
+    contender: Contender,
+    seed: u64,
+    recipe: &dyn Recipe,
+) -> anyhow::Result<Figures> {
+    let study = Study { duration_s: study.duration_s.min(world.duration_s()), ..study.clone() };
     if study.duration_s <= study.judged_from_s {
         let (lasts, from) = (study.duration_s, study.judged_from_s);
         anyhow::bail!(
             "there are {lasts:.1} s to look at, and runs are judged from {from} s on; lower judged_from_s in --head FILE.toml"
         );
     }
-    let recipe = registry::tracker(tracker)?.default_recipe();
-    let mut eye = TrackingEye::new(outlook.world()?, &*recipe);
-    let Some(first) = outlook.target(0.0) else { anyhow::bail!("the target is not there at the beginning") };
+    let mut eye = TrackingEye::new(world.world()?, recipe);
+    let Some(first) = world.target(0.0) else { anyhow::bail!("the target is not there at the beginning") };
     // Who has left is where he was seen last.
     let last = Cell::new(first);
     let target = |time_s: f64| {
-        last.set(outlook.target(time_s).unwrap_or(last.get()));
+        last.set(world.target(time_s).unwrap_or(last.get()));
         last.get()
     };
     let samples = study.follow(contender, seed, first.0, &target, &mut eye)?;

@@ -1,13 +1,13 @@
 //! What the user changes: targets, boxes, parameters, the method.
 
-use super::super::edit::{Edit, Kind, Phase};
-use super::super::row::Row;
+use super::super::phase::Phase;
 use super::super::{MOST_EDITS, MOST_TARGETS};
 use super::Engine;
 use crate::error::Refusal;
+use pursuit::parameters::nested;
+use pursuit::revise::{Edit, EditKind, Row};
 use pursuit::toml::Table;
 use pursuit::tracking::TrackerEntry;
-use pursuit::tracking::parameters::nested;
 use pursuit::{BBox, RunError};
 use std::time::Instant;
 
@@ -20,22 +20,22 @@ impl Engine {
             return Err(Refusal::too_many(format!("{MOST_TARGETS} targets are followed already; remove one")));
         }
         let target = self.last_target + 1;
-        self.edit(Kind::Add { target, bbox }, &format!("target {target} added"))?;
+        self.edit(EditKind::Add { target, bbox }, &format!("target {target} added"))?;
         self.last_target = target;
         Ok(())
     }
 
     /// The target is here in the frame that is shown; what comes before is put right too where that is wanted.
     pub(super) fn correct(&mut self, target: u64, bbox: BBox, backward: bool) -> Result<(), Refusal> {
-        if backward && self.follower.info.live {
+        if backward && self.follower.info().live {
             return Err(Refusal::conflict("a live source cannot be followed backward; correct it without"));
         }
-        self.edit(Kind::Correct { target, bbox, backward }, &format!("target {target} corrected"))?;
+        self.edit(EditKind::Correct { target, bbox, backward }, &format!("target {target} corrected"))?;
         if backward { self.begin_return(target, bbox) } else { Ok(()) }
     }
 
     /// Does this in the frame that is shown; what was followed after it is followed again.
-    pub(super) fn edit(&mut self, kind: Kind, why: &str) -> Result<(), Refusal> {
+    pub(super) fn edit(&mut self, kind: EditKind, why: &str) -> Result<(), Refusal> {
         if self.follower.edits().len() >= MOST_EDITS {
             return Err(Refusal::too_many("this trial has been edited too often; open its source again"));
         }
@@ -43,7 +43,7 @@ impl Engine {
         let at = self.shown.index();
         if self.at_head() && self.phase != Phase::Failed && self.recorded.is_none() {
             let mut row = self.trajectory.last().map_or_else(|| Row::new(&self.shown, Vec::new()), |r| (**r).clone());
-            let backward = matches!(kind, Kind::Correct { backward: true, .. });
+            let backward = matches!(kind, EditKind::Correct { backward: true, .. });
             self.follower.edit(kind, &mut row)?;
             if backward {
                 // More than this frame changes: the trajectory as it was is kept.
@@ -52,7 +52,7 @@ impl Engine {
             self.trajectory.replace_last(row);
             return Ok(());
         }
-        if self.follower.info.live {
+        if self.follower.info().live {
             return Err(Refusal::conflict("a live source cannot be followed again; go to its newest frame"));
         }
         let (frame, row) = self.follower.edit_at(at, kind)?;
@@ -70,7 +70,7 @@ impl Engine {
         let at_once = self.recorded.is_none() && changes.keys().all(|key| WHILE_RUNNING.contains(&key.as_str()));
         if at_once && self.trajectory.len() > 1 && !self.follower.targets().is_empty() {
             let mut row = self.trajectory.last().map_or_else(|| Row::new(&self.shown, Vec::new()), |r| (**r).clone());
-            self.follower.edit(Kind::Change { parameters: changes }, &mut row)?;
+            self.follower.edit(EditKind::Change { parameters: changes }, &mut row)?;
             self.trajectory.replace_last(row);
             return Ok(());
         }
@@ -86,7 +86,7 @@ impl Engine {
         why: &str,
     ) -> Result<(), Refusal> {
         let begun = !self.follower.edits().is_empty() || self.follower.seeking().is_some();
-        if self.follower.info.live && begun {
+        if self.follower.info().live && begun {
             return Err(Refusal::conflict(
                 "a live source cannot be followed again with another method; open it once more",
             ));
@@ -99,7 +99,7 @@ impl Engine {
             return Ok(());
         }
         // Changes while running were changes of the method that is given up.
-        let kept = |e: &&Edit| !matches!(e.kind, Kind::Change { .. });
+        let kept = |e: &&Edit| !matches!(e.kind, EditKind::Change { .. });
         let edits = self.follower.edits().iter().filter(kept).cloned().collect();
         let old = self.tracker.name;
         let (base, before) = (self.follower.base().boxed_clone(), self.follower.edits().to_vec());

@@ -6,20 +6,17 @@ mod returning;
 mod seeking;
 mod telling;
 
-use super::edit::{Kind, Phase};
-use super::follower::Follower;
 use super::handle::{Answer, Message, Order, Setup};
-use super::input::Input;
 use super::looks::Looks;
-use super::pictures::Pictures;
+use super::phase::Phase;
 use super::proposer::Proposer;
 use super::screen::{PICTURE_EVERY, Screen};
-use super::trajectory::Trajectory;
 use crate::error::Refusal;
 use crate::root::Root;
+use pursuit::parameters::nested;
+use pursuit::revise::{EditKind, EditedSession, Frames, Input, Trajectory};
 use pursuit::trackers::registry;
 use pursuit::tracking::TrackerEntry;
-use pursuit::tracking::parameters::nested;
 use pursuit::{Frame, Remote, RunError};
 use recorded::Recorded;
 use returning::Return;
@@ -32,8 +29,8 @@ pub(super) struct Engine {
     tracker: &'static TrackerEntry,
     /// Below which files lie that parameters name.
     root: Root,
-    follower: Follower,
-    pictures: Pictures,
+    follower: EditedSession,
+    pictures: Frames,
     trajectory: Trajectory,
     screen: Arc<Screen>,
     phase: Phase,
@@ -68,13 +65,13 @@ impl Engine {
         let mut parameters = nested(&parameters);
         root.hold(&tracker.default_recipe().schema(), &mut parameters)?;
         let recipe = tracker.recipe(&parameters).map_err(RunError::from)?;
-        let mut follower = Follower::new(input.clone(), recipe, seeking.clone(), Vec::new())?;
-        let mut pictures = Pictures::new(input, follower.info.live);
+        let mut follower = EditedSession::new(input.clone(), recipe, seeking.clone(), Vec::new())?;
+        let mut pictures = Frames::new(input, follower.info().live);
         let mut trajectory = Trajectory::default();
         let Some((shown, row)) = follower.step()? else { return Err(Refusal::unfit("this source has no frames")) };
         pictures.keep(&shown);
         trajectory.push(row);
-        let speed = if follower.info.live { None } else { Some(1.0) };
+        let speed = if follower.info().live { None } else { Some(1.0) };
         let mut engine = Self {
             tracker,
             root,
@@ -166,7 +163,7 @@ impl Engine {
 
     /// Whether this frame will be followed when the run goes on.
     fn is_beyond(&self, frame: u64) -> bool {
-        let info = &self.follower.info;
+        let info = self.follower.info();
         let there = !info.live && info.frame_count.is_none_or(|n| frame < n);
         let over = matches!(self.phase, Phase::Ended | Phase::Failed);
         there && !over && self.trajectory.last().is_some_and(|r| r.frame < frame)
@@ -208,10 +205,10 @@ impl Engine {
                 }
             }
             Order::Seek(frame) => self.seek(frame)?,
-            Order::Speed(speed) => self.speed = speed.filter(|_| !self.follower.info.live),
+            Order::Speed(speed) => self.speed = speed.filter(|_| !self.follower.info().live),
             Order::Add(bbox) => self.add(bbox)?,
             Order::Correct(target, bbox, backward) => self.correct(target, bbox, backward)?,
-            Order::Remove(target) => self.edit(Kind::Remove { target }, &format!("target {target} removed"))?,
+            Order::Remove(target) => self.edit(EditKind::Remove { target }, &format!("target {target} removed"))?,
             Order::Change(parameters) => self.change(&parameters)?,
             Order::Tracker(name, parameters) => {
                 let tracker = registry::tracker(&name).map_err(RunError::from)?;
@@ -244,7 +241,7 @@ impl Engine {
         let idle = is_idle(self);
         if idle && let Some(proposer) = &self.proposer {
             self.seek_target(proposer.seeking.clone())?;
-        } else if idle && let Some(bbox) = self.follower.info.truth_at(self.shown.index()).bbox() {
+        } else if idle && let Some(bbox) = self.follower.info().truth_at(self.shown.index()).bbox() {
             self.add(bbox)?;
         }
         if is_idle(self) {
@@ -254,7 +251,7 @@ impl Engine {
         }
         // What has come to its end begins anew, with everything that was done.
         if matches!(self.phase, Phase::Ended | Phase::Stopped | Phase::Failed) && self.at_head() {
-            if self.follower.info.live {
+            if self.follower.info().live {
                 return Err(Refusal::conflict("a live source does not come again; open it once more"));
             }
             let parameters = self.follower.recipe().parameters().map_err(RunError::from)?;

@@ -1,10 +1,10 @@
 //! A trajectory that was recorded elsewhere: it is looked at as one that was followed here, and gone on with where it ends.
 
-use super::super::edit::{Edit, Kind, Phase};
-use super::super::row::Row;
+use super::super::phase::Phase;
 use super::Engine;
 use crate::error::Refusal;
 use crate::recording::Known;
+use pursuit::revise::{Edit, EditKind, Row};
 
 /// What is to be known of it while the follower has not caught up.
 pub(super) struct Recorded {
@@ -20,7 +20,8 @@ impl Engine {
         let Known { rows, boxes, is_whole, fixed } = known;
         let Some(first) = rows.first().map(|row| row.frame) else { return Ok(()) };
         let numbered = (1..).zip(boxes);
-        let edits = numbered.map(|(target, bbox)| Edit { frame: first, kind: Kind::Add { target, bbox } }).collect();
+        let edits =
+            numbered.map(|(target, bbox)| Edit { frame: first, kind: EditKind::Add { target, bbox } }).collect();
         let recipe = self.follower.base().boxed_clone();
         // What cannot be followed again is not begun: its boxes may be in other pixels.
         self.follower.restart(recipe, if fixed.is_some() { Vec::new() } else { edits })?;

@@ -1,11 +1,12 @@
 //! The way back from a corrected frame, a frame at a time, so that it can be watched and broken off.
 
-use super::super::backward::{Backward, End};
-use super::super::edit::{Edit, Phase};
+use super::super::phase::Phase;
 use super::Engine;
 use crate::error::Refusal;
 use pursuit::BBox;
+use pursuit::revise::{Backward, Edit, End};
 use serde_json::{Value, json};
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// A way back that has not come to its end.
@@ -47,15 +48,10 @@ impl Engine {
     }
 
     fn look_back(&mut self, way: &mut Backward) -> Result<Option<End>, Refusal> {
-        let Some(row) = self.trajectory.before(way.at()).cloned() else { return Ok(Some(End::Gone)) };
-        let drawn = |e: &Edit| e.frame == row.frame && e.drawn() == Some(way.target());
-        let drawn = self.follower.edits().iter().any(drawn);
-        let Some(frame) = self.pictures.get(row.frame)? else { return Ok(Some(End::Gone)) };
-        match way.look(&frame, &row, drawn)? {
-            Ok(found) => self.trajectory.replace(found.into()),
-            Err(end) => return Ok(Some(end)),
+        match way.step(&mut self.pictures, &mut self.trajectory, self.follower.edits())? {
+            ControlFlow::Continue(frame) => self.shown = frame,
+            ControlFlow::Break(end) => return Ok(Some(end)),
         }
-        self.shown = frame;
         Ok(None)
     }
 
@@ -75,11 +71,7 @@ impl Engine {
     /// Shows the corrected frame again.
     fn arrive(&mut self, Return { way, then }: Return, end: End) {
         let (target, from) = (way.target(), way.from());
-        way.unsure(end).for_each(|row| self.trajectory.replace(row));
-        let mut to = from;
-        while let Some(row) = self.trajectory.before(to).filter(|row| row.backward.contains(&target)) {
-            to = row.frame;
-        }
+        let to = way.finish(end, &mut self.trajectory);
         self.returned = Some(json!({ "target": target, "from": from, "to": to, "end": end }));
         (self.phase, self.due) = (then, Instant::now());
         if let Err(refusal) = self.look_at(from) {

@@ -1,11 +1,11 @@
 //! What a detector does in a trial: it shows boxes to begin from, or finds the target itself. And what is shown of a frame
 //! beside its picture.
 
-use super::super::edit::Phase;
 use super::super::looks::Look;
-use super::super::proposer::Seeking;
+use super::super::phase::Phase;
 use super::Engine;
 use crate::error::Refusal;
+use pursuit::revise::ChosenDetector;
 use pursuit::tracking::Followed;
 use pursuit::{BBox, Frame, TrackState};
 use serde_json::{Value, json};
@@ -16,8 +16,8 @@ const MOST_PROPOSALS: usize = 100;
 
 impl Engine {
     /// From the first frame on, this finds the target; what was looked at without a target is forgotten.
-    pub(super) fn seek_target(&mut self, seeking: Seeking) -> Result<(), Refusal> {
-        if self.follower.info.live {
+    pub(super) fn seek_target(&mut self, seeking: ChosenDetector) -> Result<(), Refusal> {
+        if self.follower.info().live {
             return Err(Refusal::conflict(
                 "a live source is searched from its first frame on; open it once more, with the detector chosen before",
             ));
@@ -74,6 +74,6 @@ impl Engine {
         let Some(proposer) = &self.proposer else { return (Value::Null, json!([])) };
         let five = |(b, confidence): (BBox, f64)| [b.left(), b.top(), b.width(), b.height(), confidence];
         let boxes: Vec<[f64; 5]> = proposer.boxes(self.shown.index()).take(MOST_PROPOSALS).map(five).collect();
-        (json!({ "name": proposer.seeking.entry.name, "parameters": proposer.seeking.values() }), json!(boxes))
+        (json!({ "name": proposer.seeking.name(), "parameters": proposer.seeking.values() }), json!(boxes))
     }
 }

@@ -1,8 +1,8 @@
 //! What the engine tells: where the trial is, what came of it.
 
-use super::super::edit::{Edit, Phase};
 use super::super::handle::Told;
 use super::super::looks::Look;
+use super::super::phase::Phase;
 use super::super::report;
 use super::super::screen::jpeg;
 use super::Engine;
@@ -19,11 +19,11 @@ impl Engine {
             self.trajectory.versions().iter().find(|v| Some(v.number) == number).cloned()
         };
         let version = version.ok_or_else(|| Refusal::missing("there is no such version of this trajectory"))?;
-        Ok(Told { version, info: self.follower.info.clone(), edits: self.follower.edits().to_vec() })
+        Ok(Told { version, info: self.follower.info().clone(), edits: self.follower.edits().to_vec() })
     }
 
     pub(super) fn picture(&mut self, frame: u64) -> Result<Vec<u8>, Refusal> {
-        if self.follower.info.frame_count.is_some_and(|n| frame >= n) {
+        if self.follower.info().frame_count.is_some_and(|n| frame >= n) {
             return Err(Refusal::missing("there is no such frame"));
         }
         let frame = self.pictures.get(frame)?.ok_or_else(|| Refusal::missing("there is no such frame any more"))?;
@@ -39,7 +39,7 @@ impl Engine {
 
     /// Where the trial is.
     pub(super) fn facts(&self) -> Value {
-        let info = &self.follower.info;
+        let info = self.follower.info();
         let row = self.trajectory.at(self.shown.index()).map(|r| report::row(r, info));
         let versions = self.trajectory.versions().iter();
         let versions =
@@ -55,13 +55,13 @@ impl Engine {
             "first": self.trajectory.first().map(|r| r.frame),
             "head": self.trajectory.last().map(|r| r.frame),
             "targets": self.follower.targets(),
-            "edits": self.follower.edits().iter().map(Edit::to_json).collect::<Vec<_>>(),
+            "edits": self.follower.edits().iter().map(report::edit).collect::<Vec<_>>(),
             "speed": self.speed,
             "look": self.looks.look,
             "looks": Look::of(&self.shown),
             "detector": detector,
             "proposals": proposals,
-            "seeking": self.follower.seeking().map(|s| json!({ "name": s.entry.name, "parameters": s.values() })),
+            "seeking": self.follower.seeking().map(|s| json!({ "name": s.name(), "parameters": s.values() })),
             "backward": self.way_back(),
             "recorded": self.recorded.is_some(),
             "version": self.trajectory.number(),
