@@ -19,15 +19,15 @@ import numpy as np
 from scipy.optimize import minimize
 
 SOURCES = {'TIR': 'thermal', 'AntiUAV-IR': 'thermal', 'UAV123': 'air', 'UAVDT': 'air', 'DTB70': 'air', 'opencv': 'OTB'}
-# Each with how the judge takes it.
-FEATURES = {
-    'peak': lambda v: np.log(max(v, 1e-3)),
-    'likeness': lambda v: v,
-    'color': lambda v: np.log(max(v, 1e-3)),
-    'psr': lambda v: np.log(max(v, 1e-3)),
-    'score': lambda v: v,
-    'moved': np.log1p,
-}
+# How the judge takes a figure: the words of `pursuit trackers pursuit --json`.
+TAKEN = {'as-is': lambda v: v, 'ln': lambda v: np.log(max(v, 1e-3)), 'ln-1p': np.log1p}
+
+
+def terms():
+    """Of each term of the judge: its column without the witness, its weight's name, and how it is taken."""
+    told = subprocess.run([os.environ['PURSUIT'], 'trackers', 'pursuit', '--json'], check=True, stdout=subprocess.PIPE)
+    weighed = [f for f in json.loads(told.stdout)['trackers'][0]['figures'] if f['weight'] and f['name'].startswith('filter_')]
+    return {f['name'].removeprefix('filter_'): (f['weight']['parameter'], TAKEN[f['weight']['taken']]) for f in weighed}
 
 
 def sequences(root):
@@ -76,10 +76,7 @@ def samples(name, truth, rows, features):
             continue
         box = np.array(row['measurement'] if said.get('agreed') == 1 else [said[f'{witness}_{k}'] for k in 'xywh'])
         absent = bool(np.isnan(true[0]))
-        values = [FEATURES[f](said[f'{witness}_{f}']) for f in features if f != 'overlap']
-        if 'overlap' in features:
-            boxes = [np.array([said.get(f'{w}_{k}', np.nan) for k in 'xywh']) for w in ('filter', 'network')]
-            values.append(float(np.nan_to_num(overlap(*boxes))))
+        values = [taken(said[f'{witness}_{column}']) for column, (_, taken) in features.items()]
         yield values, not absent and overlap(box, true) >= 0.5, absent
 
 
@@ -115,10 +112,11 @@ def main():
     parser.add_argument('data', nargs='+')
     parser.add_argument('--out', type=Path, default=Path('target/tune'))
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--only', default=','.join([*FEATURES, 'overlap']), help='features to fit, comma-separated')
+    parser.add_argument('--only', default='', metavar='FEATURES', help='columns to fit, comma-separated; all unless given')
     parser.add_argument('--jobs', type=int, default=1)
     options = parser.parse_args()
-    features = options.only.split(',')
+    known = terms()
+    features = {column: known[column] for column in options.only.split(',')} if options.only else known
     # Folders may hold sequences of the same names.
     found = [(options.out / Path(root).resolve().name, s) for root in options.data for s in sequences(root)]
     with ThreadPoolExecutor(options.jobs) as pool:
@@ -138,13 +136,12 @@ def main():
         w = fit(x[sources != held], y[sources != held], weight[sources != held])
         left_out[sources == held] = 1 / (1 + np.exp(-(x[sources == held] @ w[:-1] + w[-1])))
         folds.append(w)
-    names = lambda order: ['network' if n == 'score' else n for n in [*order, 'bias']]
-    order = [f for f in features if f != 'overlap'] + ['overlap'] * ('overlap' in features)
+    names = [*(weight for weight, _ in features.values()), 'judge.bias']
     print(f'{len(y)} boxes of {len(found)} sequences from {", ".join(sorted(set(sources)))}; {y.mean():.3f} right')
-    for name, w, low, high in zip(names(order), fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
-        print(f'  judge.{name} = {w:.3f}   ({low:.3f} to {high:.3f})')
+    for name, w, low, high in zip(names, fit(x, y, weight), np.min(folds, 0), np.max(folds, 0)):
+        print(f'  {name} = {w:.3f}   ({low:.3f} to {high:.3f})')
     for held, fold in zip(sorted(set(sources)), folds):
-        print(f'  without {held}: ' + ' '.join(f'--set judge.{name}={w:.3f}' for name, w in zip(names(order), fold)))
+        print(f'  without {held}: ' + ' '.join(f'--set {name}={w:.3f}' for name, w in zip(names, fold)))
     report(left_out, y, absent, weight)
 
 

@@ -3,14 +3,16 @@
 #![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
 
 mod api;
-mod broker;
 mod browser;
+mod changed;
 mod features;
 mod fuzz;
 mod layers;
 mod licences;
 mod metadata;
 mod mutants;
+mod names;
+mod needs;
 mod notices;
 mod peers;
 mod release;
@@ -35,15 +37,20 @@ enum Task {
     /// Pass all tests: format, lints, floors, licences, documentation, tests, the release suite, fuzzing for a while,
     /// and the comparisons with independent tools
     Test {
-        /// Leave out what needs minutes: the release suite, fuzzing and the comparisons
+        /// Only what a commit should pass: the checks that take seconds, lints, and the tests of the crates that differ from main
         #[arg(long)]
         quick: bool,
+        /// Install nothing, and skip what would need it
+        #[arg(long)]
+        no_install: bool,
         /// Seconds to run each fuzz target
         #[arg(long, default_value_t = 5)]
         fuzz_seconds: u32,
     },
     /// Check that every crate imports only from floors below its own
     Layers,
+    /// Check that paths, types and keys which the documents name exist
+    Names,
     /// Check that every dependency has a licence we can live with, and that `pursuit licences` names them all
     Licences,
     /// Write the notices that `pursuit licences` prints
@@ -117,8 +124,9 @@ enum Task {
 
 fn main() -> Result<()> {
     match Cli::parse().command {
-        Task::Test { quick, fuzz_seconds } => suite::test(quick, fuzz_seconds),
+        Task::Test { quick, no_install, fuzz_seconds } => suite::test(quick, fuzz_seconds, !no_install),
         Task::Layers => layers::check(),
+        Task::Names => names::check(),
         Task::Licences => {
             licences::check()?;
             notices::check()

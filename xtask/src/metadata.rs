@@ -4,6 +4,7 @@ use crate::run;
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 /// A package in the dependency graph.
 pub struct Package {
@@ -44,12 +45,26 @@ pub struct Target {
     pub source: String,
 }
 
+/// The workspace's packages: name and folder.
+pub fn folders() -> Result<Vec<(String, PathBuf)>> {
+    let folder = |p: &Value| Path::new(p["manifest_path"].as_str()?).parent().map(Path::to_path_buf);
+    let named = |p: &Value| Some((p["name"].as_str()?.to_owned(), folder(p)?));
+    Ok(members()?.iter().filter_map(named).collect())
+}
+
+/// What cargo says of each of the workspace's packages.
+fn members() -> Result<Vec<Value>> {
+    let output = run::cargo("metadata").args(["--format-version", "1", "--no-deps"]).output()?;
+    let mut metadata: Value =
+        serde_json::from_slice(&output).context("cargo metadata printed something else than JSON")?;
+    let packages = metadata["packages"].as_array_mut().context("cargo metadata lists no packages")?;
+    Ok(std::mem::take(packages))
+}
+
 /// Every target of the workspace's packages.
 pub fn targets() -> Result<Vec<Target>> {
-    let output = run::cargo("metadata").args(["--format-version", "1", "--no-deps"]).output()?;
-    let metadata: Value = serde_json::from_slice(&output).context("cargo metadata printed something else than JSON")?;
     let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
-    let packages = metadata["packages"].as_array().context("cargo metadata lists no packages")?;
+    let packages = members()?;
     let targets = packages.iter().flat_map(|p| {
         p["targets"].as_array().into_iter().flatten().map(move |t| Target {
             kind: text(&t["kind"][0]),

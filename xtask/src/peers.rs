@@ -2,8 +2,9 @@
 //! and an independent implementation side by side, and exits non-zero when they disagree; the metrics are held to the
 //! official toolkits; and `speed.py` and `crowd.py` time other trackers and ours on the same frames, by turns.
 
+use crate::needs::{self, Need};
 use crate::run;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Subcommand;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -144,34 +145,43 @@ pub fn tools() -> Result<PathBuf> {
     environment("peers", "requirements.txt")
 }
 
+/// What every check needs.
+pub const NEEDS: [&Need; 4] = [&needs::PYTHON, &needs::TOOLS, &needs::TOOLKITS, &needs::STREAMS];
+
+/// Whether there is a Python that makes virtual environments.
+pub fn is_python() -> bool {
+    run::program("python3").args(["-c", "import venv, ensurepip"]).works()
+}
+
+/// Whether `target/NAME` holds everything that `xtask/peers/REQUIREMENTS` lists.
+pub fn is_installed(name: &str, requirements: &str) -> bool {
+    let wanted = std::fs::read(run::root().join("xtask/peers").join(requirements)).ok();
+    wanted.is_some() && wanted == std::fs::read(run::target_dir().join(name).join("installed")).ok()
+}
+
 /// The Python of a virtual environment, `target/NAME`, with everything that `xtask/peers/REQUIREMENTS` lists.
 pub fn environment(name: &str, requirements: &str) -> Result<PathBuf> {
     let folder = run::target_dir().join(name);
-    let python = folder.join("bin/python");
-    let requirements = run::root().join("xtask/peers").join(requirements);
-    let wanted = std::fs::read(&requirements)?;
-    let stamp = folder.join("installed");
-    let installed = std::fs::read(&stamp).ok();
-    if installed.as_ref() == Some(&wanted) {
+    let (python, stamp) = (folder.join("bin/python"), folder.join("installed"));
+    if is_installed(name, requirements) {
         return Ok(python);
     }
-    if installed.is_some() {
+    if stamp.exists() {
         // What was wanted before may displace what is wanted now.
         std::fs::remove_dir_all(&folder)?;
     }
     if !python.exists() {
-        if !run::program("python3").args(["-c", "import venv, ensurepip"]).works() {
-            bail!("there is no python3 with venv; on Debian or Ubuntu: apt-get install python3 python3-venv");
-        }
+        needs::bring_all(&[&needs::PYTHON])?;
         run::program("python3").args(["-m", "venv"]).arg(&folder).run().context("no usable python3")?;
     }
+    let requirements = run::root().join("xtask/peers").join(requirements);
     run::program(&python)
         .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
         .arg(&requirements)
         .run()
         .context("their packages cannot be installed")?;
     headless_opencv(&python)?;
-    std::fs::write(stamp, wanted)?;
+    std::fs::copy(requirements, stamp)?;
     Ok(python)
 }
 

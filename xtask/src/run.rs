@@ -36,6 +36,12 @@ pub fn suite(subcommand: &str) -> Step {
     cargo(subcommand).args(["--locked", "--profile", PROFILE])
 }
 
+/// `cargo SUBCOMMAND` as contributors build all day, so that either finds what the other has compiled.
+pub fn daily(subcommand: &str) -> Step {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    program(cargo).arg(subcommand).arg("--locked")
+}
+
 /// The same on the whole workspace with everything that is tested: each check that asks for this shares one build.
 pub fn workspace(subcommand: &str) -> Step {
     suite(subcommand).args(["--workspace", "--features", TESTED])
@@ -89,6 +95,12 @@ impl Step {
     /// Whether it can be started and succeeds, silently.
     pub fn works(mut self) -> bool {
         self.0.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
+    }
+
+    /// What it prints on standard output, where it can be started and succeeds.
+    pub fn said(mut self) -> Option<String> {
+        let output = self.0.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
     /// What it prints on standard output.

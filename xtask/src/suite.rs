@@ -1,42 +1,160 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 
-use crate::{api, browser, features, fuzz, layers, licences, notices, peers, release, run, soak, wheel};
+use crate::needs::{self, Allowed, Need};
+use crate::{
+    api, browser, changed, features, fuzz, layers, licences, names, notices, peers, release, run, soak, wheel,
+};
 use anyhow::{Context, Result};
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// Seconds of the short form of `cargo xtask soak`.
 const SOAK_SECONDS: u32 = 30;
 
-/// All checks, the cheap ones first; stops at the first that fails.
-pub fn test(quick: bool, fuzz_seconds: u32) -> Result<()> {
-    let (mut skipped, mut clock) = (Vec::new(), Clock::default());
-    clock.time("format", || format(&mut skipped))?;
-    clock.time("floors", layers::check)?;
-    clock.time("lock files", fuzz::check_lock)?;
-    clock.time("lints", || lints(&mut skipped))?;
-    clock.time("licences", licences::check)?;
-    clock.time("notices", notices::check)?;
-    clock.time("documentation", docs)?;
-    clock.time("features", features::check)?;
-    clock.time("broker", || crate::broker::install_or_skip(&mut skipped))?;
-    clock.time("tests", || run::workspace("test").arg("--no-fail-fast").run())?;
-    if quick {
-        skipped.push(
-            "the release suite, fuzzing, the Python wheel and the comparisons with independent tools (--quick)".into(),
-        );
-    } else {
-        clock.time("release suite", release::test)?;
-        if cfg!(target_os = "linux") {
-            clock.time("soak", || soak::run(SOAK_SECONDS))?;
+/// What was left out, and why.
+type Skipped = Vec<String>;
+
+/// Says what it leaves out, and fails where something does not hold.
+type Check = Box<dyn Fn(&mut Skipped) -> Result<()>>;
+
+/// One check and what it takes.
+struct Step {
+    name: &'static str,
+    /// Without these it is skipped.
+    needs: Vec<&'static Need>,
+    /// Without these it does less, which is said.
+    wants: Vec<&'static Need>,
+    check: Check,
+}
+
+impl Step {
+    fn new(name: &'static str, check: impl Fn() -> Result<()> + 'static) -> Self {
+        Self::skipping(name, move |_| check())
+    }
+
+    /// A step that may find out only when it runs that it cannot.
+    fn skipping(name: &'static str, check: impl Fn(&mut Skipped) -> Result<()> + 'static) -> Self {
+        Self { name, needs: Vec::new(), wants: Vec::new(), check: Box::new(check) }
+    }
+
+    fn needs(self, needs: impl Into<Vec<&'static Need>>) -> Self {
+        Self { needs: needs.into(), ..self }
+    }
+
+    fn wants(self, wants: impl Into<Vec<&'static Need>>) -> Self {
+        Self { wants: wants.into(), ..self }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &'static Need> {
+        self.needs.iter().chain(&self.wants).copied()
+    }
+
+    /// The first of its needs that cannot be had.
+    fn lacks(&self, allowed: Allowed) -> Option<&'static Need> {
+        self.needs.iter().copied().find(|need| !need.is_there() && !need.is_within_reach(allowed))
+    }
+}
+
+/// What takes seconds, and the tests of the crates that were changed: for every commit.
+fn quick() -> Vec<Step> {
+    let mut steps = cheap();
+    steps.push(Step::new("lints", || run::daily("clippy").arg("--workspace").args(LINTED).run()).needs([&needs::CLIPPY]));
+    steps.push(Step::new("tests of what is changed", changed::test).needs([&needs::GIT]));
+    steps
+}
+
+/// Everything, the cheap steps first.
+fn whole(fuzz_seconds: u32) -> Vec<Step> {
+    let mut steps = cheap();
+    steps.extend([
+        Step::new("lints", || run::workspace("clippy").args(LINTED).run()).needs([&needs::CLIPPY]),
+        Step::new("documentation", docs),
+        Step::new("features", features::check),
+        Step::new("tests", || run::workspace("test").arg("--no-fail-fast").run())
+            .wants([&needs::MOSQUITTO, &needs::NATS]),
+        Step::new("release suite", release::test),
+    ]);
+    if cfg!(target_os = "linux") {
+        steps.push(Step::new("soak", || soak::run(SOAK_SECONDS)));
+    }
+    steps.extend([
+        Step::new("fuzzing", move || fuzz::run(fuzz_seconds, None)).needs([&needs::COMPILER]),
+        Step::skipping("browser", browser::test_or_skip).needs(browser::NEEDS),
+        Step::skipping("made-up requests", api::test_or_skip).needs([&needs::PYTHON, &needs::API]),
+        Step::skipping("wheel", wheel::make_or_skip).needs(wheel::NEEDS),
+        Step::skipping("comparisons", peers::compare_or_skip).needs(peers::NEEDS),
+    ]);
+    steps
+}
+
+const LINTED: [&str; 4] = ["--all-targets", "--", "-D", "warnings"];
+
+fn cheap() -> Vec<Step> {
+    vec![
+        Step::new("format", || run::cargo("fmt").args(["--all", "--check"]).run()).needs([&needs::RUSTFMT]),
+        Step::new("names", names::check).needs([&needs::GIT]),
+        Step::new("floors", layers::check),
+        Step::new("lock files", fuzz::check_lock),
+        Step::new("licences", licences::check),
+        Step::new("notices", notices::check),
+    ]
+}
+
+/// Runs the steps and stops at the first that fails. Before the first one it says what will be run, what is missing and what
+/// will be installed; with `install` off nothing is installed, and what needs it is skipped.
+pub fn test(quickly: bool, fuzz_seconds: u32, install: bool) -> Result<()> {
+    let steps = if quickly { quick() } else { whole(fuzz_seconds) };
+    let mut allowed = Allowed::new(install);
+    say_plan(&steps, allowed);
+    allowed.system &= is_agreed(&steps, allowed);
+    let (mut skipped, mut clock) = (Skipped::new(), Clock::default());
+    let taken = steps.iter().filter(|step| step.lacks(allowed).is_none());
+    for need in taken.flat_map(Step::all).filter(|need| need.is_within_reach(allowed)) {
+        need.bring();
+    }
+    // What could not be brought now is not to be had.
+    allowed.system = false;
+    for step in &steps {
+        skipped.extend(step.wants.iter().filter(|n| !n.is_there()).map(|n| format!("{}, in part: no {n}", step.name)));
+        match step.lacks(allowed) {
+            Some(need) => skipped.push(format!("{}: no {need}", step.name)),
+            None => clock.time(step.name, || (step.check)(&mut skipped))?,
         }
-        clock.time("fuzzing", || fuzzing(fuzz_seconds, &mut skipped))?;
-        clock.time("browser", || browser::test_or_skip(&mut skipped))?;
-        clock.time("made-up requests", || api::test_or_skip(&mut skipped))?;
-        clock.time("wheel", || wheel::make_or_skip(&mut skipped))?;
-        clock.time("comparisons", || peers::compare_or_skip(&mut skipped))?;
+    }
+    if quickly {
+        skipped.push("what `cargo xtask test` without --quick does besides".into());
     }
     report(&skipped, &clock);
     Ok(())
+}
+
+/// What each step lacks, and where that will come from.
+fn say_plan(steps: &[Step], allowed: Allowed) {
+    println!("Steps:");
+    for step in steps {
+        if let Some(need) = step.lacks(allowed) {
+            println!("  {} (skipped)\n    missing: {need}", step.name);
+            continue;
+        }
+        println!("  {}", step.name);
+        for need in step.all().filter(|need| !need.is_there()) {
+            println!("    {} {need}", if need.is_within_reach(allowed) { "will be installed:" } else { "missing:" });
+        }
+    }
+    if !allowed.folders {
+        println!("Nothing is installed (--no-install).");
+    }
+}
+
+/// Whether packages of the system may be installed: whoever sits before a terminal is asked.
+fn is_agreed(steps: &[Step], allowed: Allowed) -> bool {
+    let asked = || steps.iter().flat_map(Step::all).any(|need| need.is_of_system() && need.is_within_reach(allowed));
+    if !std::io::stdin().is_terminal() || !asked() {
+        return true;
+    }
+    println!("Shall the packages of the system be installed? [Y/n]");
+    let mut answer = String::new();
+    std::io::stdin().read_line(&mut answer).is_ok() && !answer.trim().to_lowercase().starts_with('n')
 }
 
 /// How long each check took.
@@ -62,31 +180,6 @@ impl std::fmt::Display for Clock {
 /// Builds the documentation, with broken links and missing pieces as errors.
 pub fn docs() -> Result<()> {
     run::suite("doc").args(["--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings").run()
-}
-
-fn format(skipped: &mut Vec<String>) -> Result<()> {
-    if !run::cargo("fmt").arg("--version").works() {
-        skipped.push("the format check: rustfmt is not installed".into());
-        return Ok(());
-    }
-    run::cargo("fmt").args(["--all", "--check"]).run()
-}
-
-fn lints(skipped: &mut Vec<String>) -> Result<()> {
-    if !run::cargo("clippy").arg("--version").works() {
-        skipped.push("the lints: clippy is not installed".into());
-        return Ok(());
-    }
-    run::workspace("clippy").args(["--all-targets", "--", "-D", "warnings"]).run()
-}
-
-fn fuzzing(seconds: u32, skipped: &mut Vec<String>) -> Result<()> {
-    let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
-    if !run::program(compiler).arg("--version").works() {
-        skipped.push("fuzzing: there is no C++ compiler".into());
-        return Ok(());
-    }
-    fuzz::run(seconds, None)
 }
 
 fn report(skipped: &[String], clock: &Clock) {

@@ -1,6 +1,7 @@
 //! The Python wheel: built by maturin, installed into a fresh virtual environment with numpy alone, and tested there beside
 //! the command of the same build.
 
+use crate::needs::{self, Need};
 use crate::{peers, run};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -44,6 +45,10 @@ pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
         }
     }
 }
+
+/// What [`make_or_skip`] needs.
+pub const NEEDS: [&Need; 7] =
+    [&needs::PYTHON, &needs::WHEEL, &needs::FRESH, &needs::TOOLS, &needs::TOOLKITS, &needs::FRAMES, &needs::CLUSTER];
 
 /// The Python that builds wheels.
 fn builder() -> Result<PathBuf> {
