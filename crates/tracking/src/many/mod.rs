@@ -18,11 +18,11 @@ mod target_set;
 
 pub use acquiring::Acquiring;
 pub use associating::Associating;
-pub use association::{AssociationModel, AssociationParams, JointAssociationParams, NearestParams, TwoStageParams};
+pub use association::{AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, TwoStageParams};
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
-pub use params::{AcquisitionParams, ManyParams};
+pub use params::{AcquisitionParams, ManyParams, ReportedBox};
 pub use target_set::TargetSet;
 
 use crate::{Class, Detector, Estimate, Forecast, Recipe, Result};

@@ -4,9 +4,21 @@ use super::{AssociationParams, BirthParams, DeathParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
+pursuit_parameters::choices! {
+    /// Which box is reported of a target that was detected.
+    pub enum ReportedBox {
+        /// The detection's own.
+        Measured = "measured",
+        /// The motion model's, corrected by the detection.
+        Filtered = "filtered",
+    }
+}
+
 pursuit_parameters::parameters! {
     /// How detections are made into targets.
     pub struct ManyParams {
+        /// Which box is reported of a target that was detected.
+        pub reported as "box": ReportedBox = ReportedBox::Measured, source "ours";
         /// For so long after its last detection a target may be followed by its appearance alone.
         pub appearance_s: f64 = 2.0, in 0.0.., unit "s", source "ours";
         /// Where nothing was detected, what appearance sees is believed from this probability.

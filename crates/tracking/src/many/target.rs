@@ -3,7 +3,7 @@
 use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
-use super::{Elapsed, ManyParams, TargetId};
+use super::{Elapsed, ManyParams, ReportedBox, TargetId};
 use crate::belief::{Belief, Stamp};
 use crate::class::Classes;
 use crate::motion::{CameraMotion, MotionFilter, Sight};
@@ -156,7 +156,8 @@ impl Target {
     pub fn claimant(&self) -> Option<Claimant<'_>> {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
-        Some(Claimant { expectation, confirmed, state, classes: &self.known.classes })
+        let unseen_s = self.known.unseen.seconds;
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes: &self.known.classes })
     }
 
     fn count_class(&mut self, detection: &Detection) {
@@ -197,8 +198,14 @@ impl Target {
             (Some(appearance), Some(frame)) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
             (_, None) | (None, _) => conclude(view.stamp, belief, &prior, told.as_ref())?,
         };
+        let mut estimate = estimate;
         if estimate.state == TrackState::Tracking {
             self.known.unseen = Unseen::default();
+            // Of several detections none is the target's for certain.
+            if let (ReportedBox::Measured, [(_, _)], Some(seen)) = (params.reported, shares.as_slice(), &found) {
+                estimate.bbox = seen.bbox;
+                self.known.belief.last_believed = seen.bbox;
+            }
         }
         self.answer = Some((estimate, Elapsed::default()));
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::{AssociationParams, Given, Pairs, nearest::Nearest};
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::association::{JointParams, JointProbabilities};
+use pursuit_estimation::association::{Distances, JointParams, JointProbabilities};
 
 pursuit_parameters::parameters! {
     /// Joint probabilistic data association: every target is corrected by the detections near it, each for the probability that
@@ -27,6 +27,7 @@ const SIZE_SPREAD: f64 = 2.0;
 pub(super) struct Joint {
     probabilities: JointProbabilities,
     nearest: Nearest,
+    distances: Distances,
 }
 
 impl Joint {
@@ -35,12 +36,17 @@ impl Joint {
         let gate = params.gate();
         // The density of clutter differs from detection to detection; it joins what speaks against each pair.
         let joint = JointParams { detection_probability: detected, clutter_density: 1.0, gate, most_events };
-        Ok(Self { probabilities: JointProbabilities::new(joint)?, nearest: Nearest::new(params)? })
+        Ok(Self { probabilities: JointProbabilities::new(joint)?, nearest: Nearest::default(), distances: Distances::new() })
     }
 
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let params = &pairs.params.joint;
-        let probabilities = match self.probabilities.among(pairs.distances, |_, d| clutter(pairs, d)) {
+        let expected: Vec<_> = pairs.targets.iter().map(|t| *t.expectation.measurement()).collect();
+        self.distances.start(&expected, pairs.detections.len())?;
+        for pair in pairs.near {
+            self.distances.set(pair.target, pair.detection, pair.squared);
+        }
+        let probabilities = match self.probabilities.among(&self.distances, |_, d| clutter(pairs, d)) {
             Err(EstimationError::TooMany { .. }) => return self.nearest.associate(pairs, given),
             other => other?,
         };

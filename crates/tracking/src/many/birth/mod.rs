@@ -73,7 +73,10 @@ impl Evidence {
     pub fn look(&mut self, detection: Option<&Detection>, params: &BirthParams) {
         match self {
             Self::Hits(hits) => hits.look(detection.is_some()),
-            Self::Ratio(nats) => nats.look(detection.map(|d| d.confidence), &(&params.ratio).into()),
+            Self::Ratio(nats) => {
+                let said = params.ratio.nats(detection.map(|d| d.confidence));
+                nats.add(said, &(&params.ratio).into());
+            }
             Self::Immediate => {}
         }
     }
