@@ -18,7 +18,9 @@ mod target_set;
 
 pub use acquiring::Acquiring;
 pub use associating::Associating;
-pub use association::{AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, TwoStageParams};
+pub use association::{
+    AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, TwoStageParams,
+};
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};

@@ -53,10 +53,10 @@ pursuit_parameters::parameters! {
 /// Detectors draw boxes less exactly than trackers do; what they find walks or drives.
 fn detected_motion() -> MotionParams {
     MotionParams {
-        acceleration: 5.0,
-        start_speed: 3.0,
-        position_noise: 0.06,
-        size_noise: 0.12,
+        acceleration: 2.3,
+        start_speed: 10.0,
+        position_noise: 0.035,
+        size_noise: 0.09,
         noise_floor_px: 0.5,
         ..MotionParams::default()
     }
@@ -117,12 +117,12 @@ mod tests {
     #[test]
     fn former_names_mean_the_new_ones() {
         let with = |text: &str| ManyParams::default().with("many", &text.parse().unwrap());
-        let former = "gate = 1\nreach = 2\niou_weight = 3\nconfirm_hits = 2\ndies_after_s = 4";
-        let now = "association.gate = 1\nassociation.reach = 2\nassociation.nearest.iou_weight = 3\nbirth.hits.hits = 2\n\
+        let former = "birth.model = 'hits'\ngate = 1\nreach = 2\niou_weight = 3\nconfirm_hits = 2\ndies_after_s = 4";
+        let now = "birth.model = 'hits'\nassociation.gate = 1\nassociation.reach = 2\nassociation.nearest.iou_weight = 3\nbirth.hits.hits = 2\n\
                    death.unseen.after_s = 4";
         assert_eq!(with(former).unwrap(), with(now).unwrap());
         let both = with("gate = 2.0\nassociation.gate = 3.0\nassociation.reach = 5.0").unwrap();
         assert_eq!((both.association.gate, both.association.reach), (3.0, 5.0), "the new name counts more");
-        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: appearance_s"));
+        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, appearance_s"));
     }
 }

@@ -27,7 +27,7 @@ pub(super) const NAME: &str = "associating";
 /// [`MultiTracker::step`](super::MultiTracker::step)).
 ///
 /// ```
-/// use pursuit_geometry::BBox;
+/// use pursuit_geometry::{BBox, Size};
 /// use pursuit_tracking::Detection;
 /// use pursuit_tracking::many::{Associating, ManyParams};
 ///

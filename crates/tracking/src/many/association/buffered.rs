@@ -46,7 +46,11 @@ impl Buffered {
         };
         self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, params.small) } else { None })?;
         self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, params.large) } else { None })?;
-        self.0.stage(pairs, given, |p| if !sure(p) && confirmed(p) && seen(p) { alike(p, params.small) } else { None })?;
+        self.0.stage(
+            pairs,
+            given,
+            |p| if !sure(p) && confirmed(p) && seen(p) { alike(p, params.small) } else { None },
+        )?;
         self.0.stage(pairs, given, |p| if sure(p) && !confirmed(p) { alike(p, params.small) } else { None })
     }
 }

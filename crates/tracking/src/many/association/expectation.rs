@@ -49,8 +49,13 @@ impl Expectation {
     ///
     /// # Errors
     /// Where the covariance is singular.
-    pub fn spread(&self) -> Result<Spread, EstimationError> {
-        let lower = self.measurement.covariance().cholesky().ok_or(EstimationError::NotInvertible { what: "the covariance of what is expected of a target" })?.unpack();
+    pub(super) fn spread(&self) -> Result<Spread, EstimationError> {
+        let lower = self
+            .measurement
+            .covariance()
+            .cholesky()
+            .ok_or(EstimationError::NotInvertible { what: "the covariance of what is expected of a target" })?
+            .unpack();
         let determinant = (0..4).map(|i| lower[(i, i)]).product::<f64>();
         let log_determinant = 2.0 * determinant.ln() - 4.0 * self.bbox.area().ln();
         Ok(Spread { lower, log_determinant })

@@ -11,9 +11,9 @@ mod nearest;
 mod stages;
 mod two_stage;
 
+pub use buffered::BufferedParams;
 pub(super) use expectation::Expectation;
 pub use joint::JointAssociationParams;
-pub use buffered::BufferedParams;
 pub use nearest::NearestParams;
 pub use two_stage::TwoStageParams;
 
@@ -53,10 +53,10 @@ pursuit_parameters::parameters! {
         /// Detections less likely than this are passed over.
         pub least_confidence: f64 = 0.1, in 0.0..=1.0, source "ours";
         /// Squared Mahalanobis distance of centre and size from the prediction beyond which a detection is not the target's.
-        pub gate: f64 = 13.277, in above(0.0), source "99 % of χ² with 4 degrees of freedom";
+        pub gate: f64 = 60.0, in above(0.0), source "ours";
         /// A detection is not the target's unless the two boxes overlap once each side of both was moved outward by this share of
         /// the box's width or height …
-        pub buffer: f64 = 0.3, in 0.0.., source "yang2023, section 3.2";
+        pub buffer: f64 = 0.25, in 0.0.., source "yang2023, section 3.2";
         /// … and by this much more for every second for which the target was not seen …
         pub buffer_growth: f64 = 0.2, in 0.0.., unit "1/s", source "ours";
         /// … but for no more than so many seconds.

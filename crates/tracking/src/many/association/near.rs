@@ -80,7 +80,8 @@ impl Near {
                 Some(known) => known,
                 None => spread.insert(expectation.spread()?),
             };
-            let mut squared = spread.squared(&(expectation::measured(&detection.bbox) - expectation.measurement().mean()));
+            let mut squared =
+                spread.squared(&(expectation::measured(&detection.bbox) - expectation.measurement().mean()));
             if claimant.classes.is_other(detection.class.as_ref()) {
                 squared += mistaken;
             }

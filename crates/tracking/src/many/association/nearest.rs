@@ -12,13 +12,14 @@ pursuit_parameters::parameters! {
         pub detected: f64 = 0.9, in above(0.0).below(1.0), source "ours";
         /// Density of detections that are of no target that is known, new ones and false ones: how many are to be expected in a
         /// square of the target's size, with a size up to e times larger or smaller than the target's.
-        pub others: f64 = 0.02, in above(0.0), source "ours";
+        pub others: f64 = 0.3, in above(0.0), source "ours";
+        /// Degrees of freedom of the errors of prediction and measurement together: a t distribution, whose tails are those of the
+        /// turns of cameras and of boxes that leave the picture. Many: a Gaussian.
+        pub freedom: f64 = 3.5, in above(0.0), source "ours";
         /// How much better a sure detection is than an unsure one: weight of the logarithm of its odds. 0: not at all.
-        pub confidence_weight: f64 = 0.0, in 0.0.., source "ours";
-        /// The same for targets over candidates, in nats.
-        pub confirmed_weight: f64 = 0.0, in 0.0.., unit "nats", source "ours";
+        pub confidence_weight: f64 = 0.25, in 0.0.., source "ours";
         /// Weight of the overlap (IoU) with the prediction, in nats, beside the likelihood of the distance; 0: that alone.
-        pub iou_weight: f64 = 0.0, in 0.0.., unit "nats", source "ours";
+        pub iou_weight: f64 = 3.0, in 0.0.., unit "nats", source "ours";
     }
 }
 
@@ -37,13 +38,11 @@ impl Nearest {
             (params.detected / (1.0 - params.detected)).ln() - 2.0 * std::f64::consts::TAU.ln() - params.others.ln();
         self.pairings.clear();
         for pair in pairs.near {
-            let mut nats = shared - 0.5 * (pair.squared + pair.log_determinant) + params.iou_weight * pair.overlap;
+            let far = 0.5 * (params.freedom + 4.0) * (pair.squared / params.freedom).ln_1p();
+            let mut nats = shared - far - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
             if params.confidence_weight > 0.0 {
                 let confidence = pairs.detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
                 nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
-            }
-            if pairs.targets[pair.target].confirmed {
-                nats += params.confirmed_weight;
             }
             self.pairings.push(Pairing { row: pair.target, column: pair.detection, cost: -nats });
         }

@@ -8,7 +8,7 @@ pursuit_parameters::parameters! {
         /// The confidence of a detection that speaks neither for a target nor against it.
         pub even: f64 = 0.75, in above(0.0).below(1.0), source "ours";
         /// What the logarithm of a confidence's odds beyond those of `even` counts.
-        pub weight: f64 = 1.0, in 0.0.., source "ours";
+        pub weight: f64 = 0.65, in 0.0.., source "ours";
         /// Most that one detection may say either way.
         pub most: f64 = 4.0, in above(0.0), unit "nats", source "ours";
         /// Chance that a target is detected where it is expected, per frame.
