@@ -12,6 +12,7 @@ mod birth;
 mod clock;
 mod death;
 mod hypothesis;
+mod offline;
 mod params;
 mod target;
 mod target_set;
@@ -24,6 +25,7 @@ pub use association::{
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
+pub use offline::{Looked, OfflineParams, Placed, offline};
 pub use params::{AcquisitionParams, ManyParams, ReportedBox};
 pub use target_set::TargetSet;
 

@@ -73,6 +73,17 @@ impl<'a> From<&'a Frame> for View<'a> {
     }
 }
 
+/// A frame in which something was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sighting {
+    /// Number of the frame.
+    pub index: u64,
+    /// Place among the frame's detections.
+    pub place: usize,
+    pub bbox: BBox,
+    pub confidence: f64,
+}
+
 /// A target or a candidate.
 pub(super) struct Target {
     pub known: Known,
@@ -83,6 +94,8 @@ pub(super) struct Target {
     expectation: Option<Expectation>,
     /// Which of the frame's detections it was given.
     pub taken: Option<usize>,
+    /// Where it was seen while it was a candidate.
+    pub before: Vec<Sighting>,
     /// What this frame said, until it is reported.
     pub answer: Option<(Estimate, Elapsed)>,
 }
@@ -114,7 +127,7 @@ impl Target {
 
     /// From what was saved.
     pub const fn of(known: Known, appearance: Option<Box<dyn Appearance>>) -> Self {
-        Self { known, appearance, prior: None, expectation: None, taken: None, answer: None }
+        Self { known, appearance, prior: None, expectation: None, taken: None, before: Vec::new(), answer: None }
     }
 
     /// Its id; `None` while it is a candidate.

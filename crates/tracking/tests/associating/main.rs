@@ -8,6 +8,7 @@ mod commands;
 mod fed;
 mod lives;
 mod street;
+mod whole_clips;
 
 use common::{at, empty, frame, frame_at, recipe, recipe_of, scripted, seen};
 use pursuit_geometry::BBox;

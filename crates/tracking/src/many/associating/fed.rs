@@ -1,7 +1,7 @@
 //! Detections from outside.
 
-use super::super::Track;
-use super::super::target::View;
+use super::super::target::{Sighting, View};
+use super::super::{TargetId, Track};
 use super::Associating;
 use crate::belief::Stamp;
 use crate::{Detection, Result, TrackingError};
@@ -72,6 +72,11 @@ impl Associating {
         }
         check(index, detections)?;
         self.go_on(frame.into(), detections)
+    }
+
+    /// Where the targets confirmed in the last frame were seen before.
+    pub(in crate::many) fn back_dated(&self) -> impl Iterator<Item = (TargetId, Sighting)> + '_ {
+        self.back_dated.iter().copied()
     }
 
     fn go_on(&mut self, view: View<'_>, detections: &[Detection]) -> Result<&[Track]> {

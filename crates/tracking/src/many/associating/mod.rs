@@ -5,7 +5,7 @@ mod fed;
 mod saved;
 
 use super::association::{Association, Shares};
-use super::target::{Standing, Target, View, failed};
+use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
 use crate::belief::Stamp;
 use crate::motion::CameraShift;
@@ -63,6 +63,8 @@ pub struct Associating {
     /// The detections that are sure enough, and their places among all; scratch.
     kept: Vec<Detection>,
     places: Vec<usize>,
+    /// Where those confirmed in this frame were seen before.
+    back_dated: Vec<(TargetId, Sighting)>,
     /// What was said of detections from outside.
     said: Vec<Track>,
     /// Number and time of the last frame that came from outside.
@@ -97,6 +99,7 @@ impl Associating {
             followed: Vec::new(),
             kept: Vec::new(),
             places: Vec::new(),
+            back_dated: Vec::new(),
             said: Vec::new(),
             fed: Fed::default(),
         })
@@ -169,6 +172,7 @@ impl Associating {
         let taken = self.conclude(view, &kept);
         (self.kept, self.places) = (kept, places);
         taken?;
+        self.remember(view.stamp.index, known);
         self.report(known, tracks);
         Ok(())
     }
@@ -248,6 +252,24 @@ impl Associating {
             }
         }
         Ok(())
+    }
+
+    /// Keeps where candidates were seen, and hands it over once they are confirmed: those with ids above `known`.
+    fn remember(&mut self, index: u64, known: u64) {
+        self.back_dated.clear();
+        for target in &mut self.targets {
+            match target.id() {
+                Some(id) if id.0 > known => self.back_dated.extend(target.before.drain(..).map(|seen| (id, seen))),
+                Some(_) => {}
+                None => {
+                    let seen = target.taken.and_then(|d| Some((self.kept.get(d)?, *self.places.get(d)?)));
+                    target.before.extend(seen.map(|(seen, place)| {
+                        let Detection { bbox, confidence, .. } = *seen;
+                        Sighting { index, place, bbox, confidence }
+                    }));
+                }
+            }
+        }
     }
 
     /// Says what is known of every target; those with ids above `known` are new.
