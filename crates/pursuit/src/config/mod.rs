@@ -133,7 +133,9 @@ impl RunConfig {
         let for_tracker = settings.trackers.first().cloned().unwrap_or_default();
         let many = ManyParams::default();
         let many = match detector {
-            Some(detector) => ManyParams { motion: detector.motion(), ..many },
+            // Networks of objects say chances; what the other detectors say are shares.
+            Some(detector) if detector.name() == "objects" => ManyParams { motion: detector.motion(), ..many },
+            Some(detector) => ManyParams::counting(detector.motion()),
             None => many,
         };
         let detector_parameters = detector.map(|d| d.parameters(&settings.detector)).transpose()?;

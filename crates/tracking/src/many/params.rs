@@ -1,6 +1,6 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthParams, DeathParams};
+use super::{AssociationParams, BirthModel, BirthParams, DeathParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
@@ -47,6 +47,15 @@ pursuit_parameters::parameters! {
         "confirm_hits" => ["birth.hits.hits"],
         "confirm_looks" => ["birth.hits.looks"],
         "dies_after_s" => ["death.unseen.after_s"],
+    }
+}
+
+impl ManyParams {
+    /// For detectors whose confidences are shares of some measure and no chances, such as those that model the background: a
+    /// candidate is confirmed by how often it was detected, three times in five frames. `motion` says how things move.
+    pub fn counting(motion: MotionParams) -> Self {
+        let birth = BirthParams { model: BirthModel::Hits, from: 0.5, ..BirthParams::default() };
+        Self { motion, birth, ..Self::default() }
     }
 }
 

@@ -15,11 +15,11 @@ pursuit_parameters::parameters! {
         pub others: f64 = 0.3, in above(0.0), source "ours";
         /// Degrees of freedom of the errors of prediction and measurement together: a t distribution, whose tails are those of the
         /// turns of cameras and of boxes that leave the picture. Many: a Gaussian.
-        pub freedom: f64 = 3.5, in above(0.0), source "ours";
+        pub freedom: f64 = 6.0, in above(0.0), source "ours";
         /// How much better a sure detection is than an unsure one: weight of the logarithm of its odds. 0: not at all.
         pub confidence_weight: f64 = 0.25, in 0.0.., source "ours";
         /// Weight of the overlap (IoU) with the prediction, in nats, beside the likelihood of the distance; 0: that alone.
-        pub iou_weight: f64 = 3.0, in 0.0.., unit "nats", source "ours";
+        pub iou_weight: f64 = 2.0, in 0.0.., unit "nats", source "ours";
     }
 }
 
