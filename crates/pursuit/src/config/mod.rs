@@ -134,7 +134,7 @@ impl RunConfig {
         let many = ManyParams::default();
         let many = match detector {
             // Networks of objects say chances; what the other detectors say are shares.
-            Some(detector) if detector.name() == "objects" => ManyParams { motion: detector.motion(), ..many },
+            Some(detector) if detector.name == "objects" => ManyParams { motion: detector.motion(), ..many },
             Some(detector) => ManyParams::counting(detector.motion()),
             None => many,
         };
