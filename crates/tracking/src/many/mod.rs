@@ -12,6 +12,7 @@ mod birth;
 mod clock;
 mod death;
 mod hypothesis;
+mod look;
 mod offline;
 mod params;
 mod target;

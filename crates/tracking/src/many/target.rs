@@ -3,6 +3,7 @@
 use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
+use super::look::Look;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
 use crate::belief::{Belief, Stamp};
 use crate::class::Classes;
@@ -31,6 +32,8 @@ pub(super) struct Known {
     pub belief: Belief,
     /// What its detections were taken for.
     pub classes: Classes,
+    /// What its detections look like.
+    look: Look,
     unseen: Unseen,
     /// Time since it was detected, in seconds.
     undetected_s: f64,
@@ -52,6 +55,7 @@ impl Known {
             Standing::Confirmed(_) | Standing::Given(_) => true,
         };
         evidence
+            && self.look.is_sound()
             && self.unseen.is_sound()
             && self.undetected_s.is_finite()
             && self.undetected_s >= 0.0
@@ -108,7 +112,7 @@ impl Target {
     pub fn new(standing: Standing, stamp: Stamp, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
         let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
-        Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0 }, None))
+        Ok(Self::of(Known { standing, belief, classes, look: Look::default(), unseen, undetected_s: 0.0 }, None))
     }
 
     /// A candidate that was detected once.
@@ -121,7 +125,7 @@ impl Target {
         let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
         let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
         born.answer = Some((estimate, Elapsed::default()));
-        born.count_class(detection);
+        born.count_looks(detection);
         Ok(born)
     }
 
@@ -170,12 +174,15 @@ impl Target {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
         let unseen_s = self.known.unseen.seconds;
-        Some(Claimant { expectation, confirmed, state, unseen_s, classes: &self.known.classes })
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes: &self.known.classes, look: &self.known.look })
     }
 
-    fn count_class(&mut self, detection: &Detection) {
+    fn count_looks(&mut self, detection: &Detection) {
         if let Some(class) = &detection.class {
             self.known.classes.count(class, detection.confidence);
+        }
+        if let Some(embedding) = &detection.embedding {
+            self.known.look.learn(embedding);
         }
     }
 
@@ -233,7 +240,7 @@ impl Target {
     }
 
     fn count(&mut self, detection: Option<&Detection>, dt_s: f64, params: &ManyParams) {
-        detection.into_iter().for_each(|d| self.count_class(d));
+        detection.into_iter().for_each(|d| self.count_looks(d));
         let known = &mut self.known;
         if let Standing::Candidate(evidence) = &mut known.standing {
             evidence.look(detection, &params.birth);
@@ -267,7 +274,7 @@ impl Target {
             appearance.restart(frame, bbox)?;
         }
         self.known.belief.restart(frame, bbox);
-        self.known.classes = Classes::default();
+        (self.known.classes, self.known.look) = (Classes::default(), Look::default());
         (self.known.unseen, self.known.undetected_s) = (Unseen::default(), 0.0);
         Ok(())
     }

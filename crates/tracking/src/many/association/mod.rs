@@ -17,6 +17,7 @@ pub use joint::JointAssociationParams;
 pub use nearest::NearestParams;
 pub use two_stage::TwoStageParams;
 
+use super::look::Look;
 use crate::class::Classes;
 use crate::{Detection, TrackState};
 use buffered::Buffered;
@@ -94,6 +95,8 @@ pub(super) struct Claimant<'a> {
     pub unseen_s: f64,
     /// What its detections were taken for.
     pub classes: &'a Classes,
+    /// What they look like.
+    pub look: &'a Look,
 }
 
 /// The detections that a target was given, each with the probability that it is the target's own.

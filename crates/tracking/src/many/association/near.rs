@@ -16,6 +16,8 @@ pub(super) struct Pair {
     pub squared: f64,
     /// `ln det S` of what the target is expected to measure, with lengths in sizes of the target.
     pub log_determinant: f64,
+    /// Cosine between the embeddings of target and detection, where both have one.
+    pub likeness: Option<f64>,
 }
 
 /// Keeps its memory from one frame to the next.
@@ -88,7 +90,8 @@ impl Near {
             if squared <= params.gate {
                 let overlap = expectation.bbox().iou(&detection.bbox);
                 let log_determinant = spread.log_determinant;
-                self.pairs.push(Pair { target, detection: *at, overlap, squared, log_determinant });
+                let likeness = detection.embedding.as_ref().and_then(|e| claimant.look.likeness(e));
+                self.pairs.push(Pair { target, detection: *at, overlap, squared, log_determinant, likeness });
             }
         }
         Ok(())

@@ -18,6 +18,10 @@ pursuit_parameters::parameters! {
         pub freedom: f64 = 6.0, in above(0.0), source "ours";
         /// How much better a sure detection is than an unsure one: weight of the logarithm of its odds. 0: not at all.
         pub confidence_weight: f64 = 0.25, in 0.0.., source "ours";
+        /// Weight of the likeness of embeddings (cosine) beyond `look_even`, of detections that have them.
+        pub look_weight: f64 = 8.0, in 0.0.., unit "nats", source "ours";
+        /// The likeness that speaks neither for a pair nor against it.
+        pub look_even: f64 = 0.6, in -1.0..=1.0, source "ours";
         /// Weight of the overlap (IoU) with the prediction, in nats, beside the likelihood of the distance; 0: that alone.
         pub iou_weight: f64 = 2.0, in 0.0.., unit "nats", source "ours";
     }
@@ -43,6 +47,9 @@ impl Nearest {
             if params.confidence_weight > 0.0 {
                 let confidence = pairs.detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
                 nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
+            }
+            if let Some(likeness) = pair.likeness {
+                nats += params.look_weight * (likeness - params.look_even);
             }
             self.pairings.push(Pairing { row: pair.target, column: pair.detection, cost: -nats });
         }

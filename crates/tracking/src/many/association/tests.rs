@@ -23,6 +23,9 @@ fn params(changes: &str) -> AssociationParams {
     params.with("association", &changes.parse().unwrap()).unwrap()
 }
 
+/// Nothing was learned.
+static LOOK: std::sync::LazyLock<Look> = std::sync::LazyLock::new(Look::default);
+
 const SIZE: Size = Size::new(320, 200);
 
 /// Standard deviations of 2, 3, 4 and 5 px.
@@ -31,7 +34,7 @@ fn uneven() -> Option<BoxCovariance> {
 }
 
 fn confirmed<'a>(expectation: &'a Expectation, classes: &'a Classes) -> Claimant<'a> {
-    Claimant { expectation, confirmed: true, state: TrackState::Tracking, unseen_s: 0.0, classes }
+    Claimant { expectation, confirmed: true, state: TrackState::Tracking, unseen_s: 0.0, classes, look: &LOOK }
 }
 
 /// What each target is given, detections by their numbers.
@@ -178,6 +181,19 @@ fn no_pair_has_a_price() {
     assert!(given(default.clone(), &[long], &newcomer)[0].is_empty());
     let long = Claimant { state: TrackState::Lost, unseen_s: 2.0, ..confirmed(&lost, &classes) };
     assert_eq!(given(default, &[long], &[seen(at(2.0, 0.0, 0.0, 0.0))]), [[0]], "in its place it is found again");
+}
+
+#[test]
+fn embeddings_tell_neighbours_apart() {
+    let (near, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
+    let (mut red, mut blue) = (Look::default(), Look::default());
+    red.learn(&[1.0, 0.1]);
+    blue.learn(&[0.1, 1.0]);
+    let looks = |bbox, embedding: [f32; 2]| Detection { embedding: Some(embedding.into()), ..seen(bbox) };
+    let both = [looks(at(-1.0, 0.0, 0.0, 0.0), [0.0, 1.0]), looks(at(1.0, 0.0, 0.0, 0.0), [1.0, 0.0])];
+    let target = |look| Claimant { look, ..confirmed(&near, &classes) };
+    assert_eq!(given(params(""), &[target(&red), target(&blue)], &both), [[1], [0]]);
+    assert_eq!(given(params(""), &[target(&blue), target(&red)], &both), [[0], [1]]);
 }
 
 #[test]
