@@ -10,6 +10,7 @@
 use crate::{BoxCovariance, Class, Diagnostics, Result};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use std::sync::Arc;
 
 /// What the motion model expects before the frame is looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,12 +32,15 @@ pub struct Detection {
     pub confidence: f64,
     /// What it is taken for, of detectors that tell kinds of things apart.
     pub class: Option<Class>,
+    /// What it looks like, as a network or a histogram says it: of any length, the same for all; nearer is more alike, by the
+    /// cosine of the angle between two.
+    pub embedding: Option<Arc<[f32]>>,
 }
 
 impl Detection {
     /// Of a detector that looks for one kind of thing.
     pub const fn new(bbox: BBox, confidence: f64) -> Self {
-        Self { bbox, confidence, class: None }
+        Self { bbox, confidence, class: None, embedding: None }
     }
 }
 

@@ -53,6 +53,9 @@ pub struct Track {
     pub elapsed: Elapsed,
     /// What it is, where a detector that tells kinds of things apart has said so.
     pub class: Option<Class>,
+    /// Which of this frame's detections it was given, by its place among them: of several the likeliest. `None` where it was given
+    /// none, and where nothing is detected.
+    pub detection: Option<usize>,
 }
 
 /// Follows any number of targets, frame by frame.

@@ -4,12 +4,12 @@ use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
 use super::{Elapsed, ManyParams, TargetId};
-use crate::belief::Belief;
+use crate::belief::{Belief, Stamp};
 use crate::class::Classes;
 use crate::motion::{CameraMotion, MotionFilter, Sight};
 use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
 use pursuit_estimation::EstimationError;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +60,19 @@ impl Known {
     }
 }
 
+/// A frame as targets see it: pixels only where there are any.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub stamp: Stamp,
+    pub frame: Option<&'a Frame>,
+}
+
+impl<'a> From<&'a Frame> for View<'a> {
+    fn from(frame: &'a Frame) -> Self {
+        Self { stamp: frame.into(), frame: Some(frame) }
+    }
+}
+
 /// A target or a candidate.
 pub(super) struct Target {
     pub known: Known,
@@ -68,17 +81,19 @@ pub(super) struct Target {
     /// What its motion model expects of this frame.
     prior: Option<Prior>,
     expectation: Option<Expectation>,
+    /// Which of the frame's detections it was given.
+    pub taken: Option<usize>,
     /// What this frame said, until it is reported.
     pub answer: Option<(Estimate, Elapsed)>,
 }
 
 impl Target {
-    /// A target or a candidate that was just seen at `bbox` of `frame`.
+    /// A target or a candidate that was just seen at `bbox` of the frame of `stamp`.
     ///
     /// # Errors
     /// When the motion model cannot start from the box.
-    pub fn new(standing: Standing, frame: &Frame, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
-        let belief = Belief::new(&params.motion, &params.policy, frame, bbox)?;
+    pub fn new(standing: Standing, stamp: Stamp, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
+        let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
         Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0 }, None))
     }
@@ -87,11 +102,11 @@ impl Target {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn born(frame: &Frame, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
+    pub fn born(stamp: Stamp, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
-        let mut born = Self::new(Standing::Candidate(evidence), frame, detection.bbox, params)?;
-        let estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
+        let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
+        let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
         born.answer = Some((estimate, Elapsed::default()));
         born.count_class(detection);
         Ok(born)
@@ -99,7 +114,7 @@ impl Target {
 
     /// From what was saved.
     pub const fn of(known: Known, appearance: Option<Box<dyn Appearance>>) -> Self {
-        Self { known, appearance, prior: None, expectation: None, answer: None }
+        Self { known, appearance, prior: None, expectation: None, taken: None, answer: None }
     }
 
     /// Its id; `None` while it is a candidate.
@@ -129,10 +144,10 @@ impl Target {
     }
 
     /// Phase 1: where it should be in this frame.
-    pub fn predict(&mut self, frame: &Frame, params: &ManyParams) -> Result<()> {
-        let dt_s = self.known.belief.last.advance(frame)?;
-        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(frame.index(), e))?;
-        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(frame.index(), e))?);
+    pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
+        let dt_s = self.known.belief.last.advance(stamp)?;
+        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
+        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
         Ok(())
     }
@@ -153,14 +168,15 @@ impl Target {
     /// Phase 3: takes the detections that it was given, or what appearance says where there are none.
     pub fn update(
         &mut self,
-        frame: &Frame,
+        view: View<'_>,
         detections: &[Detection],
         shares: &Shares,
         params: &ManyParams,
     ) -> Result<()> {
         let Some(prior) = self.prior.take() else { return Ok(()) };
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let detection = likeliest.and_then(|(d, _)| detections.get(*d));
+        self.taken = likeliest.map(|(d, _)| *d);
+        let detection = self.taken.and_then(|d| detections.get(d));
         self.count(detection, prior.dt_s, params);
         let found = merged(detections, shares).map(|found| self.gated(found, params));
         let shared = shared(detections, shares);
@@ -177,9 +193,9 @@ impl Target {
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
         let belief = &mut self.known.belief;
-        let estimate = match &mut self.appearance {
-            Some(appearance) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
-            None => conclude(frame, belief, &prior, told.as_ref())?,
+        let estimate = match (&mut self.appearance, view.frame) {
+            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
+            (_, None) | (None, _) => conclude(view.stamp, belief, &prior, told.as_ref())?,
         };
         if estimate.state == TrackState::Tracking {
             self.known.unseen = Unseen::default();
@@ -212,14 +228,14 @@ impl Target {
     }
 
     /// Phase 4: whether it is to be given up.
-    pub fn is_dead(&self, frame: &Frame, params: &ManyParams) -> bool {
+    pub fn is_dead(&self, frame: Size, params: &ManyParams) -> bool {
         match &self.known.standing {
             Standing::Given(_) => false,
             Standing::Candidate(evidence) => evidence.refutes(&params.birth),
             Standing::Confirmed(_) => {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
-                let left = lost && self.bbox().clipped_to(frame.size()).is_none();
+                let left = lost && self.bbox().clipped_to(frame).is_none();
                 left || self.known.unseen.is_too_long(&params.death)
             }
         }
@@ -250,13 +266,13 @@ impl Target {
 }
 
 /// The policy's judgement of a target without appearance, and what it does to the belief.
-fn conclude(frame: &Frame, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
+fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
     let measurement = told.map(|t| t.measurement);
-    let judgement = belief.judge(frame.size(), prior, measurement, || None);
+    let judgement = belief.judge(stamp.size, prior, measurement, || None);
     if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
-        belief.believe(told.measurement, told.shared, false).map_err(|e| failed(frame.index(), e))?;
+        belief.believe(told.measurement, told.shared, false).map_err(|e| failed(stamp.index, e))?;
     }
-    Ok(belief.report(frame, prior, judgement, measurement))
+    Ok(belief.report(stamp, prior, judgement, measurement))
 }
 
 /// The one measurement that stands for all detections given: their mean by probability.

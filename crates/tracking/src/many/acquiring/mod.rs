@@ -257,8 +257,10 @@ impl Acquiring {
             return Ok(None);
         }
         Ok(Some(match answer {
-            Some(a) => Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed, class },
-            None => Track { id, estimate: None, started: false, elapsed, class },
+            Some(a) => {
+                Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed, class, detection: None }
+            }
+            None => Track { id, estimate: None, started: false, elapsed, class, detection: None },
         }))
     }
 }
