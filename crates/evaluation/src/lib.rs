@@ -27,7 +27,9 @@ mod table;
 mod trajectory;
 
 pub use comparison::{Comparison, Judgement};
-pub use crowd::{CrowdComparison, CrowdFigures, CrowdOptions, CrowdResults, CrowdRules, CrowdSequence, CrowdTracker, evaluate_crowds};
+pub use crowd::{
+    CrowdComparison, CrowdFigures, CrowdOptions, CrowdResults, CrowdRules, CrowdSequence, CrowdTracker, evaluate_crowds,
+};
 pub use datasets::Dataset;
 pub use error::EvaluationError;
 pub use evaluate::{Progress, evaluate};

@@ -112,7 +112,10 @@ impl Builder {
             return Err(self.wrong(line, format!("is the box after {MAX_ROWS}; give the sequence in parts")));
         }
         if frame > MAX_FRAME {
-            return Err(self.wrong(line, format!("frame {frame} is above {MAX_FRAME}; frames are counted from the sequence's start")));
+            return Err(self.wrong(
+                line,
+                format!("frame {frame} is above {MAX_FRAME}; frames are counted from the sequence's start"),
+            ));
         }
         let sound = |v: f64| v.is_finite() && v.abs() <= MAX_COORDINATE;
         if ![left, top, width, height].into_iter().all(sound) || width < 0.0 || height < 0.0 {
@@ -122,7 +125,9 @@ impl Builder {
             return Err(self.wrong(line, reason));
         }
         if !score.is_finite() {
-            return Err(self.wrong(line, format!("the score {score} is no number; give one, 0 to 1 where it is a probability")));
+            return Err(
+                self.wrong(line, format!("the score {score} is no number; give one, 0 to 1 where it is a probability"))
+            );
         }
         self.rows.push(BoxRow { frame, id, bbox: BBox::from_ltwh(left, top, width, height), score, class });
         Ok(())

@@ -22,7 +22,10 @@ fn plain(boxes: &Boxes) -> Vec<Plain<'_>> {
 fn every_form_says_the_same_boxes() {
     let cases = [
         (BoxFormat::Mot, "2,-1,11,21,30,40,0.5,3,1\n1,7,2,3,4,5,1,3,1\n"),
-        (BoxFormat::Kitti, "1 -1 3 0 0 0 10 20 40 60 0 0 0 0 0 0 0 0.5\n0 7 3 0 0 0 1 2 5 7\n0 -1 DontCare -1 -1 -10 0 0 9 9\n"),
+        (
+            BoxFormat::Kitti,
+            "1 -1 3 0 0 0 10 20 40 60 0 0 0 0 0 0 0 0.5\n0 7 3 0 0 0 1 2 5 7\n0 -1 DontCare -1 -1 -10 0 0 9 9\n",
+        ),
         (
             BoxFormat::Coco,
             r#"[{"image_id":2,"bbox":[10,20,30,40],"score":0.5,"category_id":3},{"image_id":1,"bbox":[1,2,4,5],"track_id":7,"category_id":3}]"#,

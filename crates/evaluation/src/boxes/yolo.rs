@@ -19,13 +19,21 @@ pub(super) fn read(folder: &Path, size: Option<Size>) -> Result<Boxes> {
         let path = entry.map_err(|e| unreadable(folder, &e))?.path();
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) {
             let frame = frame_of(&path).ok_or_else(|| {
-                EvaluationError::dataset(&path, None, "its name does not end in the frame's number, as clip_12.txt does")
+                EvaluationError::dataset(
+                    &path,
+                    None,
+                    "its name does not end in the frame's number, as clip_12.txt does",
+                )
             })?;
             files.push((frame, path));
         }
     }
     if files.is_empty() {
-        return Err(EvaluationError::dataset(folder, None, "holds no .txt file; YOLO's form is a folder with one a frame"));
+        return Err(EvaluationError::dataset(
+            folder,
+            None,
+            "holds no .txt file; YOLO's form is a folder with one a frame",
+        ));
     }
     files.sort();
     let from_one = files.first().is_none_or(|(frame, _)| *frame > 0);

@@ -1,8 +1,8 @@
 //! The figures of many targets, under the names that the field has for them.
 
+use crate::Result;
 use crate::comparison::{Comparison, Judgement};
 use crate::metrics::many::{Clear, Crowd, Hota, Identity, Labelled, Match, clear_told, hota, identity};
-use crate::Result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -126,7 +126,8 @@ impl CrowdTracker {
     /// The mean over the sets.
     pub(super) fn averaged(mut self) -> Self {
         let sets: Vec<&CrowdFigures> = self.sets.values().collect();
-        let share = |of: fn(&CrowdFigures) -> f64| crate::metrics::mean(&sets.iter().map(|f| of(f)).collect::<Vec<_>>());
+        let share =
+            |of: fn(&CrowdFigures) -> f64| crate::metrics::mean(&sets.iter().map(|f| of(f)).collect::<Vec<_>>());
         let sum = |of: fn(&CrowdFigures) -> usize| sets.iter().map(|f| of(f)).sum();
         self.mean = CrowdFigures {
             HOTA: share(|f| f.HOTA),

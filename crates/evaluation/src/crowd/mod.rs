@@ -63,7 +63,10 @@ impl CrowdResults {
 
     /// The table for a terminal: a line for every tracker and set, shares in per cent.
     pub fn text_table(&self) -> String {
-        let names = ["tracker", "set", "HOTA", "DetA", "AssA", "LocA", "MOTA", "MOTP", "IDF1", "IDSW", "Frag", "FP", "FN", "MT", "ML"];
+        let names = [
+            "tracker", "set", "HOTA", "DetA", "AssA", "LocA", "MOTA", "MOTP", "IDF1", "IDSW", "Frag", "FP", "FN", "MT",
+            "ML",
+        ];
         let mut rows = vec![names.map(str::to_owned).to_vec()];
         let row = |name: &str, set: &str, f: &CrowdFigures| {
             let shares = [f.HOTA, f.DetA, f.AssA, f.LocA, f.MOTA, f.MOTP, f.IDF1].map(|v| format!("{:.2}", 100.0 * v));
@@ -86,7 +89,11 @@ impl CrowdResults {
         if self.comparisons.is_empty() {
             return String::new();
         }
-        let mut rows = vec![["tracker", "against", "figure", "sequences", "difference", "95 % interval", "is"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["tracker", "against", "figure", "sequences", "difference", "95 % interval", "is"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         for c in &self.comparisons {
             let [low, high] = c.interval.map(|v| format!("{:+.2}", 100.0 * v));
             let difference = format!("{:+.2}", 100.0 * c.difference);
@@ -117,12 +124,15 @@ pub fn evaluate_crowds(options: &CrowdOptions) -> Result<CrowdResults> {
     check(options)?;
     let read = |s: &CrowdSequence| match &s.truth {
         Some(path) => CrowdTruth::read(path, &s.name),
-        None => Err(EvaluationError::NoSequences { name: s.title(), reason: "can be scored: it has no gt.txt".to_owned() }),
+        None => {
+            Err(EvaluationError::NoSequences { name: s.title(), reason: "can be scored: it has no gt.txt".to_owned() })
+        }
     };
     let truths: Vec<CrowdTruth> = sequences.par_iter().map(read).collect::<Result<_>>()?;
     let mut all = BTreeMap::new();
     for given in &options.given {
-        let judge = |(s, truth): (&CrowdSequence, &CrowdTruth)| judge(given, s, truth, &sequences, &truths, options.rules);
+        let judge =
+            |(s, truth): (&CrowdSequence, &CrowdTruth)| judge(given, s, truth, &sequences, &truths, options.rules);
         let judged: Vec<Judged> = sequences.par_iter().zip(&truths).map(judge).collect::<Result<_>>()?;
         all.insert(given.name.clone(), judged);
     }
@@ -230,7 +240,9 @@ fn results_of(root: &Path, sequence: &CrowdSequence, sequences: &[CrowdSequence]
     }
     let found = places.iter().find(|p| p.is_file()).cloned();
     let looked = || places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
-    found.ok_or_else(|| EvaluationError::dataset(root, None, format!("has no results of {}; looked for {}", sequence.title(), looked())))
+    found.ok_or_else(|| {
+        EvaluationError::dataset(root, None, format!("has no results of {}; looked for {}", sequence.title(), looked()))
+    })
 }
 
 /// Sequences of a set are combined, sets are averaged.

@@ -115,8 +115,10 @@ fn by_sequence(results: &CrowdResults, sequences: &[CrowdSequence], page: &mut S
             );
         }
     }
-    page.push_str("</tbody></table></div></section>\n<section><h2>Ids over time</h2>\n<p class=\"note\">A row is a true target, \
-                   a grey line the time it is there, a colour whoever finds it. A mark is a switch.</p>\n");
+    page.push_str(
+        "</tbody></table></div></section>\n<section><h2>Ids over time</h2>\n<p class=\"note\">A row is a true target, \
+                   a grey line the time it is there, a colour whoever finds it. A mark is a switch.</p>\n",
+    );
 }
 
 fn timelines(

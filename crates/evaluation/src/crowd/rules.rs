@@ -60,7 +60,8 @@ pub(super) fn counted(
     for b in truth.boxes.iter().filter(|b| class.is_none() || b.class == class) {
         frames.entry(b.frame).or_default().truth.push(b);
     }
-    for row in said.iter().filter(|r| class.is_none() || r.class.as_ref().is_none_or(|own| Some(own.as_str()) == class)) {
+    for row in said.iter().filter(|r| class.is_none() || r.class.as_ref().is_none_or(|own| Some(own.as_str()) == class))
+    {
         frames.entry(row.frame).or_default().said.push(row);
     }
     for (frame, region) in &truth.regions {
@@ -120,14 +121,28 @@ mod tests {
 
     #[test]
     fn neutral_small_and_boxes_in_regions_are_left_out() {
-        let at = |id, left, counts| TrueBox { frame: 0, id, bbox: BBox::from_ltwh(left, 0.0, 40.0, 40.0), counts, class: None };
+        let at = |id, left, counts| TrueBox {
+            frame: 0,
+            id,
+            bbox: BBox::from_ltwh(left, 0.0, 40.0, 40.0),
+            counts,
+            class: None,
+        };
         let truth = CrowdTruth {
             boxes: vec![at(1, 0.0, Counts::Yes), at(2, 100.0, Counts::Neutral), at(3, 200.0, Counts::No)],
             regions: vec![(0, BBox::from_ltwh(300.0, 0.0, 100.0, 100.0))],
             ..CrowdTruth::default()
         };
-        let rows = [said(11, 2.0, 40.0), said(12, 102.0, 40.0), said(13, 202.0, 40.0), said(14, 310.0, 40.0), said(15, 500.0, 25.0), said(16, 600.0, 26.0)];
-        let ids = |least| -> Vec<u64> { counted(&truth, &rows, None, least).unwrap().1.iter().map(|l| l.target).collect() };
+        let rows = [
+            said(11, 2.0, 40.0),
+            said(12, 102.0, 40.0),
+            said(13, 202.0, 40.0),
+            said(14, 310.0, 40.0),
+            said(15, 500.0, 25.0),
+            said(16, 600.0, 26.0),
+        ];
+        let ids =
+            |least| -> Vec<u64> { counted(&truth, &rows, None, least).unwrap().1.iter().map(|l| l.target).collect() };
         assert_eq!(ids(CrowdRules::Auto.least_height(true)), [11, 13, 16]);
         assert_eq!(ids(CrowdRules::Mot.least_height(true)), [11, 13, 15, 16]);
         assert_eq!(counted(&truth, &rows, None, None).unwrap().0.len(), 1);

@@ -36,7 +36,8 @@ impl CrowdSequence {
     /// A folder that cannot be read or that has none, and a `seqinfo.ini` that makes no sense.
     pub fn discover(root: &Path) -> Result<Vec<Self>> {
         let mut found = Vec::new();
-        let whole = root.canonicalize().map_err(|e| EvaluationError::dataset(root, None, format!("cannot be read: {e}")))?;
+        let whole =
+            root.canonicalize().map_err(|e| EvaluationError::dataset(root, None, format!("cannot be read: {e}")))?;
         if whole.is_dir() {
             search(&whole, 0, &mut found)?;
         }
@@ -60,9 +61,8 @@ impl CrowdSequence {
             all.extend(Self::discover(root)?);
         }
         if let Some(patterns) = patterns {
-            let wanted = |s: &Self| {
-                patterns.split(',').map(str::trim).any(|p| matches(p, &s.name) || matches(p, &s.title()))
-            };
+            let wanted =
+                |s: &Self| patterns.split(',').map(str::trim).any(|p| matches(p, &s.name) || matches(p, &s.title()));
             all.retain(wanted);
             if all.is_empty() {
                 return Err(EvaluationError::Option(format!("{patterns}: no sequence matches")));
@@ -71,7 +71,9 @@ impl CrowdSequence {
         for (i, one) in all.iter().enumerate() {
             if all.iter().skip(i + 1).any(|other| other.set == one.set && other.name == one.name) {
                 let title = one.title();
-                return Err(EvaluationError::Option(format!("{title} is the name of two sequences; give one of them alone")));
+                return Err(EvaluationError::Option(format!(
+                    "{title} is the name of two sequences; give one of them alone"
+                )));
             }
         }
         Ok(all)
@@ -106,8 +108,15 @@ impl CrowdSequence {
         for (at, line) in (1..).zip(text.lines()) {
             let Some((key, value)) = line.split_once('=') else { continue };
             let value = value.trim();
-            let wrong = |what: &str| EvaluationError::dataset(file, at, format!("{} = {value:.40} is not {what}", key.trim()));
-            let count = || value.parse::<usize>().ok().filter(|n| (1..=100_000_000).contains(n)).ok_or_else(|| wrong("a number above 0"));
+            let wrong =
+                |what: &str| EvaluationError::dataset(file, at, format!("{} = {value:.40} is not {what}", key.trim()));
+            let count = || {
+                value
+                    .parse::<usize>()
+                    .ok()
+                    .filter(|n| (1..=100_000_000).contains(n))
+                    .ok_or_else(|| wrong("a number above 0"))
+            };
             match key.trim() {
                 "frameRate" => {
                     let fps = value.parse::<f64>().ok().filter(|f| f.is_finite() && *f > 0.0);

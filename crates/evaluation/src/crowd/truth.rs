@@ -64,7 +64,8 @@ impl CrowdTruth {
 
     /// Reads MOTChallenge's form, or KITTI's where lines are separated by blanks. `name` is that of the sequence: MOT20 has a rule of its own.
     pub fn read(path: &Path, name: &str) -> Result<Self> {
-        let file = File::open(path).map_err(|e| EvaluationError::dataset(path, None, format!("cannot be read: {e}")))?;
+        let file =
+            File::open(path).map_err(|e| EvaluationError::dataset(path, None, format!("cannot be read: {e}")))?;
         Self::parse(&mut BufReader::new(file), path, name)
     }
 
@@ -76,7 +77,11 @@ impl CrowdTruth {
             let read = if kitti { truth.kitti(&cells) } else { truth.mot(&cells, name.starts_with("MOT20")) };
             read.map_err(|reason| EvaluationError::dataset(path, at, reason))?;
             if truth.boxes.len() + truth.regions.len() > MAX_ROWS {
-                return Err(EvaluationError::dataset(path, at, format!("is the box after {MAX_ROWS}; give the sequence in parts")));
+                return Err(EvaluationError::dataset(
+                    path,
+                    at,
+                    format!("is the box after {MAX_ROWS}; give the sequence in parts"),
+                ));
             }
             truth.origin = if kitti { 0.0 } else { 1.0 };
             Ok(())
@@ -149,7 +154,9 @@ fn sound([left, top, width, height]: [f64; 4]) -> Result<BBox, String> {
     if [left, top, width, height].iter().all(|v| v.is_finite()) && width >= 0.0 && height >= 0.0 {
         return Ok(BBox::from_ltwh(left, top, width, height));
     }
-    Err(format!("the box {left},{top},{width},{height} cannot be one; give left, top, width and height in pixels, sizes not below 0"))
+    Err(format!(
+        "the box {left},{top},{width},{height} cannot be one; give left, top, width and height in pixels, sizes not below 0"
+    ))
 }
 
 #[cfg(test)]
@@ -175,7 +182,11 @@ mod tests {
 
     #[test]
     fn damaged_truth_is_named_with_its_line() {
-        for (text, words) in [("1,1,1,1\n", "4 cells"), ("1,1,1,1,2,2\n1,1,a,1,2,2\n", "gt.txt:2: left `a`"), ("1,1,1,1,-2,2\n", "cannot be")] {
+        for (text, words) in [
+            ("1,1,1,1\n", "4 cells"),
+            ("1,1,1,1,2,2\n1,1,a,1,2,2\n", "gt.txt:2: left `a`"),
+            ("1,1,1,1,-2,2\n", "cannot be"),
+        ] {
             let message = CrowdTruth::parse(&mut text.as_bytes(), Path::new("gt.txt"), "").unwrap_err().to_string();
             assert!(message.contains(words), "{message}");
         }

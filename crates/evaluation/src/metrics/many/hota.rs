@@ -88,7 +88,11 @@ pub fn hota(crowd: &Crowd) -> Result<Hota, EvaluationError> {
     for frame in &crowd.frames {
         let gain = |i: usize, j: usize| {
             let overlap = frame.overlap(i, j);
-            if overlap > 0.0 { alignment.get(&(frame.truth[i], frame.said[j])).copied().unwrap_or(0.0) * overlap } else { 0.0 }
+            if overlap > 0.0 {
+                alignment.get(&(frame.truth[i], frame.said[j])).copied().unwrap_or(0.0) * overlap
+            } else {
+                0.0
+            }
         };
         for (i, j) in best_pairs(frame.truth.len(), frame.said.len(), gain)? {
             let overlap = frame.overlap(i, j);

@@ -193,7 +193,8 @@ mod tests {
         let truth = [walk(1, 0.0), walk(2, 100.0), walk(3, 200.0)].concat();
         let said: Vec<Labelled> = [walk(1, 0.0), walk(2, 100.0)].concat();
         // The second is missed twice, for two frames.
-        let said: Vec<Labelled> = said.into_iter().filter(|b| b.target == 1 || ![2, 3, 6, 7].contains(&b.frame)).collect();
+        let said: Vec<Labelled> =
+            said.into_iter().filter(|b| b.target == 1 || ![2, 3, 6, 7].contains(&b.frame)).collect();
         let crowd = Crowd::new(&truth, &said).unwrap();
         let mut told = 0;
         let counts = clear_told(&crowd, 0.5, |m| told += usize::from(m.truth == m.said)).unwrap();
