@@ -7,6 +7,7 @@
 //! | find, learn | a [`Localizer`](crate::Localizer) | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
+use crate::motion::MotionParams;
 use crate::{BoxCovariance, Class, Diagnostics, Result};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -61,6 +62,16 @@ pub trait Detector: Send {
     /// Whether it must see every frame, because it models the scene: it is then asked even where its answer is not needed.
     fn watches(&self) -> bool {
         false
+    }
+
+    /// Share of `bbox` that stood out of the scene in the frame seen last, in `[0, 1]`; `None` where it does not know the scene.
+    fn standing_out(&self, _bbox: &BBox) -> Option<f64> {
+        None
+    }
+
+    /// How what it finds moves, and how exactly it is measured; `None`: as of any detector.
+    fn motion(&self) -> Option<MotionParams> {
+        None
     }
 
     /// Raw figures of the last frame as a whole, such as a step of the light; they join those of every target.

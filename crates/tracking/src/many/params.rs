@@ -88,10 +88,6 @@ pursuit_parameters::parameters! {
         pub lead: f64 = 2.0, in 0.0.., unit "nats", source "ours";
         /// A leader whom nothing has confirmed or refuted for so long is taken for the target.
         pub trial_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
-        /// Of detectors that model the scene, and so see every frame: when the target's box overlaps theirs by less (IoU) …
-        pub agree: f64 = 0.45, in 0.0..=1.0, source "ours";
-        /// … for longer than this, the target is put onto theirs.
-        pub apart_s: f64 = 0.3, in 0.0.., unit "s", source "ours";
         /// A target that is lost for longer is sought by the detector again; what it finds must be confirmed.
         pub seek_again_after_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
     }

@@ -34,6 +34,8 @@ pub(super) struct Known {
     unseen: Unseen,
     /// Time since it was detected, in seconds.
     undetected_s: f64,
+    /// For how long nothing has stood out of the scene where it should be, in seconds.
+    empty_s: f64,
 }
 
 impl Known {
@@ -55,6 +57,7 @@ impl Known {
             && self.unseen.is_sound()
             && self.undetected_s.is_finite()
             && self.undetected_s >= 0.0
+            && self.empty_s.is_finite()
             && self.belief.last_believed.is_finite()
             && self.classes.is_sound()
     }
@@ -65,6 +68,8 @@ pub(super) struct Target {
     pub known: Known,
     /// Answers when no detection is associated.
     pub appearance: Option<Box<dyn Appearance>>,
+    /// Share of where it should be that stands out of the scene, where the detector knows that.
+    pub standing_out: Option<f64>,
     /// What its motion model expects of this frame.
     prior: Option<Prior>,
     expectation: Option<Expectation>,
@@ -80,7 +85,7 @@ impl Target {
     pub fn new(standing: Standing, frame: &Frame, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
         let belief = Belief::new(&params.motion, &params.policy, frame, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
-        Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0 }, None))
+        Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0, empty_s: 0.0 }, None))
     }
 
     /// A candidate that was detected once.
@@ -99,7 +104,7 @@ impl Target {
 
     /// From what was saved.
     pub const fn of(known: Known, appearance: Option<Box<dyn Appearance>>) -> Self {
-        Self { known, appearance, prior: None, expectation: None, answer: None }
+        Self { known, appearance, standing_out: None, prior: None, expectation: None, answer: None }
     }
 
     /// Its id; `None` while it is a candidate.
@@ -170,17 +175,23 @@ impl Target {
             least_overlap: params.appearance_overlap,
         });
         let (standing, undetected_s, expectation) = (self.known.standing, self.known.undetected_s, self.expectation);
+        let empty = detection.is_none() && self.standing_out.is_some_and(|share| share < params.death.empty_below);
+        self.known.empty_s = if empty { self.known.empty_s + prior.dt_s } else { 0.0 };
         let believable = |seen: &Measurement| {
-            // Sure enough, near its prediction, not for too long.
+            // Sure enough, near its prediction, not for too long, where something is to be seen.
             let near = |e: &Expectation| e.admits(&seen.bbox, &params.association);
-            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near);
+            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
         let belief = &mut self.known.belief;
-        let estimate = match &mut self.appearance {
+        let mut estimate = match &mut self.appearance {
             Some(appearance) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
             None => conclude(frame, belief, &prior, told.as_ref())?,
         };
+        if self.known.empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
+            // Nothing is there: it is not hidden.
+            (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
+        }
         if estimate.state == TrackState::Tracking {
             self.known.unseen = Unseen::default();
         }
@@ -220,7 +231,8 @@ impl Target {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
                 let left = lost && self.bbox().clipped_to(frame.size()).is_none();
-                left || self.known.unseen.is_too_long(&params.death)
+                let gone = self.known.empty_s > params.death.empty_s && at_border(&self.known.belief.last_believed, frame);
+                left || gone || self.known.unseen.is_too_long(&params.death)
             }
         }
     }
@@ -232,7 +244,7 @@ impl Target {
         }
         self.known.belief.restart(frame, bbox);
         self.known.classes = Classes::default();
-        (self.known.unseen, self.known.undetected_s) = (Unseen::default(), 0.0);
+        (self.known.unseen, self.known.undetected_s, self.known.empty_s) = (Unseen::default(), 0.0, 0.0);
         Ok(())
     }
 
@@ -247,6 +259,13 @@ impl Target {
         }
         Ok(())
     }
+}
+
+/// Whether a box touches the border of the picture, or nearly.
+fn at_border(bbox: &BBox, frame: &Frame) -> bool {
+    let (width, height) = (frame.size().width as f64, frame.size().height as f64);
+    let near = 0.01 * width.max(height);
+    bbox.left() <= near || bbox.top() <= near || bbox.right() >= width - near || bbox.bottom() >= height - near
 }
 
 /// The policy's judgement of a target without appearance, and what it does to the belief.

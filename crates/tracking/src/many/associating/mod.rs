@@ -71,6 +71,11 @@ impl Associating {
         Self { clock, ..self }
     }
 
+    /// Targets that are confirmed later get a tracker of this recipe.
+    pub(super) fn look_by(&mut self, recipe: Box<dyn Recipe>) {
+        self.appearance = Some(recipe);
+    }
+
     /// Its parameters.
     pub const fn params(&self) -> &ManyParams {
         &self.params
@@ -118,6 +123,9 @@ impl Associating {
         self.followed.extend(self.targets.iter().filter_map(Target::followed));
         let mut detections = super::usable_detections(&mut *self.detector, frame, &self.followed)?;
         detections.retain(|d| d.confidence >= self.params.association.least_confidence);
+        for target in &mut self.targets {
+            target.standing_out = self.detector.standing_out(&target.bbox());
+        }
         Ok(detections)
     }
 
