@@ -25,7 +25,8 @@ fn truth(path: &str) -> Truth {
     let text = std::fs::read_to_string(path).unwrap();
     let mut all = Truth::new();
     for line in text.lines() {
-        let n: Vec<Option<f64>> = line.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| !v.is_nan())).collect();
+        let n: Vec<Option<f64>> =
+            line.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| !v.is_nan())).collect();
         let mot = path.ends_with(".txt");
         let numbers = n.len();
         let (at, from) = if mot { (n[0].map(|f| f - 1.0), 2) } else { (n[0], numbers.saturating_sub(4)) };
@@ -68,7 +69,13 @@ fn vary(frame: Frame, how: &str, first: &mut Option<Frame>) -> Frame {
 /// What follows, from the settings.
 fn targets(mode: &str, settings: &[String]) -> Box<dyn MultiTracker> {
     let table = |prefix: &str| -> toml::Table {
-        let of = |s: &&String| if prefix.is_empty() { !s.starts_with("many.") && !s.starts_with("acquire.") } else { s.starts_with(prefix) };
+        let of = |s: &&String| {
+            if prefix.is_empty() {
+                !s.starts_with("many.") && !s.starts_with("acquire.")
+            } else {
+                s.starts_with(prefix)
+            }
+        };
         settings.iter().filter(of).map(|s| &s[prefix.len()..]).collect::<Vec<_>>().join("\n").parse().unwrap()
     };
     let entry = registry::detector("motion").unwrap();
@@ -123,7 +130,9 @@ impl Figures {
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let [clip, truth_path, mode, rest @ ..] = args.as_slice() else { panic!("CLIP TRUTH one|many [VARY] [KEY=VALUE …]") };
+    let [clip, truth_path, mode, rest @ ..] = args.as_slice() else {
+        panic!("CLIP TRUTH one|many [VARY] [KEY=VALUE …]")
+    };
     let (settings, how): (Vec<String>, Vec<String>) = rest.iter().cloned().partition(|s| s.contains('='));
     let verbose = how.iter().any(|h| h == "verbose");
     let how = how.iter().find(|h| *h != "verbose").map_or("none", String::as_str);

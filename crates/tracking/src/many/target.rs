@@ -231,7 +231,10 @@ impl Target {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
                 let left = lost && self.bbox().clipped_to(frame.size()).is_none();
-                let gone = self.known.empty_s > params.death.empty_s && at_border(&self.known.belief.last_believed, frame);
+                let empty_s = self.known.empty_s;
+                let left_by_border =
+                    empty_s > params.death.empty_s && at_border(&self.known.belief.last_believed, frame);
+                let gone = left_by_border || empty_s > params.death.gone_s;
                 left || gone || self.known.unseen.is_too_long(&params.death)
             }
         }

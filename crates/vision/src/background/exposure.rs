@@ -67,9 +67,7 @@ impl<P: Channels> Exposure<P> {
 
     /// Whether the frame has another exposure than the background.
     pub fn differs(&self) -> bool {
-        self.lines[..P::COUNT]
-            .iter()
-            .any(|l| (l.gain - 1.0).abs() > SMALLEST.0 || l.offset.abs() > SMALLEST.1)
+        self.lines[..P::COUNT].iter().any(|l| (l.gain - 1.0).abs() > SMALLEST.0 || l.offset.abs() > SMALLEST.1)
     }
 
     /// Measures the exposure of `frame` against `model`, outside of `protect`. What is not explained well leaves it as it was.
@@ -113,7 +111,8 @@ impl<P: Channels> Exposure<P> {
     fn line(&mut self, c: usize, before: Line) -> Option<(Line, f32)> {
         let mut histogram = std::mem::take(&mut self.histogram);
         histogram.fill(0.0);
-        let bin = |ratio: f32| ((ratio.log2() + OCTAVES) * BINS_AN_OCTAVE).round().clamp(0.0, (BINS - 1) as f32) as usize;
+        let bin =
+            |ratio: f32| ((ratio.log2() + OCTAVES) * BINS_AN_OCTAVE).round().clamp(0.0, (BINS - 1) as f32) as usize;
         let mut count = 0.0f32;
         for (now, was) in self.channel(c) {
             histogram[bin(now / was)] += 1.0;

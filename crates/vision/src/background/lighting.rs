@@ -157,7 +157,9 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
     /// What is as bright as the picture can be, and should be, is background.
     fn admit_clipped(&self, frame: ImageView<'_, P>, mask: &mut Image<u8>) {
         for (y, row) in frame.rows().enumerate() {
-            for (x, (pixel, told)) in row.iter().zip(mask.row_mut(y)).enumerate().filter(|(_, (_, m))| **m != BACKGROUND) {
+            for (x, (pixel, told)) in
+                row.iter().zip(mask.row_mut(y)).enumerate().filter(|(_, (_, m))| **m != BACKGROUND)
+            {
                 let bright = P::channels(&[*pixel]).iter().any(|v| *v >= 250);
                 if bright && self.model.sample(x, y).is_some_and(|learnt| self.exposure.clipped(*pixel, learnt)) {
                     *told = BACKGROUND;

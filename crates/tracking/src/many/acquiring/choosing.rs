@@ -254,9 +254,7 @@ impl MultiTracker for Choosing {
 
     fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast> {
         match &self.known.chosen {
-            Some(chosen) if self.known.sought == Some(id) => {
-                chosen.belief.forecast(seconds).map_err(|e| failed(0, e))
-            }
+            Some(chosen) if self.known.sought == Some(id) => chosen.belief.forecast(seconds).map_err(|e| failed(0, e)),
             _ => self.everyone.forecast(self.inner(id)?, seconds),
         }
     }
