@@ -58,7 +58,9 @@ impl Step {
 /// What takes seconds, and the tests of the crates that were changed: for every commit.
 fn quick() -> Vec<Step> {
     let mut steps = cheap();
-    steps.push(Step::new("lints", || run::daily("clippy").arg("--workspace").args(LINTED).run()).needs([&needs::CLIPPY]));
+    steps.push(
+        Step::new("lints", || run::daily("clippy").arg("--workspace").args(LINTED).run()).needs([&needs::CLIPPY]),
+    );
     steps.push(Step::new("tests of what is changed", changed::test).needs([&needs::GIT]));
     steps
 }

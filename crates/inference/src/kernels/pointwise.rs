@@ -58,12 +58,17 @@ impl Pointwise {
     }
 
     /// Computes every row of `out`.
-    pub fn run(&self, mut input: PointwiseInput<'_>, out: &mut Map) {
+    pub fn run(&self, input: PointwiseInput<'_>, out: &mut Map) {
+        self.run_rows(input, out, 0..out.height);
+    }
+
+    /// Computes these rows of `out`.
+    pub fn run_rows(&self, mut input: PointwiseInput<'_>, out: &mut Map, rows: Range<usize>) {
         debug_assert_eq!(out.channels, self.outputs);
         self.check(&input, out);
         dispatch!(Level::new(), simd => {
-            for y in (0..out.height).step_by(2) {
-                let rows = y..(y + 2).min(out.height);
+            for y in rows.clone().step_by(2) {
+                let rows = y..(y + 2).min(rows.end);
                 gate(simd, &mut input, rows.clone());
                 (0..self.bias.len()).for_each(|n| panel(simd, self, &input, n, rows.clone(), out, n * PANEL));
             }

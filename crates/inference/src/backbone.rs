@@ -1,21 +1,20 @@
-//! The backbone of NanoTrack v3: MobileNet v3 small (Howard et al. 2019, table 2) up to its ninth block and stride 16,
-//! whose last block gives 96 channels.
+//! Inverted residual blocks up to stride 16: MobileNet v2 (Sandler et al. 2018, table 2) and MobileNet v3 small (Howard et al. 2019,
+//! table 2), each up to the block that gives 96 channels.
 
-use super::weights::{Layer, Weights};
 use crate::Result;
 use crate::kernels::{
-    Activation, Depthwise, DepthwiseShape, LANES, Map, Pointwise, PointwiseInput, SqueezeExcite, Stem, TOGETHER,
+    Activation, Convolution, Depthwise, DepthwiseShape, LANES, Map, Pointwise, PointwiseInput, SqueezeExcite, TOGETHER,
 };
-use Activation::{HardSwish, None as Linear, Relu};
+use crate::weights::{Layer, Weights};
+use Activation::{HardSwish, None as Linear, Relu, Relu6};
 
 /// Channels of the features.
 pub const FEATURES: usize = 96;
-const STEM: usize = 16;
 const CHANNELS: usize = 3;
 
-/// One row of the paper's table 2.
+/// One row of a paper's table 2.
 #[derive(Clone, Copy)]
-struct BlockSpec {
+pub struct BlockSpec {
     side: usize,
     expanded: usize,
     out: usize,
@@ -36,26 +35,63 @@ const fn block(
     BlockSpec { side, expanded, out, squeezed, activation, stride }
 }
 
-const BLOCKS: [BlockSpec; 9] = [
-    block(3, 16, 16, 8, Relu, 2),
-    block(3, 72, 24, 0, Relu, 2),
-    block(3, 88, 24, 0, Relu, 1),
-    block(5, 96, 40, 24, HardSwish, 2),
-    block(5, 240, 40, 64, HardSwish, 1),
-    block(5, 240, 40, 64, HardSwish, 1),
-    block(5, 120, 48, 32, HardSwish, 1),
-    block(5, 144, 48, 40, HardSwish, 1),
-    block(5, 288, 96, 72, HardSwish, 1),
-];
+/// A table.
+#[derive(Clone, Copy)]
+pub struct Architecture {
+    /// Channels and activation of the first layer.
+    stem: (usize, Activation),
+    /// The first does not expand.
+    blocks: &'static [BlockSpec],
+}
+
+impl Architecture {
+    /// MobileNet v3 small.
+    pub const MOBILENET_V3: Self = Self {
+        stem: (16, HardSwish),
+        blocks: &[
+            block(3, 16, 16, 8, Relu, 2),
+            block(3, 72, 24, 0, Relu, 2),
+            block(3, 88, 24, 0, Relu, 1),
+            block(5, 96, 40, 24, HardSwish, 2),
+            block(5, 240, 40, 64, HardSwish, 1),
+            block(5, 240, 40, 64, HardSwish, 1),
+            block(5, 120, 48, 32, HardSwish, 1),
+            block(5, 144, 48, 40, HardSwish, 1),
+            block(5, 288, 96, 72, HardSwish, 1),
+        ],
+    };
+
+    /// MobileNet v2.
+    pub const MOBILENET_V2: Self = Self {
+        stem: (32, Relu6),
+        blocks: &[
+            block(3, 32, 16, 0, Relu6, 1),
+            block(3, 96, 24, 0, Relu6, 2),
+            block(3, 144, 24, 0, Relu6, 1),
+            block(3, 144, 32, 0, Relu6, 2),
+            block(3, 192, 32, 0, Relu6, 1),
+            block(3, 192, 32, 0, Relu6, 1),
+            block(3, 192, 64, 0, Relu6, 2),
+            block(3, 384, 64, 0, Relu6, 1),
+            block(3, 384, 64, 0, Relu6, 1),
+            block(3, 384, 64, 0, Relu6, 1),
+            block(3, 384, 96, 0, Relu6, 1),
+            block(3, 576, 96, 0, Relu6, 1),
+            block(3, 576, 96, 0, Relu6, 1),
+        ],
+    };
+}
 
 /// The backbone, prepared for square images of one size.
 #[derive(Debug, Clone)]
 pub struct Backbone {
     image: Map,
-    stem: Stem,
+    stem: Convolution,
     first: Filter,
-    /// From the second on. The projection of the first and the expansion of the second are one layer, there being
-    /// nothing between them.
+    /// The projection of the first block, unless it is part of the second.
+    first_project: Option<(Pointwise, Map)>,
+    /// From the second on. Where that takes less time, the projection of the first and the expansion of the second are one layer,
+    /// there being nothing between them.
     blocks: Vec<Block>,
 }
 
@@ -89,22 +125,31 @@ struct Attention {
 
 impl Backbone {
     /// For images of `side` × `side` pixels.
-    pub fn new(weights: &Weights<'_>, side: usize) -> Result<Self> {
+    pub fn new(weights: &Weights<'_>, architecture: Architecture, side: usize) -> Result<Self> {
+        let (channels, activation) = architecture.stem;
+        let blocks = architecture.blocks;
         let image = Map::split(CHANNELS, side, side, 1, 3);
-        let stem = weights.layer("backbone.stem", &[STEM, CHANNELS, 3, 3])?;
-        let stem = Stem::new(&stem.weights, &stem.bias, HardSwish, &image);
+        let stem = weights.layer("backbone.stem", &[channels, CHANNELS, 3, 3])?;
+        let stem = Convolution::new(&stem.weights, &stem.bias, activation, &image);
         let mut side = side.div_ceil(2);
-        let first = Filter::new(weights, 1, side, STEM)?;
-        let blocks: Result<Vec<Block>> = (2..=BLOCKS.len())
-            .map(|number| {
-                side = side.div_ceil(BLOCKS[number - 2].stride);
-                Block::new(weights, number, side)
-            })
-            .collect();
-        Ok(Self { image, stem, first, blocks: blocks? })
+        let first = Filter::new(weights, blocks[0], 1, side, channels)?;
+        let project = weights.pointwise(&name(1, "project"), blocks[0].expanded, blocks[0].out)?;
+        // One layer instead of two has as many inputs as the first, and as many outputs as the second.
+        let is_merged = blocks[0].expanded <= blocks[0].out;
+        let first_project = (!is_merged).then(|| {
+            let side = side.div_ceil(blocks[0].stride);
+            (pointwise(&project, Linear), Map::dense(blocks[0].out, side, side))
+        });
+        let mut made = Vec::with_capacity(blocks.len() - 1);
+        for (i, pair) in blocks.windows(2).enumerate() {
+            side = side.div_ceil(pair[0].stride);
+            let merged = (i == 0 && is_merged).then_some(&project);
+            made.push(Block::new(weights, i + 2, (pair[0], pair[1]), merged, side)?);
+        }
+        Ok(Self { image, stem, first, first_project, blocks: made })
     }
 
-    /// The image, to be written before [`run`](Self::run): blue, green and red from 0 to 255.
+    /// The image, to be written before [`run`](Self::run): three planes, as the network wants them.
     pub const fn image_mut(&mut self) -> &mut Map {
         &mut self.image
     }
@@ -113,6 +158,10 @@ impl Backbone {
     pub fn run(&mut self) -> &mut Map {
         self.stem.run(&self.image, &mut self.first.expanded);
         let mut input = self.first.run();
+        if let Some((project, out)) = &mut self.first_project {
+            project.run(input, out);
+            input = PointwiseInput::plain(out);
+        }
         for block in &mut self.blocks {
             input = PointwiseInput::plain(block.run(input));
         }
@@ -121,17 +170,23 @@ impl Backbone {
 }
 
 impl Block {
-    /// The block of this number, from 2 on, for maps of `side` × `side`.
-    fn new(weights: &Weights<'_>, number: usize, side: usize) -> Result<Self> {
-        let (before, spec) = (BLOCKS[number - 2], BLOCKS[number - 1]);
+    /// The block of this number, behind the one `before`, for maps of `side` × `side`; `merged` is a layer in front of it that is
+    /// made part of it.
+    fn new(
+        weights: &Weights<'_>,
+        number: usize,
+        (before, spec): (BlockSpec, BlockSpec),
+        merged: Option<&Layer>,
+        side: usize,
+    ) -> Result<Self> {
         let mut expand = weights.pointwise(&name(number, "expand"), before.out, spec.expanded)?;
-        if number == 2 {
-            expand = weights.pointwise(&name(1, "project"), before.expanded, before.out)?.then(&expand);
+        if let Some(first) = merged {
+            expand = first.then(&expand);
         }
         let out_side = side.div_ceil(spec.stride);
         Ok(Self {
             expand: pointwise(&expand, spec.activation),
-            filter: Filter::new(weights, number, side, TOGETHER)?,
+            filter: Filter::new(weights, spec, number, side, TOGETHER)?,
             project: pointwise(&weights.pointwise(&name(number, "project"), spec.expanded, spec.out)?, Linear),
             is_residual: spec.stride == 1 && before.out == spec.out,
             out: Map::dense(spec.out, out_side, out_side),
@@ -148,8 +203,7 @@ impl Block {
 
 impl Filter {
     /// That of the block of this number, for maps of `side` × `side` and `together` channels at a time.
-    fn new(weights: &Weights<'_>, number: usize, side: usize, together: usize) -> Result<Self> {
-        let spec = BLOCKS[number - 1];
+    fn new(weights: &Weights<'_>, spec: BlockSpec, number: usize, side: usize, together: usize) -> Result<Self> {
         let layer = weights.depthwise(&name(number, "depthwise"), spec.expanded, spec.side)?;
         // The squeezed blocks with hard swish apply it after the weighing.
         let gate = if spec.squeezed > 0 && spec.activation == HardSwish { HardSwish } else { Linear };
