@@ -7,10 +7,13 @@ use crate::kernels::{
 };
 use crate::weights::{Layer, Weights};
 use Activation::{HardSwish, None as Linear, Relu, Relu6};
+use std::ops::Range;
 
 /// Channels of the features.
 pub const FEATURES: usize = 96;
 const CHANNELS: usize = 3;
+/// Rows of a band.
+const BAND: usize = 16;
 
 /// One row of a paper's table 2.
 #[derive(Clone, Copy)]
@@ -156,17 +159,19 @@ impl Backbone {
 
     /// The features of the image: 96 channels at a sixteenth of its size.
     pub fn run(&mut self) -> &mut Map {
-        self.stem.run(&self.image, &mut self.first.expanded);
-        let mut input = self.first.run();
-        if let Some((project, out)) = &mut self.first_project {
-            project.run(input, out);
-            input = PointwiseInput::plain(out);
-        }
+        let mut input = self.first.run_behind(&self.stem, &self.image, &mut self.first_project);
         for block in &mut self.blocks {
             input = PointwiseInput::plain(block.run(input));
         }
         input.map
     }
+}
+
+/// `height` rows in bands of [`BAND`], or in one if they are few: what a band of a large map reads and writes stays in the nearest caches
+/// from one layer to the next, but the rows around it are made twice.
+fn bands(height: usize) -> impl Iterator<Item = Range<usize>> {
+    let count = if height < 4 * BAND { 1 } else { height / BAND };
+    (0..count).map(move |i| i * height / count..(i + 1) * height / count)
 }
 
 impl Block {
@@ -194,9 +199,18 @@ impl Block {
     }
 
     fn run(&mut self, mut input: PointwiseInput<'_>) -> &mut Map {
-        let mut filtered = self.filter.run_on(&self.expand, &mut input);
-        filtered.residual = self.is_residual.then_some(&*input.map);
-        self.project.run(filtered, &mut self.out);
+        if self.filter.attention.is_some() {
+            let mut filtered = self.filter.run_on(&self.expand, &mut input);
+            filtered.residual = self.is_residual.then_some(&*input.map);
+            self.project.run(filtered, &mut self.out);
+            return &mut self.out;
+        }
+        let Filter { expanded, depthwise, filtered, .. } = &mut self.filter;
+        for rows in bands(filtered.height) {
+            self.expand.run_into(&mut input, expanded, depthwise, filtered, &rows);
+            let residual = self.is_residual.then_some(&*input.map);
+            self.project.run_rows(PointwiseInput { residual, ..PointwiseInput::plain(filtered) }, &mut self.out, rows);
+        }
         &mut self.out
     }
 }
@@ -223,22 +237,40 @@ impl Filter {
         })
     }
 
-    /// Filters what has been written to `expanded`.
-    fn run(&mut self) -> PointwiseInput<'_> {
-        let sums = self.attention.as_mut().map(|a| a.sums.as_mut_slice());
-        self.depthwise.run(&self.expanded, &mut self.filtered, sums);
-        self.weighed()
+    /// Filters what `stem` makes of `image`, and projects it if there is a layer that does.
+    fn run_behind<'a>(
+        &'a mut self,
+        stem: &Convolution,
+        image: &Map,
+        project: &'a mut Option<(Pointwise, Map)>,
+    ) -> PointwiseInput<'a> {
+        let mut made = 0;
+        for rows in bands(self.filtered.height) {
+            let reach = self.depthwise.reach(&rows, &self.expanded);
+            stem.run_rows(image, &mut self.expanded, made..reach.end);
+            made = reach.end;
+            self.depthwise.run_rows(&self.expanded, &mut self.filtered, rows.clone());
+            if let Some((project, out)) = project {
+                project.run_rows(PointwiseInput::plain(&mut self.filtered), out, rows);
+            }
+        }
+        match project {
+            Some((_, out)) => PointwiseInput::plain(out),
+            None => self.weighed(),
+        }
     }
 
     /// Filters what `expand` makes of `input`.
     fn run_on(&mut self, expand: &Pointwise, input: &mut PointwiseInput<'_>) -> PointwiseInput<'_> {
-        let sums = self.attention.as_mut().map(|a| a.sums.as_mut_slice());
-        expand.run_into(input, &mut self.expanded, &self.depthwise, &mut self.filtered, sums);
+        for rows in bands(self.filtered.height) {
+            expand.run_into(input, &mut self.expanded, &self.depthwise, &mut self.filtered, &rows);
+        }
         self.weighed()
     }
 
     /// What was filtered and the factors of its channels.
     fn weighed(&mut self) -> PointwiseInput<'_> {
+        self.depthwise.sum_up(&self.filtered, self.attention.as_mut().map(|a| a.sums.as_mut_slice()));
         let map = &mut self.filtered;
         let gate = self.attention.as_mut().map(|a| {
             let (columns, pixels) = (map.width, map.width * map.height);

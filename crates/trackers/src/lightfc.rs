@@ -20,9 +20,9 @@ pursuit_parameters::parameters! {
         /// Least width and height of a box.
         pub min_side_px: f64 = 2.0, in above(0.0), unit "px", source "as released";
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        pub score_bias: f64 = 0.98, in Bounds::default(), source "ours, fitted";
         /// Score: weight of the log odds of the network's score.
-        pub score_weight: f64 = 1.0, in 0.0.., source "ours, fitted";
+        pub score_weight: f64 = 2.56, in 0.0.., source "ours, fitted";
     }
 }
 

@@ -1,5 +1,6 @@
 use super::{Activation, Columns, LANES, Map, is_wide, pointwise::accumulate, pointwise::biased, pointwise::store};
 use fearless_simd::{Level, Simd, dispatch};
+use std::ops::Range;
 
 /// Outputs computed together.
 const PANEL: usize = 8;
@@ -43,8 +44,13 @@ impl Convolution {
 
     /// Computes every row of `out`.
     pub fn run(&self, input: &Map, out: &mut Map) {
+        self.run_rows(input, out, 0..out.height);
+    }
+
+    /// Computes rows `rows` of `out`.
+    pub fn run_rows(&self, input: &Map, out: &mut Map, rows: Range<usize>) {
         dispatch!(Level::new(), simd => {
-            for y in 0..out.height {
+            for y in rows {
                 match is_wide(simd) {
                     true => row::<_, 2, 8>(simd, self, input, y, out),
                     false => row::<_, 1, 4>(simd, self, input, y, out),

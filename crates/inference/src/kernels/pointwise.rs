@@ -75,27 +75,28 @@ impl Pointwise {
         });
     }
 
-    /// Computes every row of `out`, a convolution of what this one gives. In between lie no more than the eight channels
-    /// of `between`, laid out as `next` wants them: 13 kB where maps have 16 × 16 pixels, which the nearest cache holds, and
-    /// an eighth or less of all channels where they are larger. `sums` is as in [`Depthwise::run`].
+    /// Computes rows `rows` of `out`, at least four or all, a convolution of what this one gives, which are to follow each other from
+    /// the first on. In between lie no more than the eight channels of `between`, laid out as `next` wants them: those rows of them
+    /// that are asked for stay in the nearest caches if they are few.
     pub fn run_into(
         &self,
         input: &mut PointwiseInput<'_>,
         between: &mut Map,
         next: &Depthwise,
         out: &mut Map,
-        sums: Option<&mut [f32]>,
+        rows: &Range<usize>,
     ) {
         debug_assert_eq!((between.channels, out.channels), (PANEL, self.outputs));
         self.check(input, between);
-        let sums = depthwise::cleared(sums);
+        let reach = next.reach(rows, between);
         dispatch!(Level::new(), simd => {
-            let rows = 0..between.height;
-            gate(simd, input, rows.clone());
+            if rows.start == 0 {
+                gate(simd, input, 0..between.height);
+            }
             for n in 0..self.bias.len() {
-                panel(simd, self, input, n, rows.clone(), between, 0);
+                panel(simd, self, input, n, reach.clone(), between, 0);
                 let channels = n * PANEL..((n + 1) * PANEL).min(self.outputs);
-                depthwise::channels(simd, next, channels, between, out, sums);
+                depthwise::channels(simd, next, channels, between, out, rows);
             }
         });
     }

@@ -131,7 +131,7 @@ impl Head {
             now.iter_mut().zip(trained).for_each(|(n, t)| *n = t * factor);
         }
         let mut input = PointwiseInput::plain(features);
-        template.pixels.run_into(&mut input, &mut self.compared, &self.filter, &mut self.filtered, None);
+        template.pixels.run_into(&mut input, &mut self.compared, &self.filter, &mut self.filtered, &(0..SIDE));
         self.widen.run(PointwiseInput::plain(&mut self.filtered), &mut self.wide);
         let wide = PointwiseInput { residual: Some(&self.filtered), ..PointwiseInput::plain(&mut self.wide) };
         self.narrow.run(wide, &mut self.refined);

@@ -152,7 +152,7 @@ impl Branch {
                 },
                 _ => PointwiseInput::plain(from),
             };
-            mix.run_into(&mut input, &mut self.mixed, filter, to, None);
+            mix.run_into(&mut input, &mut self.mixed, filter, to, &(0..ANSWER_SIDE));
             std::mem::swap(&mut from, &mut to);
         }
         self.output.run(PointwiseInput::plain(from), &mut self.answer);
@@ -177,7 +177,7 @@ impl Pixelwise {
             now.iter_mut().zip(trained).for_each(|(n, t)| *n = t * factor);
         }
         let mut input = PointwiseInput::plain(features);
-        pixels.run_into(&mut input, &mut self.compared, &self.depthwise, &mut self.out, None);
+        pixels.run_into(&mut input, &mut self.compared, &self.depthwise, &mut self.out, &(0..ANSWER_SIDE));
     }
 }
 
@@ -191,7 +191,13 @@ impl Correlation {
     }
 
     fn run(&mut self, middle: &Depthwise, features: &mut Map) {
-        self.search.run_into(&mut PointwiseInput::plain(features), &mut self.mixed, middle, &mut self.out, None);
+        self.search.run_into(
+            &mut PointwiseInput::plain(features),
+            &mut self.mixed,
+            middle,
+            &mut self.out,
+            &(0..ANSWER_SIDE),
+        );
     }
 }
 
