@@ -3,7 +3,7 @@ use super::head_model::HeadModel;
 use super::lost::Loss;
 use super::params::{FollowerParams, PredictBy, Scheme};
 use super::servo::AxisAim;
-use super::sighting::{Sighting, View};
+use super::sighting::{Believed, Sighting, View};
 use super::steps::meeting;
 use super::target_motion::TargetMotion;
 use crate::geometry::FieldsOfView;
@@ -174,6 +174,11 @@ impl Follower {
         command
     }
 
+    /// By how much longer than assumed commands and pictures together take, seconds.
+    fn late_s(&self) -> f64 {
+        self.target.as_ref().map_or(0.0, |target| target.late_s().0)
+    }
+
     /// Where the target will be at `time_s`.
     fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
         let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
@@ -201,7 +206,7 @@ impl Follower {
     fn follow(&mut self, now_s: f64) -> Result<Option<Command>> {
         let effect_s = now_s + self.params.command_delay_s;
         // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
-        let late_s = self.target.as_ref().map_or(0.0, |target| target.late_s().0);
+        let late_s = self.late_s();
         let Some(there) = self.predict(effect_s + late_s)? else { return Ok(None) };
         let (head, turning) = self.head.at(effect_s);
         let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
@@ -332,10 +337,15 @@ impl Controller for Follower {
         let taken_s = stamp_s - self.params.frame_age_s;
         let (views, size, formula) = (&self.views, self.size, self.params.formula);
         let view = View { views, size, formula, motion: &self.params.motion };
-        let (pose, turning) = self.head.at(taken_s);
-        let stood = (pose, turning, self.head.change_before(taken_s));
+        let late_s = self.late_s();
+        let stood = self.head.at(taken_s - late_s);
+        let (before_s, sigma_s) = self.target.as_ref().map_or((taken_s, 0.0), |target| {
+            (target.time_s(), target.jitter().commands_s())
+        });
+        let drift = self.head.drift(before_s - late_s, taken_s - late_s, sigma_s);
         let asked = (self.params.predict_by == PredictBy::Tracker).then_some(forecast);
-        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, asked)?;
+        let believed = Believed { late_s, drift };
+        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, believed, &aim, asked)?;
         let known = self.loss.is_none() && !self.given_up;
         match &mut self.target {
             Some(target) if known => target.update(taken_s, &sighting.seen)?,
@@ -343,7 +353,12 @@ impl Controller for Follower {
                 let motion = self.params.motion;
                 // What was learnt of the delays is true of the next target too.
                 let late = slot.as_ref().map_or((0.0, motion.timing_s), TargetMotion::late_s);
-                *slot = Some(TargetMotion::new(motion, taken_s, &sighting.seen, late)?);
+                let jitter = slot.as_ref().map(|before| *before.jitter());
+                let new = TargetMotion::new(motion, taken_s, &sighting.seen, late)?;
+                *slot = Some(match jitter {
+                    Some(jitter) => new.knowing(jitter),
+                    None => new,
+                });
             }
         }
         self.sighting = Some(sighting);
@@ -353,7 +368,7 @@ impl Controller for Follower {
     }
 
     fn camera(&self, stamp_s: f64) -> Option<CameraPose> {
-        let (Position { direction, zoom }, _) = self.head.at(stamp_s - self.params.frame_age_s);
+        let (Position { direction, zoom }, _) = self.head.at(stamp_s - self.params.frame_age_s - self.late_s());
         let (half_x, _) = self.half_view_deg(zoom);
         let lens = pursuit_imaging::Lens::field_of_view(2.0 * half_x.to_radians()).ok()?;
         CameraPose::new(stamp_s, direction.pan_deg.to_radians(), direction.tilt_deg.to_radians(), lens).ok()

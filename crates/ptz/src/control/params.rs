@@ -47,6 +47,8 @@ parameters! {
         pub timing_s: f64 = 0.1, in 0.0..=1.0, unit "s";
         /// How much these delays vary from command to command and from picture to picture, one standard deviation.
         pub jitter_s: f64 = 0.05, in 0.0..=1.0, unit "s";
+        /// Whether that is measured while following, beginning with `jitter_s`.
+        pub measure_jitter: bool = true;
     }
 }
 

@@ -29,12 +29,12 @@ impl Sighting {
     const KNOT_S: f64 = 0.125;
 
     /// The sighting of `aim` in a frame of time stamp `stamp_s` that was taken at `taken_s`, when the camera stood at
-    /// `pose`, turned at `turning`, and had just changed its speed by up to `change`. The tracker's forecast is asked for where
-    /// it is used.
+    /// `pose`, turned at `turning`, by what is believed of the head. The tracker's forecast is asked for where it is used.
     pub fn new(
         view: &View<'_>,
         (stamp_s, taken_s): (f64, f64),
-        (pose, turning, change): (Position, Velocity, Direction),
+        (pose, turning): (Position, Velocity),
+        believed: Believed,
         aim: &Aim,
         forecast: Option<&dyn Forecast>,
     ) -> Result<Self> {
@@ -45,9 +45,10 @@ impl Sighting {
             let later_s = stamp_s + index as f64 * Self::KNOT_S;
             *knot = forecast.and_then(|forecast| forecast.at(later_s)).map(|aim| look(&aim.bbox));
         }
-        let sigma_deg = sigma_deg(&lens, aim, change, view.motion);
+        let sigma_deg = sigma_deg(&lens, aim, view.motion);
         let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
-        let seen = SeenAt { direction: look(&aim.bbox), sigma_deg, turning_deg_s };
+        let Believed { late_s, drift } = believed;
+        let seen = SeenAt { direction: look(&aim.bbox), sigma_deg, turning_deg_s, late_s, drift };
         Ok(Self { taken_s, lens, bbox: aim.bbox, seen, forecast: knots })
     }
 
@@ -66,16 +67,24 @@ impl Sighting {
     }
 }
 
-/// How uncertain a sighting is: by the tracker's covariance, and by how far the head may be from its model while it changes
-/// its speed by `change` and the delays vary.
-fn sigma_deg(lens: &Lens, aim: &Aim, change: Direction, motion: &MotionParams) -> Direction {
+/// What is believed of the head for a sighting.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Believed {
+    /// By how much longer than assumed commands and pictures together were taken to take, seconds.
+    pub late_s: f64,
+    /// [`HeadModel::drift`](super::HeadModel::drift) since the sighting before.
+    pub drift: Direction,
+}
+
+/// How uncertain a sighting is by the tracker's covariance.
+fn sigma_deg(lens: &Lens, aim: &Aim, motion: &MotionParams) -> Direction {
     let (px_x, px_y) = lens.px_per_deg();
-    let axis = |variance_px2: Option<f64>, px_per_deg: f64, change_deg_s: f64| {
+    let axis = |variance_px2: Option<f64>, px_per_deg: f64| {
         let seen_px = variance_px2.map_or(0.0, |v| v.max(0.0).sqrt());
-        (seen_px.max(motion.sigma_px) / px_per_deg).hypot(change_deg_s * motion.jitter_s)
+        seen_px.max(motion.sigma_px) / px_per_deg
     };
     let variance = |i: usize| aim.covariance.map(|c| c[(i, i)]).filter(|v| v.is_finite());
-    Direction::new(axis(variance(0), px_x, change.pan_deg), axis(variance(1), px_y, change.tilt_deg))
+    Direction::new(axis(variance(0), px_x), axis(variance(1), px_y))
 }
 
 #[cfg(test)]
