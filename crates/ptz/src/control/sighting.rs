@@ -34,7 +34,6 @@ impl Sighting {
         view: &View<'_>,
         (stamp_s, taken_s): (f64, f64),
         (pose, turning): (Position, Velocity),
-        believed: Believed,
         aim: &Aim,
         forecast: Option<&dyn Forecast>,
     ) -> Result<Self> {
@@ -47,9 +46,16 @@ impl Sighting {
         }
         let sigma_deg = sigma_deg(&lens, aim, view.motion);
         let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
-        let Believed { late_s, drift } = believed;
-        let seen = SeenAt { direction: look(&aim.bbox), sigma_deg, turning_deg_s, late_s, drift };
+        let direction = look(&aim.bbox);
+        let seen = SeenAt { direction, sigma_deg, turning_deg_s, late_s: 0.0, drift: Direction::AHEAD };
         Ok(Self { taken_s, lens, bbox: aim.bbox, seen, forecast: knots })
+    }
+
+    /// What the same frame shows if the head stood at `pose` and turned at `turning`, which it did by its model `late_s` earlier.
+    pub fn by(&self, view: &View<'_>, (pose, turning): (Position, Velocity), late_s: f64, aim: &Aim) -> SeenAt {
+        let direction = direction_of(&self.lens, pose.direction, aim.bbox.center(), view.formula);
+        let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
+        SeenAt { direction, turning_deg_s, late_s, ..self.seen }
     }
 
     /// Where the tracker says the target will be at `time_s`, and how fast it moves then, degrees per second; the last
@@ -65,15 +71,6 @@ impl Sighting {
         let there = from.turned(Direction::new(step.pan_deg * part, step.tilt_deg * part));
         Some((there, Direction::new(step.pan_deg / Self::KNOT_S, step.tilt_deg / Self::KNOT_S)))
     }
-}
-
-/// What is believed of the head for a sighting.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Believed {
-    /// By how much longer than assumed commands and pictures together were taken to take, seconds.
-    pub late_s: f64,
-    /// [`HeadModel::drift`](super::HeadModel::drift) since the sighting before.
-    pub drift: Direction,
 }
 
 /// How uncertain a sighting is by the tracker's covariance.

@@ -93,13 +93,14 @@ impl TargetMotion {
         self
     }
 
-    /// The target was seen again. A time that is earlier than the last is ignored; pictures that arrive together count together.
+    /// The target was seen again. A time that is earlier than the last is ignored; pictures that arrive together count together. Gives
+    /// back the logarithm of how likely the sighting was, but for a constant; surprises beyond three deviations count as three.
     ///
     /// # Errors
     /// Where a number is not finite; the belief is then as it was.
-    pub fn update(&mut self, time_s: f64, seen: &SeenAt) -> Result<()> {
+    pub fn update(&mut self, time_s: f64, seen: &SeenAt) -> Result<f64> {
         if time_s < self.time_s {
-            return Ok(());
+            return Ok(0.0);
         }
         let drift = self.jitter.drift_deg2(seen.drift);
         let mut belief = self.predicted(time_s, drift)?.unwrap_or(self.belief);
@@ -119,13 +120,16 @@ impl TargetMotion {
         let off = value - matrix * mean;
         let expected = matrix * belief.combined().covariance() * matrix.transpose() + noise;
         belief.update(&LinearMeasurement::new(matrix, noise)?, &value)?;
+        let mut likely = 0.0;
         for (axis, (drift, passing)) in
             [(seen.drift.pan_deg, passing.pan_deg), (seen.drift.tilt_deg, passing.tilt_deg)].into_iter().enumerate()
         {
-            self.jitter.learn(off[axis].powi(2), expected[(axis, axis)], drift, passing.powi(2), time_s - self.time_s);
+            let (square, expected) = (off[axis].powi(2), expected[(axis, axis)]);
+            likely -= 0.5 * ((square / expected).min(9.0) + expected.max(f64::MIN_POSITIVE).ln());
+            self.jitter.learn(square, expected, drift, passing.powi(2), time_s - self.time_s);
         }
         (self.belief, self.time_s) = (belief, time_s);
-        Ok(())
+        Ok(likely)
     }
 
     /// Where the target is at `time_s`; at the last sighting for earlier times.
