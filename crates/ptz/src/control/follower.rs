@@ -6,8 +6,8 @@ use super::params::{FollowerParams, PredictBy, Scheme};
 use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
 use super::steps::meeting;
-use super::trust::Trust;
 use super::target_motion::{SeenAt, TargetMotion};
+use super::trust::Trust;
 use crate::geometry::FieldsOfView;
 use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
 use pursuit_geometry::Size;
@@ -197,7 +197,8 @@ impl Follower {
         Ok(Some(match self.params.predict_by {
             PredictBy::World => {
                 let belief = target.at(&|late_s| target.time_s() + slowed(time_s + late_s - target.time_s()).0)?;
-                let here_now = target.at(&|_| target.time_s())?.direction;
+                // None of the prediction is where the target was seen, as without prediction.
+                let here_now = sighting.seen.direction;
                 let factor = self.trust.factor();
                 let ahead = belief.direction.from(here_now);
                 let trusted = here_now.turned(Direction::new(factor * ahead.pan_deg, factor * ahead.tilt_deg));

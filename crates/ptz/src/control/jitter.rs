@@ -90,3 +90,40 @@ impl Variance {
         self.value = (self.weighted / self.weight).clamp(least, most);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is measured of innovations whose variance is `0.04 + 100 sigma²`, beginning from `start_s`.
+    fn measured(sigma_s: f64, start_s: f64) -> f64 {
+        let mut jitter = Jitter::new(start_s, true);
+        let truth = 0.04 + 100.0 * sigma_s * sigma_s;
+        for k in 0..5000_u32 {
+            // Squares of a normal quantity at its deciles, the outermost left out.
+            let square = truth * [0.02, 0.15, 0.45, 1.07, 3.31][(k % 5) as usize];
+            let expected = 0.04 + jitter.drift_deg2(Direction::new(100.0, 0.0)).pan_deg;
+            jitter.learn(square, expected, 100.0, 0.0, 0.04);
+        }
+        jitter.commands_s()
+    }
+
+    #[test]
+    fn jitter_is_found_from_either_side() {
+        for start in [0.0, 0.05, 0.2] {
+            assert!((measured(0.08, start) - 0.08).abs() < 0.02, "{start}: {}", measured(0.08, start));
+        }
+        assert!(measured(0.0, 0.1) < 0.01, "{}", measured(0.0, 0.1));
+    }
+
+    #[test]
+    fn what_is_not_to_be_measured_stays() {
+        let mut fixed = Jitter::new(0.07, false);
+        fixed.learn(900.0, 1.0, 100.0, 100.0, 0.04);
+        assert_eq!(fixed, Jitter::new(0.07, false));
+        let mut bad = Jitter::new(0.07, true);
+        bad.learn(f64::NAN, 1.0, 100.0, 100.0, 0.04);
+        bad.learn(1.0, 0.0, 100.0, 100.0, 0.04);
+        assert_eq!(bad, Jitter::new(0.07, true));
+    }
+}

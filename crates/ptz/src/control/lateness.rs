@@ -71,12 +71,7 @@ impl Lateness {
     ///
     /// # Errors
     /// Where a number is not finite.
-    pub fn update(
-        &mut self,
-        params: &MotionParams,
-        time_s: f64,
-        seen: &dyn Fn(&TargetMotion) -> SeenAt,
-    ) -> Result<()> {
+    pub fn update(&mut self, params: &MotionParams, time_s: f64, seen: &dyn Fn(&TargetMotion) -> SeenAt) -> Result<()> {
         let keeps = (-(time_s - self.time_s()).max(0.0) / Self::MEMORY_S).exp();
         for member in &mut self.members {
             let likely = member.motion.update(time_s, &seen(&member.motion))?;

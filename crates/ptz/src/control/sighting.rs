@@ -103,7 +103,7 @@ mod tests {
         let view = View { views: &views, size, formula: AngleFormula::PanThenTilt, motion: &motion };
         let pose = Position { direction: Direction::new(10.0, 0.0), zoom: 0.0 };
         let seen = forecast.at(5.0).unwrap();
-        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO, Direction::AHEAD), &seen, Some(forecast)).unwrap()
+        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO), &seen, Some(forecast)).unwrap()
     }
 
     #[test]
@@ -131,16 +131,15 @@ mod tests {
     }
 
     #[test]
-    fn uncertainty_comes_from_the_tracker_and_from_the_clock() {
+    fn uncertainty_comes_from_the_tracker() {
         let lens = Lens::new(Size::new(640, 360), 30.0).unwrap();
-        let motion = MotionParams { sigma_px: 2.0, jitter_s: 0.01, ..MotionParams::default() };
+        let motion = MotionParams { sigma_px: 2.0, ..MotionParams::default() };
         let (px_x, px_y) = lens.px_per_deg();
         let mut covariance = Matrix4::identity();
         covariance[(0, 0)] = (3.0 * px_x).powi(2);
         let known = Aim { covariance: Some(covariance), ..aim(1.0) };
-        let sigma = sigma_deg(&lens, &known, Direction::new(400.0, 0.0), &motion);
-        assert!((sigma.pan_deg - 5.0).abs() < 1e-9 && (sigma.tilt_deg - 2.0 / px_y).abs() < 1e-12, "{sigma:?}");
-        let sigma = sigma_deg(&lens, &aim(1.0), Direction::AHEAD, &motion);
-        assert_eq!(sigma, Direction::new(2.0 / px_x, 2.0 / px_y));
+        let sigma = sigma_deg(&lens, &known, &motion);
+        assert!((sigma.pan_deg - 3.0).abs() < 1e-9 && (sigma.tilt_deg - 2.0 / px_y).abs() < 1e-12, "{sigma:?}");
+        assert_eq!(sigma_deg(&lens, &aim(1.0), &motion), Direction::new(2.0 / px_x, 2.0 / px_y));
     }
 }

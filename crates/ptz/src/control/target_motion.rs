@@ -1,5 +1,5 @@
-use super::jitter::Jitter;
 use super::MotionParams;
+use super::jitter::Jitter;
 use crate::{Direction, Result};
 use nalgebra::{SMatrix, SVector, Vector2};
 use pursuit_estimation::motion::ConstantVelocity;
@@ -196,7 +196,13 @@ mod tests {
     const SIGMA: Direction = Direction::new(0.1, 0.1);
 
     fn seen(pan: f64) -> SeenAt {
-        SeenAt { direction: Direction::new(pan, 5.0), sigma_deg: SIGMA, turning_deg_s: Direction::AHEAD, late_s: 0.0, drift: Direction::AHEAD }
+        SeenAt {
+            direction: Direction::new(pan, 5.0),
+            sigma_deg: SIGMA,
+            turning_deg_s: Direction::AHEAD,
+            late_s: 0.0,
+            drift: Direction::AHEAD,
+        }
     }
 
     fn walked(until_s: f64, path: impl Fn(f64) -> f64) -> TargetMotion {
@@ -256,7 +262,13 @@ mod tests {
             let (angle, speed) = (5.0 * (2.0 * time).sin(), 10.0 * (2.0 * time).cos());
             let truth = 5.0 * (2.0 * (time - 0.06)).sin();
             let turning_deg_s = Direction::new(speed, 0.0);
-            SeenAt { direction: Direction::new(10.0 + angle - truth, 5.0), sigma_deg: SIGMA, turning_deg_s, late_s: 0.0, drift: Direction::AHEAD }
+            SeenAt {
+                direction: Direction::new(10.0 + angle - truth, 5.0),
+                sigma_deg: SIGMA,
+                turning_deg_s,
+                late_s: 0.0,
+                drift: Direction::AHEAD,
+            }
         };
         let mut motion = TargetMotion::new(params, 0.0, &see(0.0), (0.0, 0.05)).unwrap();
         for k in 1..800 {

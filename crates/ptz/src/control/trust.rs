@@ -9,19 +9,23 @@ parameters! {
         /// Whether the prediction judges itself; it is trusted wholly otherwise.
         pub judges: bool = true;
         /// How far beyond the latency a prediction is judged: about the time in which the head answers.
-        pub response_s: f64 = 0.2, in 0.0..=2.0, unit "s";
+        pub response_s: f64 = 0.4, in 0.0..=2.0, unit "s";
         /// For how long a prediction that was judged counts.
-        pub memory_s: f64 = 4.0, in above(0.0).at_most(3600.0), unit "s";
-        /// The prediction is trusted beforehand as if it had come true once over this way.
+        pub memory_s: f64 = 6.0, in above(0.0).at_most(3600.0), unit "s";
+        /// Which factor is taken beforehand.
+        pub beforehand: f64 = 1.0, in 0.0..=1.0;
+        /// That counts as much as a second of predictions over this way.
         pub known_deg: f64 = 4.0, in above(0.0).at_most(360.0), unit "deg";
-        /// The power of the factor that is applied: above 1, a prediction that came true in part is trusted less than that part.
-        pub sharpness: f64 = 1.0, in 0.0..=10.0;
+        /// From this factor on a prediction is trusted wholly, and below it in proportion, down to none at `nothing`.
+        pub whole: f64 = 0.9, in above(0.0).at_most(1.0);
+        /// At this factor and below it the prediction is not trusted at all.
+        pub nothing: f64 = 0.4, in Bounds::from(0.0..).below(1.0);
         /// Below this factor nothing is predicted, until it has risen above [`back`](Self::back).
         pub floor: f64 = 0.2, in 0.0..=1.0;
         /// Above this factor predicting begins again.
         pub back: f64 = 0.3, in 0.0..=1.0;
     }
-    ordered { floor <= back }
+    ordered { floor <= back, nothing <= whole }
 }
 
 /// Which part of a predicted displacement is to be believed.
@@ -47,7 +51,14 @@ impl Trust {
     pub fn new(params: TrustParams) -> Self {
         let known = params.known_deg * params.known_deg;
         let waiting = VecDeque::with_capacity(Self::MOST + 1);
-        Self { params, waiting, product: known, square: known, now_s: f64::NEG_INFINITY, fallen_back: false }
+        Self {
+            params,
+            waiting,
+            product: params.beforehand * known,
+            square: known,
+            now_s: f64::NEG_INFINITY,
+            fallen_back: false,
+        }
     }
 
     /// How far ahead to predict what is to be judged, seconds, where the loop is `latency_s` late.
@@ -65,7 +76,8 @@ impl Trust {
         let known = self.params.known_deg * self.params.known_deg;
         let passed = (now_s - self.now_s).clamp(0.0, 10.0);
         let keeps = if self.now_s.is_finite() { (-passed / self.params.memory_s).exp() } else { 1.0 };
-        self.product = known + keeps * (self.product - known);
+        let before = self.params.beforehand * known;
+        self.product = before + keeps * (self.product - before);
         self.square = known + keeps * (self.square - known);
         while let Some(&(time, from, said)) = self.waiting.front().filter(|(time, ..)| *time <= now_s) {
             self.waiting.pop_front();
@@ -93,7 +105,10 @@ impl Trust {
         match (self.params.judges, self.fallen_back) {
             (false, _) => 1.0,
             (true, true) => 0.0,
-            (true, false) => self.raw().powf(self.params.sharpness),
+            (true, false) => {
+                let TrustParams { whole, nothing, .. } = self.params;
+                ((self.raw() - nothing) / (whole - nothing)).clamp(0.0, 1.0)
+            }
         }
     }
 }
@@ -126,7 +141,7 @@ mod tests {
 
     #[test]
     fn trust_comes_back() {
-        let swings_first = |t: f64| if t < 4.0 { 10.0 * (std::f64::consts::TAU * 1.5 * t).sin() } else { 12.0 * (t - 4.0) };
+        let swings_first = |t: f64| if t < 4.0 { (std::f64::consts::TAU * 1.5 * t).sin() } else { 12.0 * (t - 4.0) };
         assert!(after(swings_first) > 0.5, "{}", after(swings_first));
     }
 }

@@ -118,7 +118,8 @@ impl Cell {
 
     fn compare(&self, study: &Study, judged: Contender, other: Contender, seeds: &Range<u64>) -> Result<Pair> {
         let study = self.study(study)?;
-        let figures = |contender| -> Result<Figures> { Ok(Figures::mean(&study.run(self.walk, contender, seeds.clone())?)) };
+        let figures =
+            |contender| -> Result<Figures> { Ok(Figures::mean(&study.run(self.walk, contender, seeds.clone())?)) };
         Ok(Pair { cell: *self, judged: figures(judged)?, other: figures(other)? })
     }
 }

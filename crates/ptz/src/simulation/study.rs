@@ -1,7 +1,7 @@
 use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
-use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
+use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo, ZoomParams};
 use crate::{Direction, Result};
-use pursuit_parameters::{Parameters, Table};
+use pursuit_parameters::{Parameters, Table, Value};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -111,7 +111,10 @@ impl Study {
 
     /// The follower's parameters: what is said of them over what head and camera are like.
     fn follower_params(&self, camera: &CameraParams) -> Result<FollowerParams> {
+        // A group that is named and says nothing is asked for as it is by default.
+        let zooms = self.follower.get("zoom").is_some_and(Value::is_table);
         let known = FollowerParams {
+            zoom: zooms.then(ZoomParams::default),
             limits: self.head.limits,
             command_delay_s: self.head.delay_s,
             frame_age_s: camera.age_s,
