@@ -101,7 +101,7 @@ fn delays_that_jitter_are_measured_and_borne() {
 fn a_runner_is_not_predicted_where_predictions_do_not_come_true() {
     use pursuit_ptz::control::TrustParams;
     let judged = figures(&plain(), Walk::DogLeg, &follower(params()));
-    assert!(judged.shown >= 0.98 && judged.rms_deg <= 13.0, "{judged:?}");
+    assert!(judged.shown >= 0.97 && judged.rms_deg <= 13.6, "{judged:?}");
     let blind = FollowerParams { trust: TrustParams { judges: false, ..TrustParams::default() }, ..params() };
     let blind = figures(&plain(), Walk::DogLeg, &follower(blind));
     assert!(blind.rms_deg > judged.rms_deg + 2.0, "{blind:?} {judged:?}");

@@ -15,9 +15,9 @@ parameters! {
         /// Which factor is taken beforehand.
         pub beforehand: f64 = 1.0, in 0.0..=1.0;
         /// That counts as much as a second of predictions over this way.
-        pub known_deg: f64 = 4.0, in above(0.0).at_most(360.0), unit "deg";
+        pub known_deg: f64 = 8.0, in above(0.0).at_most(360.0), unit "deg";
         /// From this factor on a prediction is trusted wholly, and below it in proportion, down to none at `nothing`.
-        pub whole: f64 = 0.9, in above(0.0).at_most(1.0);
+        pub whole: f64 = 0.8, in above(0.0).at_most(1.0);
         /// At this factor and below it the prediction is not trusted at all.
         pub nothing: f64 = 0.4, in Bounds::from(0.0..).below(1.0);
         /// Below this factor nothing is predicted, until it has risen above [`back`](Self::back).
