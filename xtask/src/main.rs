@@ -92,9 +92,11 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<std::ffi::OsString>,
     },
-    /// Make the weights of the default network from the ONNX files of NanoTrack v3
+    /// Make the weights of a network that is built in from the ONNX files of its authors
     Weights {
-        /// Folder with nanotrack_backbone.onnx and nanotrack_head.onnx, version 3, of HonglinChu/SiamTrackers
+        /// Which network
+        network: weights::Network,
+        /// Folder with the files that its ORIGIN.md names
         folder: std::path::PathBuf,
         /// Compare with the weights that are there instead of writing them
         #[arg(long)]
@@ -139,7 +141,7 @@ fn main() -> Result<()> {
         Task::Soak { seconds } => soak::run(seconds),
         Task::Peers { which } => peers::compare(which),
         Task::Tune { arguments } => peers::tune(&arguments),
-        Task::Weights { folder, check } => weights::make(&folder, check),
+        Task::Weights { network, folder, check } => weights::make(network, &folder, check),
         Task::Browser => browser::test_or_fail(),
         Task::Api => api::test_or_fail(),
         Task::Wheel { peers, quick } => wheel::make(quick, peers),

@@ -11,6 +11,10 @@ use std::path::{Path, PathBuf};
 const PROGRAMS: [(&str, &str); 2] =
     [("pursuit-cli", "apps/cli/NOTICES.txt"), ("pursuit-python", "bindings/python/NOTICES.txt")];
 
+/// Networks whose weights stand in every build: folder in `crates/inference/weights`, what it is, and licence.
+const WEIGHTS: [(&str, &str, &str); 3] =
+    [("lightfc", "weights", "MIT"), ("nanotrack_v3", "weights", "Apache-2.0"), ("vittrack", "weights", "Apache-2.0")];
+
 /// Writes the files.
 pub fn write() -> Result<()> {
     for (program, file) in PROGRAMS {
@@ -44,9 +48,10 @@ struct Inside {
 fn notices(program: &str) -> Result<String> {
     let mut out = String::from(
         "pursuit is licensed under MIT or Apache-2.0, at your choice. A build with all features contains the following\n\
-         crates; smaller builds contain fewer. The licence texts follow, each once.\n\n",
+         crates and weights of networks; smaller builds contain fewer. The licence texts follow, each once.\n\n",
     );
-    let inside = inside(program)?;
+    let mut inside = inside(program)?;
+    inside.extend(weights()?);
     let mut texts: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for c in &inside {
         out.push_str(&format!("{} {}: {}\n", c.name, c.version, c.license));
@@ -91,6 +96,15 @@ fn inside(program: &str) -> Result<Vec<Inside>> {
     let mut inside = inside.into_iter().map(read).collect::<Result<Vec<_>>>()?;
     inside.sort_by(|a, b| (&a.name, &a.version).cmp(&(&b.name, &b.version)));
     Ok(inside)
+}
+
+/// The weights of networks that are compiled into every program.
+fn weights() -> Result<Vec<Inside>> {
+    let one = |(name, version, license): (&str, &str, &str)| {
+        let texts = texts(&run::root().join("crates/inference/weights").join(name), license)?;
+        Ok(Inside { name: name.into(), version: version.into(), license: license.into(), texts })
+    };
+    WEIGHTS.into_iter().map(one).collect()
 }
 
 fn id(value: &Value) -> String {

@@ -17,6 +17,12 @@ pub enum Comparison {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<OsString>,
     },
+    /// Hold `pursuit eval --protocol mot` against TrackEval; made-up sequences without arguments
+    Many {
+        /// Arguments of xtask/peers/many.py: the folder of sets, and that of results
+        #[arg(num_args = 0..=2)]
+        arguments: Vec<OsString>,
+    },
     /// Follow the people of PETS09-S2L1 by motion alone, judged by TrackEval
     People {
         /// Arguments of xtask/peers/people.py, the folder of the clip first
@@ -65,6 +71,10 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
             let script = run::root().join("xtask/peers/people.py");
             script_of_ours(&toolkits()?, &script, run::target_dir().join("release/pursuit")).args(arguments).run()
+        }
+        Some(Comparison::Many { arguments }) => {
+            run::build_programs()?;
+            many_targets(&toolkits()?, &arguments)
         }
         Some(Comparison::Cuts { arguments }) => {
             run::program(tools()?).arg(run::root().join("xtask/peers/cuts.py")).args(arguments).run()
@@ -119,6 +129,12 @@ fn environments() -> Result<Pythons> {
 
 pub fn toolkits() -> Result<PathBuf> {
     environment("peers-toolkits", "toolkits.txt")
+}
+
+/// Our scores of many targets beside TrackEval's.
+fn many_targets(python: &Path, arguments: &[OsString]) -> Result<()> {
+    let script = run::root().join("xtask/peers/many.py");
+    script_of_ours(python, &script, run::product("pursuit")?).args(arguments).run()
 }
 
 /// Our ONVIF driver and the camera simulator of the toolkits' environment.
@@ -216,6 +232,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
         .collect();
     scripts.sort();
     run::build_programs()?;
+    many_targets(&pythons.toolkits, &[])?;
     for script in scripts {
         let step = script_of_ours(&pythons.tools, &script, run::product("pursuit")?);
         step.env("EXAMPLES", run::product("examples")?).run()?;

@@ -1,6 +1,6 @@
-//! The weights of our default network: read from the ONNX files of NanoTrack v3, written as plain numbers.
+//! The weights of the networks that are built in: read from the ONNX files of their authors, written as plain numbers.
 //!
-//! The order of the layers is that of the two graphs; what each does stands in `crates/inference/src/nanotrack`.
+//! The order of the layers is that of the graphs; what each does stands in `crates/inference/src`.
 
 use crate::run;
 use anyhow::{Context, Result, bail, ensure};
@@ -10,181 +10,160 @@ use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// File, SHA-256 of the release (HonglinChu/SiamTrackers, commit 248663f, `NanoTrack/models/nanotrackv3`), layers.
-const SOURCES: [(&str, &str, &str, &[&str]); 2] = [
-    (
-        "nanotrack_backbone.onnx",
-        "50be1320abf9384fd3479ea829f95e244cf3f3838190c5ab60c750fb8c1ce828",
-        "backbone",
-        &[
-            "stem",
-            "1.depthwise",
-            "1.squeeze",
-            "1.excite",
-            "1.project",
-            "2.expand",
-            "2.depthwise",
-            "2.project",
-            "3.expand",
-            "3.depthwise",
-            "3.project",
-            "4.expand",
-            "4.depthwise",
-            "4.squeeze",
-            "4.excite",
-            "4.project",
-            "5.expand",
-            "5.depthwise",
-            "5.squeeze",
-            "5.excite",
-            "5.project",
-            "6.expand",
-            "6.depthwise",
-            "6.squeeze",
-            "6.excite",
-            "6.project",
-            "7.expand",
-            "7.depthwise",
-            "7.squeeze",
-            "7.excite",
-            "7.project",
-            "8.expand",
-            "8.depthwise",
-            "8.squeeze",
-            "8.excite",
-            "8.project",
-            "9.expand",
-            "9.depthwise",
-            "9.squeeze",
-            "9.excite",
-            "9.project",
-        ],
-    ),
-    (
-        "nanotrack_head.onnx",
-        "75357903be3f4817c965af16cb5a11fd32b1467f597a408405a98635ac63f61d",
-        "head",
-        &[
-            "box.pixelwise.template",
-            "box.pixelwise.search",
-            "box.pixelwise.squeeze",
-            "box.pixelwise.excite",
-            "box.pixelwise.depthwise",
-            "box.pixelwise.mix",
-            "score.pixelwise.template",
-            "score.pixelwise.search",
-            "score.pixelwise.squeeze",
-            "score.pixelwise.excite",
-            "score.pixelwise.depthwise",
-            "score.pixelwise.mix",
-            "box.correlation.template",
-            "box.correlation.search",
-            "score.correlation.template",
-            "score.correlation.search",
-            "box.reduce",
-            "score.reduce",
-            "score.tower.0.depthwise",
-            "score.tower.0.pointwise",
-            "score.tower.1.depthwise",
-            "score.tower.1.pointwise",
-            "score.tower.2.depthwise",
-            "score.tower.2.pointwise",
-            "score.tower.3.depthwise",
-            "score.tower.3.pointwise",
-            "score.tower.4.depthwise",
-            "score.tower.4.pointwise",
-            "score.tower.5.depthwise",
-            "score.tower.5.pointwise",
-            "score.output",
-            "box.tower.0.depthwise",
-            "box.tower.0.pointwise",
-            "box.tower.1.depthwise",
-            "box.tower.1.pointwise",
-            "box.tower.2.depthwise",
-            "box.tower.2.pointwise",
-            "box.tower.3.depthwise",
-            "box.tower.3.pointwise",
-            "box.tower.4.depthwise",
-            "box.tower.4.pointwise",
-            "box.tower.5.depthwise",
-            "box.tower.5.pointwise",
-            "box.output",
-        ],
-    ),
-];
+mod networks;
 
-const TARGET: &str = "crates/inference/weights/nanotrack_v3/nanotrack_v3.safetensors";
+/// A network of which the project has the weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Network {
+    /// NanoTrack v3
+    Nanotrack,
+    /// LightFC
+    Lightfc,
+    /// VitTrack
+    Vittrack,
+}
+
+/// How weights are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Coding {
+    /// In half precision, to nearest, ties to even.
+    Half,
+    /// In eight bits with a scale a filter, biases in single precision; refused unless that loses less than a ten-thousandth of a step.
+    EightBits,
+    /// As they are.
+    Single,
+}
+
+/// A file of the release.
+struct Source {
+    file: &'static str,
+    sha256: &'static str,
+    tensors: Names,
+}
+
+/// What the numbers of a file are called with us.
+enum Names {
+    /// Those of the layers that have weights, in the order of the graph: a part and the layers.
+    InOrder(&'static str, &'static [&'static str]),
+    /// Name in the file, our name; a matrix in input, output order is turned where the flag says so.
+    ByName(&'static [(&'static str, &'static str, bool)]),
+}
 
 /// Writes the weights, or, with `check`, compares what would be written with what is there.
-pub fn make(folder: &Path, check: bool) -> Result<()> {
+pub fn make(network: Network, folder: &Path, check: bool) -> Result<()> {
+    let (sources, coding, path) = network.release();
     let mut tensors = Vec::new();
-    for (file, sha256, part, layers) in SOURCES {
+    for Source { file, sha256, tensors: names } in sources {
         let path = folder.join(file);
         let bytes = std::fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
-        ensure!(hex(&bytes) == sha256, "{} is not the released file: its SHA-256 is {}", path.display(), hex(&bytes));
-        tensors.extend(read(&bytes, part, layers)?);
+        ensure!(hex(&bytes) == *sha256, "{} is not the released file: its SHA-256 is {}", path.display(), hex(&bytes));
+        tensors.extend(read(&bytes, names, coding)?);
     }
     let views = tensors
         .iter()
-        .map(|t| Ok((t.name.as_str(), TensorView::new(Dtype::F16, t.shape.clone(), &t.bytes)?)))
+        .map(|t| Ok((t.name.as_str(), TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?)))
         .collect::<Result<Vec<_>>>()?;
     let bytes = safetensors::serialize(views, None)?;
-    let target = run::root().join(TARGET);
+    let target = run::root().join(path);
     if check {
-        ensure!(std::fs::read(&target)? == bytes, "{TARGET} differs from what these files give");
+        ensure!(std::fs::read(&target)? == bytes, "{path} differs from what these files give");
     } else {
         std::fs::write(&target, &bytes)?;
     }
-    println!("{TARGET}: {} tensors, {} bytes, SHA-256 {}", tensors.len(), bytes.len(), hex(&bytes));
+    println!("{path}: {} tensors, {} bytes, SHA-256 {}", tensors.len(), bytes.len(), hex(&bytes));
     Ok(())
 }
 
 struct Tensor {
     name: String,
     shape: Vec<usize>,
-    /// Half precision, little-endian.
+    dtype: Dtype,
+    /// Little-endian.
     bytes: Vec<u8>,
 }
 
-/// Weights and biases of the layers that have any, under our names.
-fn read(onnx: &[u8], part: &str, layers: &[&str]) -> Result<Vec<Tensor>> {
+impl Tensor {
+    fn single(name: String, shape: Vec<usize>, numbers: &[f32]) -> Self {
+        Self { name, shape, dtype: Dtype::F32, bytes: numbers.iter().flat_map(|n| n.to_le_bytes()).collect() }
+    }
+}
+
+/// The numbers of a file, under our names.
+fn read(onnx: &[u8], names: &Names, coding: Coding) -> Result<Vec<Tensor>> {
     let graph = Model::decode(onnx)?.graph.context("an ONNX file without a graph")?;
     let numbers: HashMap<&str, &Initializer> = graph.initializers.iter().map(|i| (i.name.as_str(), i)).collect();
-    let weighty: Vec<&Node> = graph
-        .nodes
-        .iter()
-        .filter(|n| ["Conv", "Gemm"].contains(&n.op_type.as_str()))
-        .filter(|n| n.inputs.get(1).is_some_and(|w| numbers.contains_key(w.as_str())))
-        .collect();
-    ensure!(weighty.len() == layers.len(), "{} layers with weights instead of {}", weighty.len(), layers.len());
+    let called = |name: &str| numbers.get(name).with_context(|| format!("no numbers called `{name}`"));
     let mut tensors = Vec::new();
-    for (node, layer) in weighty.iter().zip(layers) {
-        for (input, what) in node.inputs[1..].iter().zip(["weight", "bias"]) {
-            let from = numbers.get(input.as_str()).with_context(|| format!("no numbers called `{input}`"))?;
-            tensors.push(halved(from, format!("{part}.{layer}.{what}"))?);
+    match names {
+        Names::InOrder(part, layers) => {
+            let weighty: Vec<&Node> = graph
+                .nodes
+                .iter()
+                .filter(|n| ["Conv", "Gemm"].contains(&n.op_type.as_str()))
+                .filter(|n| n.inputs.get(1).is_some_and(|w| numbers.contains_key(w.as_str())))
+                .collect();
+            ensure!(weighty.len() == layers.len(), "{} layers with weights instead of {}", weighty.len(), layers.len());
+            for (node, layer) in weighty.iter().zip(*layers) {
+                for (input, what) in node.inputs[1..].iter().zip(["weight", "bias"]) {
+                    let (shape, numbers) = called(input)?.numbers()?;
+                    tensors.extend(coded(format!("{part}.{layer}.{what}"), shape, &numbers, coding)?);
+                }
+            }
+        }
+        Names::ByName(pairs) => {
+            for &(theirs, ours, is_turned) in *pairs {
+                let (mut shape, mut numbers) = called(theirs)?.numbers()?;
+                if shape.first() == Some(&1) && shape.len() == 3 {
+                    shape.remove(0);
+                }
+                if is_turned {
+                    let [rows, columns] = shape[..] else { bail!("`{theirs}` is no matrix") };
+                    numbers = (0..rows * columns).map(|i| numbers[i % rows * columns + i / rows]).collect();
+                    shape.reverse();
+                }
+                tensors.extend(coded(ours.to_owned(), shape, &numbers, coding)?);
+            }
         }
     }
     Ok(tensors)
 }
 
-/// The numbers rounded to half precision, to nearest, ties to even.
-fn halved(from: &Initializer, name: String) -> Result<Tensor> {
-    let shape = from.dims.iter().map(|&d| usize::try_from(d)).collect::<Result<Vec<_>, _>>()?;
-    ensure!(from.data_type == 1, "`{name}` is not in single precision");
-    let (numbers, rest) = from.raw_data.as_chunks::<4>();
-    ensure!(
-        rest.is_empty() && numbers.len() == shape.iter().product::<usize>(),
-        "`{name}` has not as many numbers as its shape"
-    );
-    let mut bytes = Vec::with_capacity(2 * numbers.len());
-    for &number in numbers {
-        let half = half::f16::from_f32(f32::from_le_bytes(number));
-        if !half.is_finite() {
-            bail!("`{name}` has a number beyond half precision");
+/// The numbers as they are written: one tensor, or one and its scales.
+fn coded(name: String, shape: Vec<usize>, numbers: &[f32], coding: Coding) -> Result<Vec<Tensor>> {
+    match coding {
+        Coding::Half => {
+            let halves: Vec<half::f16> = numbers.iter().map(|&n| half::f16::from_f32(n)).collect();
+            ensure!(halves.iter().all(|h| h.is_finite()), "`{name}` has a number beyond half precision");
+            let bytes = halves.iter().flat_map(|h| h.to_le_bytes()).collect();
+            Ok(vec![Tensor { name, shape, dtype: Dtype::F16, bytes }])
         }
-        bytes.extend_from_slice(&half.to_le_bytes());
+        Coding::EightBits if name.ends_with(".weight") => {
+            let filters = numbers.chunks_exact(numbers.len() / shape[0]);
+            let steps = filters.map(|filter| eight_bits(filter).with_context(|| format!("`{name}` is on no grid")));
+            let steps = steps.collect::<Result<Vec<_>>>()?;
+            let scales: Vec<f32> = steps.iter().map(|s| s.0).collect();
+            let scale = Tensor::single(name.replace(".weight", ".scale"), vec![shape[0]], &scales);
+            let bytes = steps.iter().flat_map(|s| s.1.iter().map(|q| q.cast_unsigned())).collect();
+            Ok(vec![Tensor { name, shape, dtype: Dtype::I8, bytes }, scale])
+        }
+        Coding::EightBits | Coding::Single => Ok(vec![Tensor::single(name, shape, numbers)]),
     }
-    Ok(Tensor { name, shape, bytes })
+}
+
+/// The scale and the steps of a filter whose numbers lie on a symmetric grid of at most 127 steps.
+fn eight_bits(filter: &[f32]) -> Option<(f32, Vec<i8>)> {
+    let most = filter.iter().fold(0.0f64, |m, &w| m.max(f64::from(w).abs()));
+    if most == 0.0 {
+        return Some((0.0, vec![0; filter.len()]));
+    }
+    (1..=127).rev().find_map(|steps| {
+        let scale = most / f64::from(steps);
+        let on_grid = |&w: &f32| {
+            let q = f64::from(w) / scale;
+            ((q - q.round()).abs() < 1e-4).then_some(q.round() as i8)
+        };
+        Some((scale as f32, filter.iter().map(on_grid).collect::<Option<_>>()?))
+    })
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -220,8 +199,25 @@ struct Initializer {
     dims: Vec<i64>,
     #[prost(int32, tag = "2")]
     data_type: i32,
+    #[prost(float, repeated, tag = "4")]
+    float_data: Vec<f32>,
     #[prost(string, tag = "8")]
     name: String,
     #[prost(bytes = "vec", tag = "9")]
     raw_data: Vec<u8>,
+}
+
+impl Initializer {
+    /// Shape and numbers.
+    fn numbers(&self) -> Result<(Vec<usize>, Vec<f32>)> {
+        let name = &self.name;
+        let shape = self.dims.iter().map(|&d| usize::try_from(d)).collect::<Result<Vec<_>, _>>()?;
+        ensure!(self.data_type == 1, "`{name}` is not in single precision");
+        let numbers: Vec<f32> = match self.float_data.is_empty() {
+            true => self.raw_data.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect(),
+            false => self.float_data.clone(),
+        };
+        ensure!(numbers.len() == shape.iter().product::<usize>(), "`{name}` has not as many numbers as its shape");
+        Ok((shape, numbers))
+    }
 }

@@ -4,8 +4,10 @@
 //! `boxes/TRACKER/SEQUENCE.csv` with a record beside it, and a later call runs only what is missing. A tracker is
 //! anything that has a [`Recipe`](pursuit_tracking::Recipe); this crate knows none by name.
 
+pub mod boxes;
 mod clock;
 mod comparison;
+mod crowd;
 mod datasets;
 mod error;
 mod evaluate;
@@ -25,6 +27,9 @@ mod table;
 mod trajectory;
 
 pub use comparison::{Comparison, Judgement};
+pub use crowd::{
+    CrowdComparison, CrowdFigures, CrowdOptions, CrowdResults, CrowdRules, CrowdSequence, CrowdTracker, evaluate_crowds,
+};
 pub use datasets::Dataset;
 pub use error::EvaluationError;
 pub use evaluate::{Progress, evaluate};

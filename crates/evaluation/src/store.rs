@@ -93,7 +93,7 @@ fn safe(name: &str) -> String {
 }
 
 /// Writes a file beside its place and moves it there, making the folders on the way.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let failed = |e: std::io::Error| EvaluationError::output(path, e);
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(failed)?;

@@ -1,17 +1,22 @@
 //! Small networks.
 //!
-//! The default one, [`nanotrack::NanoTrackV3`], is written out: its layers are code, its weights plain numbers, and it
-//! needs nothing installed. [`siamese`] is the arithmetic around it and its kin, [`detection`] that around detectors of
+//! Three trackers' networks are written out, [`nanotrack::NanoTrackV3`], [`lightfc::LightFc`] and [`vittrack::VitTrack`]: their
+//! layers are code over one set of kernels, their weights plain numbers, and they need nothing installed. [`siamese`] is the arithmetic around them and their kin, [`detection`] that around detectors of
 //! objects. Any other [`Network`] comes from an ONNX file ([`onnx`], with the features `onnxruntime` and `rten`).
 
+mod backbone;
 pub mod detection;
 mod error;
 mod kernels;
+pub mod lightfc;
 pub mod nanotrack;
 mod network;
 pub mod onnx;
 mod resample;
+mod shared;
 pub mod siamese;
+pub mod vittrack;
+mod weights;
 
 pub use error::InferenceError;
 pub use network::{Network, Port};

@@ -81,6 +81,32 @@ fn lost_commands_jitter_and_lies_are_borne() {
     assert!(figures.central >= 0.90 && figures.shown >= 0.999, "{figures:?}");
 }
 
+/// Commands up to 300 ms and pictures up to 200 ms later than assumed, a tenth of both lost.
+fn wireless() -> Simulation {
+    let mut simulation = plain();
+    (simulation.head.jitter_s, simulation.head.dropped) = (0.3, 0.1);
+    (simulation.camera.jitter_s, simulation.camera.dropped) = (0.2, 0.1);
+    simulation
+}
+
+#[test]
+fn delays_that_jitter_are_measured_and_borne() {
+    for (kind, central) in [(Walk::Passing, 0.9), (Walk::Standing, 0.9), (Walk::Pacing, 0.45)] {
+        let figures = figures(&wireless(), kind, &follower(params()));
+        assert!(figures.central >= central && figures.shown >= 0.985, "{kind:?}: {figures:?}");
+    }
+}
+
+#[test]
+fn a_runner_is_not_predicted_where_predictions_do_not_come_true() {
+    use pursuit_ptz::control::TrustParams;
+    let judged = figures(&plain(), Walk::DogLeg, &follower(params()));
+    assert!(judged.shown >= 0.97 && judged.rms_deg <= 13.6, "{judged:?}");
+    let blind = FollowerParams { trust: TrustParams { judges: false, ..TrustParams::default() }, ..params() };
+    let blind = figures(&plain(), Walk::DogLeg, &follower(blind));
+    assert!(blind.rms_deg > judged.rms_deg + 2.0, "{blind:?} {judged:?}");
+}
+
 #[test]
 fn a_walker_who_stands_is_met_without_overshoot_and_then_left_alone() {
     for simulation in [plain(), rough()] {

@@ -21,6 +21,7 @@
 //! [`RunConfig`] and leaves its files in a folder. The floors below are re-exported: [`tracking`] has the words,
 //! [`trackers`] the trackers and detectors by name.
 
+pub mod associate;
 pub mod batch;
 pub mod config;
 mod demo;

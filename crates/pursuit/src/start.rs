@@ -10,6 +10,9 @@ use pursuit_trackers::registry;
 use pursuit_tracking::MultiTracker;
 use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
 
+/// What stands for the detector in `run.json` where a file says what is found.
+const FROM_FILE: &str = "detections";
+
 /// What starts a run that has both the truth's first box and a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Preference {
@@ -35,8 +38,8 @@ impl Start {
         prefer: Preference,
         input: &str,
     ) -> Result<Self, RunError> {
-        let (boxes, detector) = (config.start_boxes(), config.detect.is_some());
-        if config.many == Some(true) {
+        let (boxes, detector) = (config.start_boxes(), config.detects());
+        if config.follows_all() {
             return Ok(Self::Many(boxes));
         }
         if !boxes.is_empty() {
@@ -66,7 +69,11 @@ impl Start {
         Ok(RecipeFacts {
             tracker: methods.recipe.name().to_owned(),
             parameters: methods.recipe.parameters()?,
-            detector: config.detect.clone().filter(|_| detects),
+            detector: config
+                .detect
+                .clone()
+                .or_else(|| config.detections.as_ref().map(|_| FROM_FILE.to_owned()))
+                .filter(|_| detects),
             detector_parameters: methods.detector_parameters.clone().filter(|_| detects),
             acquire: acquire.transpose()?,
             many: many.transpose()?,

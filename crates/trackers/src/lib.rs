@@ -13,6 +13,7 @@ pub mod dsst;
 pub mod features;
 pub mod flow;
 pub mod kcf;
+pub mod lightfc;
 pub mod mosse;
 pub mod nanotrack;
 pub mod person;
@@ -23,6 +24,7 @@ pub mod runtime;
 pub mod siamese;
 pub mod staple;
 pub mod tld;
+pub mod vittrack;
 
 use pursuit_tracking::TrackerEntry;
 
@@ -52,6 +54,18 @@ const TRACKERS: &[TrackerEntry] = &[
         "nanotrack",
         nanotrack::nanotrack,
         "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
+    ),
+    tracker!(
+        "lightfc",
+        "lightfc",
+        lightfc::lightfc,
+        "a larger network, nothing to install: the most accurate by itself, and slower"
+    ),
+    tracker!(
+        "vittrack",
+        "vittrack",
+        vittrack::vittrack,
+        "a small transformer, nothing to install: knows best when the target is gone"
     ),
     tracker!(
         "fear-xs",

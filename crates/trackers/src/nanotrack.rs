@@ -1,15 +1,12 @@
 //! The Siamese network tracker `nanotrack`: NanoTrack v3, its network written out in `pursuit-inference`, in the one loop
 //! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
 
-use crate::siamese::{SiameseLocalizer, SiameseModel};
+use crate::siamese::{SiameseLocalizer, SiameseModel, built_in, recipe};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_inference::nanotrack::NanoTrackV3;
 use pursuit_inference::siamese::{Location, SiameseConfig};
-use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::PolicyParams;
-use pursuit_tracking::search::SearchParams;
-use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe, TrackingError};
+use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 
 pursuit_parameters::parameters! {
     /// Parameters of the Siamese network tracker.
@@ -42,11 +39,7 @@ impl SiameseModel for NanoTrackParams {
         let config = SiameseConfig::nanotrack_v3()
             .with_weights(self.window_weight, self.penalty, self.size_rate)
             .and_then(|config| config.with_min_side_px(self.min_side_px));
-        NanoTrackV3::new().and_then(|network| Ok((network, config?))).map_err(|e| TrackingError::Computation {
-            tracker: Self::NAME.to_owned(),
-            index: 0,
-            source: Box::new(e),
-        })
+        built_in(Self::NAME, NanoTrackV3::new(), config)
     }
 
     fn score_weights(&self) -> (f64, f64) {
@@ -102,18 +95,7 @@ impl NanoTrackLocalizer {
 
 /// `nanotrack`. The released tracker looks where the target was, and so does this one.
 pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
-    let groups = GroupParams {
-        motion: MotionParams::calm(),
-        policy: PolicyParams {
-            occluded_below: 0.6,
-            seen_from: 0.7,
-            found_from: 0.85,
-            occluded_score: 1.0,
-            ..PolicyParams::default()
-        },
-        search: SearchParams { reach: 4.0, wide_windows: 3, ..SearchParams::at_last_place() },
-    };
-    TrackerRecipe { name, localizer: NanoTrackParams::default(), groups }
+    recipe(name, NanoTrackParams::default())
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ fn detector(set: &str) -> Box<dyn pursuit_tracking::Detector> {
 /// Everybody, by the four phases.
 fn many(set: &str) -> Box<dyn MultiTracker> {
     let motion = registry::detector("motion").unwrap().motion();
-    let params = ManyParams { motion, ..ManyParams::default() };
+    let params = ManyParams::counting(motion);
     Box::new(Associating::new(detector(set), params).unwrap())
 }
 

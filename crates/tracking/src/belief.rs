@@ -11,6 +11,20 @@ use serde::{Deserialize, Serialize};
 /// Time that stands still or runs backwards (flaky cameras do that) counts as this many seconds.
 const SHORTEST_STEP_S: f64 = 1e-3;
 
+/// Number, time and size of a frame: all that is needed of it where nobody looks at pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stamp {
+    pub index: u64,
+    pub time_s: f64,
+    pub size: Size,
+}
+
+impl From<&Frame> for Stamp {
+    fn from(frame: &Frame) -> Self {
+        Self { index: frame.index(), time_s: frame.time_s(), size: frame.size() }
+    }
+}
+
 /// The time of the frame seen last, and the size that frames must have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LastFrame {
@@ -20,19 +34,21 @@ pub(crate) struct LastFrame {
 }
 
 impl LastFrame {
-    pub fn of(frame: &Frame) -> Self {
-        Self { time_s: frame.time_s(), width: frame.size().width, height: frame.size().height }
+    pub fn of(frame: impl Into<Stamp>) -> Self {
+        let Stamp { time_s, size, .. } = frame.into();
+        Self { time_s, width: size.width, height: size.height }
     }
 
     /// Goes on to `frame` after checking that its size agrees. Returns the seconds from the last frame, > 0.
-    pub fn advance(&mut self, frame: &Frame) -> Result<f64> {
+    pub fn advance(&mut self, frame: impl Into<Stamp>) -> Result<f64> {
+        let Stamp { index, time_s, size } = frame.into();
         let expected = Size::new(self.width, self.height);
-        if frame.size() != expected {
-            return Err(TrackingError::FrameSize { index: frame.index(), expected, actual: frame.size() });
+        if size != expected {
+            return Err(TrackingError::FrameSize { index, expected, actual: size });
         }
-        let dt_s = frame.time_s() - self.time_s;
-        if frame.time_s().is_finite() {
-            self.time_s = frame.time_s();
+        let dt_s = time_s - self.time_s;
+        if time_s.is_finite() {
+            self.time_s = time_s;
         }
         // Written so that NaN counts as the shortest step.
         Ok(if dt_s >= SHORTEST_STEP_S { dt_s } else { SHORTEST_STEP_S })
@@ -69,7 +85,7 @@ impl Belief {
     pub(crate) fn new(
         motion: &MotionParams,
         policy: &PolicyParams,
-        frame: &Frame,
+        frame: impl Into<Stamp>,
         bbox: BBox,
     ) -> Result<Self, EstimationError> {
         Ok(Self {
@@ -82,7 +98,7 @@ impl Belief {
     }
 
     /// Somebody else says that the target is at `bbox` of `frame`.
-    pub(crate) fn restart(&mut self, frame: &Frame, bbox: BBox) {
+    pub(crate) fn restart(&mut self, frame: impl Into<Stamp>, bbox: BBox) {
         self.motion.restart(bbox);
         self.policy.restart();
         self.state = TrackState::Tracking;
@@ -144,7 +160,7 @@ impl Belief {
     /// What is said of the target once it was judged and believed.
     pub(crate) fn report(
         &mut self,
-        frame: &Frame,
+        frame: impl Into<Stamp>,
         prior: &Prior,
         (verdict, doubt): (Verdict, Option<Doubt>),
         found: Option<&Measurement>,
@@ -152,7 +168,7 @@ impl Belief {
         self.state = verdict.state;
         let lost = verdict.state == TrackState::Lost;
         Estimate {
-            time_s: frame.time_s(),
+            time_s: frame.into().time_s,
             bbox: if verdict.state == TrackState::Occluded { self.motion.bbox() } else { self.last_believed },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,

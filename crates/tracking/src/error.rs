@@ -29,6 +29,30 @@ pub enum TrackingError {
         /// Size now.
         actual: Size,
     },
+    /// A detection that cannot be one.
+    #[error("detection {at} of frame {index} (box {bbox}) {problem}; leave it out, or mend what made it")]
+    Detection {
+        /// Its place among the detections of its frame, from 0.
+        at: usize,
+        /// Number of the frame.
+        index: u64,
+        /// Its box.
+        bbox: BBox,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// Time that runs backward, or is none.
+    #[error(
+        "frame {index} is of {time_s} s, the one before of {before_s} s; give frames in order of time, in finite seconds"
+    )]
+    Time {
+        /// Number of the frame.
+        index: u64,
+        /// Its time, in seconds.
+        time_s: f64,
+        /// The time of the frame before, in seconds.
+        before_s: f64,
+    },
     /// A frame that lacks what the tracker needs.
     #[error("tracker `{tracker}` needs {needed}, frame {index} has none; choose a tracker that works without it")]
     MissingPlane {

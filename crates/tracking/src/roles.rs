@@ -7,9 +7,11 @@
 //! | find, learn | a [`Localizer`](crate::Localizer) | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
 
+use crate::motion::MotionParams;
 use crate::{BoxCovariance, Class, Diagnostics, Result};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use std::sync::Arc;
 
 /// What the motion model expects before the frame is looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,12 +33,15 @@ pub struct Detection {
     pub confidence: f64,
     /// What it is taken for, of detectors that tell kinds of things apart.
     pub class: Option<Class>,
+    /// What it looks like, as a network or a histogram says it: of any length, the same for all; nearer is more alike, by the
+    /// cosine of the angle between two.
+    pub embedding: Option<Arc<[f32]>>,
 }
 
 impl Detection {
     /// Of a detector that looks for one kind of thing.
     pub const fn new(bbox: BBox, confidence: f64) -> Self {
-        Self { bbox, confidence, class: None }
+        Self { bbox, confidence, class: None, embedding: None }
     }
 }
 
@@ -61,6 +66,16 @@ pub trait Detector: Send {
     /// Whether it must see every frame, because it models the scene: it is then asked even where its answer is not needed.
     fn watches(&self) -> bool {
         false
+    }
+
+    /// Share of `bbox` that stood out of the scene in the frame seen last, in `[0, 1]`; `None` where it does not know the scene.
+    fn standing_out(&self, _bbox: &BBox) -> Option<f64> {
+        None
+    }
+
+    /// How what it finds moves, and how exactly it is measured; `None`: as of any detector.
+    fn motion(&self) -> Option<MotionParams> {
+        None
     }
 
     /// Raw figures of the last frame as a whole, such as a step of the light; they join those of every target.

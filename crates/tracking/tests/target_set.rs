@@ -24,8 +24,14 @@ fn frames() -> Vec<Frame> {
 }
 
 fn look(set: &mut TargetSet, frame: &Frame) -> Vec<(u64, Estimate)> {
-    let mut tracks =
-        vec![Track { id: TargetId(99), estimate: None, started: true, elapsed: Default::default(), class: None }];
+    let mut tracks = vec![Track {
+        id: TargetId(99),
+        estimate: None,
+        started: true,
+        elapsed: Default::default(),
+        class: None,
+        detection: None,
+    }];
     set.step(frame, &mut tracks).unwrap();
     assert!(tracks.iter().all(|t| !t.started));
     tracks.into_iter().map(|t| (t.id.0, t.estimate.unwrap())).collect()

@@ -1,5 +1,6 @@
 //! The command line: one table that parsing, help, man page and completions are made from.
 
+mod associate;
 mod batch;
 mod ptz;
 mod publish;
@@ -8,6 +9,7 @@ mod studio;
 #[cfg(test)]
 mod tests;
 
+pub use associate::Associate;
 pub use batch::Batch;
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
 pub use publish::Publish;
@@ -91,6 +93,8 @@ pub enum Command {
     Track(Box<Track>),
     /// Track many clips, several at a time; what is finished is never done again
     Batch(Batch),
+    /// Tell targets apart in the boxes of any detector, from files: no picture needed
+    Associate(Associate),
     /// Measure trackers on annotated sequences
     Eval(Eval),
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
@@ -166,6 +170,9 @@ pub struct Track {
     /// Detector that finds the target when no box is given
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,
+    /// Take what is detected from this file (MOT, KITTI, COCO or JSON lines; for YOLO a folder), and follow all of it
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["detect"])]
+    pub detections: Option<PathBuf>,
     /// Follow everything that the detector finds, not one target
     #[arg(long)]
     pub many: bool,
@@ -337,16 +344,21 @@ pub struct Eval {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub trackers: Vec<String>,
     /// Score a trajectory made before: its name in the results, and a `trajectory.csv`, or a folder with SEQUENCE.csv or
-    /// SEQUENCE/trajectory.csv; without `--trackers` nothing else is measured
+    /// SEQUENCE/trajectory.csv; of `mot` a folder with SEQUENCE.txt or SET/SEQUENCE.txt; without `--trackers` nothing else is
+    /// measured
     #[arg(long = "results", value_name = "NAME=PATH", value_parser = given)]
     pub given: Vec<Given>,
     /// Set a parameter: KEY=VALUE of every tracker that knows it, TRACKER.KEY=VALUE of one alone
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
     /// How to run them: `ope` one pass; `long-term` with figures for absence and return; `reset` started again after each
-    /// failure (VOT); `sre`, `tre` started on disturbed boxes or at other times (OTB)
-    #[arg(long, value_name = "PROTOCOL", default_value = "ope", value_parser = ["ope", "long-term", "reset", "sre", "tre"])]
+    /// failure (VOT); `sre`, `tre` started on disturbed boxes or at other times (OTB); `mot` many targets: HOTA, CLEAR and IDF1
+    /// of results in MOT's or KITTI's form, or of our own association of `det.txt`
+    #[arg(long, value_name = "PROTOCOL", default_value = "ope", value_parser = ["ope", "long-term", "reset", "sre", "tre", "mot"])]
     pub protocol: String,
+    /// Of `mot`: what is not counted, by KITTI's or MOTChallenge's rules; `auto` is KITTI's where the truth has regions
+    #[arg(long, value_name = "RULES", default_value = "auto", value_parser = ["auto", "mot", "kitti"])]
+    pub rules: String,
     /// Only the sequences whose names match, for example `OTB_*,VOT_*`
     #[arg(long, value_name = "GLOB")]
     pub sequences: Option<String>,

@@ -11,6 +11,9 @@ use std::process::ExitCode;
 
 /// `pursuit eval DATASET…`.
 pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
+    if args.protocol == "mot" {
+        return super::eval_many::run(args);
+    }
     let mut options = EvalOptions::new(args.datasets.clone(), entries(args)?, args.out.clone());
     options.given = args.given.clone();
     options.protocol = args.protocol.parse().map_err(RunError::from)?;

@@ -1,8 +1,10 @@
 //! One file a command.
 
+pub mod associate;
 pub mod batch;
 pub mod demo;
 pub mod eval;
+mod eval_many;
 pub mod licences;
 pub mod ptz;
 #[cfg(feature = "reproduce")]

@@ -128,6 +128,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
         tracker: args.tracker.clone(),
         detect: args.detect.clone(),
+        detections: args.detections.clone(),
         many: flag(args.many, true),
         out: args.out.clone(),
         overwrite: flag(args.overwrite, true),

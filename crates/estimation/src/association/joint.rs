@@ -1,5 +1,6 @@
 //! Joint probabilistic data association (Fortmann, Bar-Shalom, Scheffe, IEEE J. Oceanic Eng. 1983): how likely each
-//! detection is of each target, over all ways in which they can be so together.
+//! detection is of each target, over all ways in which they can be so together. In a cluster with more ways than may be looked
+//! at they are approximated by loopy belief propagation (Williams and Lau, IEEE Trans. Aerospace 50, 2014).
 
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,8 @@ pub struct JointParams {
     pub clutter_density: f64,
     /// What lies beyond is not of a target.
     pub gate: Gate,
-    /// How many partial events may be looked at in one frame before it is given up; a cluster of five targets that share
-    /// five detections has about 3000. ≥ 1.
+    /// How many partial events may be looked at in one cluster before it is left to belief propagation; a cluster of five targets
+    /// that share five detections has about 3000. ≥ 1.
     pub most_events: usize,
 }
 
@@ -39,7 +40,8 @@ impl Probabilities {
     }
 }
 
-/// Computes the probabilities exactly, cluster by cluster of targets that share detections.
+/// Computes the probabilities cluster by cluster of targets that share detections: exactly in small clusters, by belief
+/// propagation in those with too many events.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "JointParams", into = "JointParams")]
 pub struct JointProbabilities {
@@ -77,8 +79,7 @@ impl JointProbabilities {
     /// The probabilities of `detections` for targets whose measurements are expected so.
     ///
     /// # Errors
-    /// Where a detection is not finite, a covariance is singular, or there are too many joint events
-    /// ([`EstimationError::TooMany`]): then [`super::NearestNeighbours`] still answers.
+    /// Where a detection is not finite or a covariance is singular.
     pub fn of<const M: usize>(
         &self,
         expected: &[Gaussian<M>],
@@ -93,7 +94,7 @@ impl JointProbabilities {
     /// unit of squared distances (minus twice the logarithm of a likelihood ratio).
     ///
     /// # Errors
-    /// Where there are too many joint events, as in [`of`](Self::of).
+    /// Where the gate's probability cannot be computed.
     pub fn among(&self, distances: &Distances, extra: impl Fn(usize, usize) -> f64) -> Result<Probabilities> {
         let params = &self.params;
         let components = distances.components as f64;
@@ -116,10 +117,14 @@ impl JointProbabilities {
                 *slot = (log - highest).exp();
             }
         }
-        let mut found = Marginals { width, taken: vec![false; width], left: params.most_events, values: vec![] };
+        let mut found = Marginals { width, taken: vec![false; width], left: 0, values: vec![] };
         found.values.resize(weights.len(), 0.0);
         for cluster in clusters(&weights, width) {
-            found.cluster(&mut weights, &cluster)?;
+            found.left = params.most_events;
+            if found.cluster(&mut weights, &cluster).is_err() {
+                found.taken.fill(false);
+                found.propagate(&weights, &cluster);
+            }
         }
         Ok(Probabilities { values: found.values, width })
     }
@@ -162,6 +167,16 @@ const LARGEST_CLUSTER: usize = 1000;
 /// Sums below this may have lost events to underflow.
 const LEAST_TOTAL: f64 = 1e-200;
 
+/// Messages that move by less have settled.
+const SETTLED: f64 = 1e-9;
+
+/// They settle geometrically; this bounds the time of what hardly does.
+const MOST_ROUNDS: usize = 1000;
+
+/// A chance of being missed below this counts as this much, and a pair as no more likely than that: sums stay finite.
+const LEAST_MISSED: f64 = 1e-150;
+const MOST_RATIO: f64 = 1e150;
+
 /// Sums over joint events.
 struct Marginals {
     width: usize,
@@ -196,6 +211,57 @@ impl Marginals {
             }
         }
         Ok(())
+    }
+
+    /// The same by messages between targets and detections until they settle.
+    fn propagate(&mut self, weights: &[f64], targets: &[usize]) {
+        let width = self.width;
+        let row = |target: usize| &weights[target * width..(target + 1) * width];
+        // Pairs of the cluster: its target's place in it, the detection, and the weight against "missed".
+        let ratio = |row: &[f64], choice: usize| (row[choice] / row[0].max(LEAST_MISSED)).min(MOST_RATIO);
+        let pairs: Vec<(usize, usize, f64)> = targets
+            .iter()
+            .enumerate()
+            .flat_map(|(at, target)| {
+                let row = row(*target);
+                (1..width).filter(|c| row[*c] > 0.0).map(move |c| (at, c, ratio(row, c)))
+            })
+            .collect();
+        let mut to_target = vec![1.0; pairs.len()];
+        let mut of_target = vec![0.0; targets.len()];
+        let mut of_detection = vec![0.0; width];
+        let mut to_detection = vec![0.0; pairs.len()];
+        for _ in 0..MOST_ROUNDS {
+            of_target.fill(0.0);
+            of_detection.fill(0.0);
+            for ((at, _, ratio), message) in pairs.iter().zip(&to_target) {
+                of_target[*at] += ratio * message;
+            }
+            for (((at, choice, ratio), message), out) in pairs.iter().zip(&to_target).zip(&mut to_detection) {
+                *out = ratio / (1.0 + (of_target[*at] - ratio * message).max(0.0));
+                of_detection[*choice] += *out;
+            }
+            let mut moved: f64 = 0.0;
+            for (((_, choice, _), message), back) in pairs.iter().zip(&to_detection).zip(&mut to_target) {
+                let next = 1.0 / (1.0 + (of_detection[*choice] - message).max(0.0));
+                moved = moved.max((next - *back).abs());
+                *back = next;
+            }
+            if moved < SETTLED {
+                break;
+            }
+        }
+        of_target.fill(0.0);
+        for ((at, _, ratio), message) in pairs.iter().zip(&to_target) {
+            of_target[*at] += ratio * message;
+        }
+        for (at, target) in targets.iter().enumerate() {
+            self.values[target * width..(target + 1) * width].fill(0.0);
+            self.values[target * width] = 1.0 / (1.0 + of_target[at]);
+        }
+        for ((at, choice, ratio), message) in pairs.iter().zip(&to_target) {
+            self.values[targets[*at] * width + choice] = ratio * message / (1.0 + of_target[*at]);
+        }
     }
 
     /// The weight of all events of `targets`, given what is taken and the weight `above` of that; adds to the marginals.

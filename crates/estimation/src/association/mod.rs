@@ -7,11 +7,13 @@
 mod assignment;
 mod joint;
 mod nearest;
+mod sparse;
 mod weighted;
 
 pub use assignment::Assignment;
 pub use joint::{JointParams, JointProbabilities, Probabilities};
 pub use nearest::{Cost, NearestNeighbours};
+pub use sparse::{Pairing, SparseAssignment};
 
 use nalgebra::SVector;
 
@@ -67,6 +69,30 @@ impl Distances {
             self.squared.extend(detections.iter().map(|z| mahalanobis_squared(&lower, &(z - target.mean()))));
         }
         Ok(())
+    }
+
+    /// Of targets whose measurements are expected so, all pairs infinitely far apart: for a caller who measures those that are
+    /// near himself, and [`set`](Self::set)s them.
+    ///
+    /// # Errors
+    /// Where a covariance is singular.
+    pub fn start<const M: usize>(&mut self, expected: &[Gaussian<M>], detections: usize) -> Result<()> {
+        self.squared.clear();
+        self.log_determinants.clear();
+        (self.detections, self.components) = (detections, M);
+        for target in expected {
+            self.log_determinants.push(log_determinant(&target.factor()?));
+        }
+        self.squared.resize(expected.len() * detections, f64::INFINITY);
+        Ok(())
+    }
+
+    /// The squared distance of a pair; of one that there is not nothing changes.
+    pub fn set(&mut self, target: usize, detection: usize, squared: f64) {
+        let at = target * self.detections + detection;
+        if let Some(slot) = self.squared.get_mut(at).filter(|_| detection < self.detections) {
+            *slot = squared;
+        }
     }
 
     /// How many targets there are.

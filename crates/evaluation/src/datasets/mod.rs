@@ -8,7 +8,7 @@ mod got10k;
 mod mot;
 mod otb;
 mod princeton;
-mod text;
+pub(crate) mod text;
 mod tld;
 mod uav123;
 mod vot;
@@ -234,7 +234,7 @@ fn lossy(name: &std::ffi::OsStr) -> String {
     name.to_string_lossy().into_owned()
 }
 
-fn natural_order(a: &str, b: &str) -> std::cmp::Ordering {
+pub(crate) fn natural_order(a: &str, b: &str) -> std::cmp::Ordering {
     natural_key(a).cmp(&natural_key(b))
 }
 
@@ -261,7 +261,7 @@ fn natural_key(name: &str) -> Vec<(usize, String)> {
 }
 
 /// Whether `text` matches a pattern of `*` (any text) and `?` (any letter).
-fn matches(pattern: &str, text: &str) -> bool {
+pub(crate) fn matches(pattern: &str, text: &str) -> bool {
     let pattern: Vec<char> = pattern.chars().collect();
     let text: Vec<char> = text.chars().collect();
     let (mut p, mut t) = (0, 0);

@@ -16,7 +16,7 @@ pub(super) struct Line {
 }
 
 /// The text of a file, whatever its encoding.
-pub(super) fn read(path: &Path) -> Result<String> {
+pub(crate) fn read(path: &Path) -> Result<String> {
     let unreadable = |e: std::io::Error| EvaluationError::dataset(path, None, format!("cannot be read: {e}"));
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MAX_BYTES {

@@ -1,6 +1,6 @@
 //! HTML: escaping, Base64, table cells.
 
-pub(super) use pursuit_charts::escape;
+pub(crate) use pursuit_charts::escape;
 
 /// Base64 with padding (RFC 4648).
 pub(super) fn base64(bytes: &[u8]) -> String {
@@ -18,7 +18,7 @@ pub(super) fn base64(bytes: &[u8]) -> String {
 }
 
 /// A table cell that sorts by its value; empty where there is none.
-pub(super) fn figure(value: Option<f64>, digits: usize) -> String {
+pub(crate) fn figure(value: Option<f64>, digits: usize) -> String {
     match value {
         Some(v) if v.is_finite() => format!(r#"<td data-v="{v}">{v:.digits$}</td>"#),
         _ => r#"<td class="none" data-v="">–</td>"#.to_owned(),

@@ -4,6 +4,9 @@ mod html;
 mod pictures;
 mod sections;
 
+pub(crate) use html::{escape, figure};
+pub(crate) use sections::{SCRIPT, STYLE};
+
 use crate::frame_cache::FrameCache;
 use crate::metrics::accuracy::overlap;
 use crate::run::Passes;

@@ -7,8 +7,8 @@ use crate::{Results, Sequence, Truth};
 use pursuit_charts::{Axis, Chart, Color, Series, page_style};
 use std::fmt::Write as _;
 
-const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("script.js");
+pub(crate) const STYLE: &str = include_str!("style.css");
+pub(crate) const SCRIPT: &str = include_str!("script.js");
 /// Points of a line over time: more cannot be told apart at the chart's width.
 const TIME_POINTS: usize = 460;
 /// A gap in a line.

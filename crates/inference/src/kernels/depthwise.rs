@@ -58,10 +58,34 @@ impl Depthwise {
 
     /// Computes every row of the dense map `out`; `sums`, sixteen a channel, receives the sums over the rows, column by
     /// column (modulo sixteen): of maps at most sixteen columns wide, or whole sixteens.
+    #[cfg(test)]
     pub fn run(&self, input: &Map, out: &mut Map, sums: Option<&mut [f32]>) {
         debug_assert_eq!(input.channels, self.bias.len());
-        let sums = cleared(sums);
-        dispatch!(Level::new(), simd => channels(simd, self, 0..self.bias.len(), input, out, sums));
+        self.run_rows(input, out, 0..out.height);
+        self.sum_up(out, sums);
+    }
+
+    /// Computes rows `rows` of `out`, which are at least four or all.
+    pub fn run_rows(&self, input: &Map, out: &mut Map, rows: Range<usize>) {
+        dispatch!(Level::new(), simd => channels(simd, self, 0..self.bias.len(), input, out, &rows));
+    }
+
+    /// The sums over the rows of `out`, as in [`run`](Self::run).
+    pub fn sum_up(&self, out: &Map, sums: Option<&mut [f32]>) {
+        let Some(sums) = sums else { return };
+        dispatch!(Level::new(), simd => {
+            for (c, sum) in sums.chunks_exact_mut(LANES).enumerate() {
+                sum_up(simd, out, c, !self.is_strided(), sum);
+            }
+        });
+    }
+
+    /// The rows of the input that rows `rows` of the output are made from.
+    pub const fn reach(&self, rows: &Range<usize>, input: &Map) -> Range<usize> {
+        let stride = if self.is_strided() { 2 } else { 1 };
+        let last = (rows.end - 1) * stride + self.shape.side();
+        let end = last.saturating_sub(input.padding);
+        (rows.start * stride).saturating_sub(input.padding)..if end < input.height { end } else { input.height }
     }
 
     const fn is_strided(&self) -> bool {
@@ -69,14 +93,7 @@ impl Depthwise {
     }
 }
 
-/// The sums asked for, zero, or none.
-pub(super) fn cleared(sums: Option<&mut [f32]>) -> &mut [f32] {
-    let sums = sums.unwrap_or_default();
-    sums.fill(0.0);
-    sums
-}
-
-/// `channels` of `out`, which are those of `input` from its first on.
+/// Rows `rows` of `channels` of `out`, which are those of `input` from its first on.
 #[inline(always)]
 pub(super) fn channels<S: Simd>(
     simd: S,
@@ -84,7 +101,7 @@ pub(super) fn channels<S: Simd>(
     channels: Range<usize>,
     input: &Map,
     out: &mut Map,
-    sums: &mut [f32],
+    rows: &Range<usize>,
 ) {
     debug_assert_eq!(matches!(input.columns, Columns::Split { .. }), d.is_strided());
     for (i, c) in channels.enumerate() {
@@ -92,21 +109,18 @@ pub(super) fn channels<S: Simd>(
         simd.vectorize(
             #[inline(always)]
             || match d.shape {
-                DepthwiseShape::Two => channel::<S, 2, 4, 1, 17>(simd, d, c, (input, i), out),
-                DepthwiseShape::Three => channel::<S, 3, 9, 1, 18>(simd, d, c, (input, i), out),
-                DepthwiseShape::Four => channel::<S, 4, 16, 1, 19>(simd, d, c, (input, i), out),
-                DepthwiseShape::Five => channel::<S, 5, 25, 1, 20>(simd, d, c, (input, i), out),
-                DepthwiseShape::ThreeByTwo => channel::<S, 3, 9, 2, 17>(simd, d, c, (input, i), out),
-                DepthwiseShape::FiveByTwo => channel::<S, 5, 25, 2, 18>(simd, d, c, (input, i), out),
+                DepthwiseShape::Two => channel::<S, 2, 4, 1, 17>(simd, d, c, (input, i), out, rows),
+                DepthwiseShape::Three => channel::<S, 3, 9, 1, 18>(simd, d, c, (input, i), out, rows),
+                DepthwiseShape::Four => channel::<S, 4, 16, 1, 19>(simd, d, c, (input, i), out, rows),
+                DepthwiseShape::Five => channel::<S, 5, 25, 1, 20>(simd, d, c, (input, i), out, rows),
+                DepthwiseShape::ThreeByTwo => channel::<S, 3, 9, 2, 17>(simd, d, c, (input, i), out, rows),
+                DepthwiseShape::FiveByTwo => channel::<S, 5, 25, 2, 18>(simd, d, c, (input, i), out, rows),
             },
         );
-        if let Some(sum) = sums.get_mut(c * LANES..(c + 1) * LANES) {
-            sum_up(simd, out, c, !d.is_strided(), sum);
-        }
     }
 }
 
-/// Channel `c` of `out`, which is channel `i` of `input`, by a kernel of side `K` with `KK` taps and stride `T`, which
+/// Rows `rows` of channel `c` of `out`, which is channel `i` of `input`, by a kernel of side `K` with `KK` taps and stride `T`, which
 /// reads windows of `L` columns.
 #[inline(always)]
 fn channel<S: Simd, const K: usize, const KK: usize, const T: usize, const L: usize>(
@@ -115,12 +129,13 @@ fn channel<S: Simd, const K: usize, const KK: usize, const T: usize, const L: us
     c: usize,
     (input, i): (&Map, usize),
     out: &mut Map,
+    rows: &Range<usize>,
 ) {
     let taps = &d.weights.as_chunks::<KK>().0[c];
-    let source = &input.padded_rows_from(0)[i * input.pitch..];
+    let source = &input.padded_rows_from(rows.start * T)[i * input.pitch..];
     let layout = (input.row_len(), input.pitch / 2);
-    let (height, segments, len, at) = (out.height, out.segments(), out.row_len(), c * out.pitch);
-    let target = &mut out.rows_mut(0, height)[at..];
+    let (height, segments, len, at) = (rows.len(), out.segments(), out.row_len(), c * out.pitch);
+    let target = &mut out.rows_mut(rows.start, height)[at..];
     for s in 0..segments {
         let (source, target) = (&source[s * LANES..], &mut target[s * LANES..]);
         let mut y = 0;

@@ -95,6 +95,28 @@ impl Map {
         &mut self.data[start..start + len]
     }
 
+    /// Writes row `y` of a map with even and odd columns apart and one column of padding, a plane a channel; what lies beyond the
+    /// map is ignored.
+    pub fn write_row(&mut self, y: usize, planes: [&[f32]; 3]) {
+        let Columns::Split { half } = self.columns else { return };
+        if y >= self.height {
+            return;
+        }
+        let (width, pitch) = (self.width, self.pitch);
+        let row = self.row_mut(y).chunks_exact_mut(pitch);
+        for (to, plane) in row.zip(planes) {
+            let (pairs, last) = plane[..plane.len().min(width)].as_chunks::<2>();
+            // One column of padding stands before the image, so that its first column is an odd one.
+            let (evens, odds) = to.split_at_mut(half);
+            for (([odd, even], to_odd), to_even) in pairs.iter().zip(&mut *odds).zip(&mut evens[1..]) {
+                (*to_odd, *to_even) = (*odd, *even);
+            }
+            if let ([last], Some(to)) = (last, odds.get_mut(pairs.len())) {
+                *to = *last;
+            }
+        }
+    }
+
     /// Where column `x` of channel `c` lies in a row.
     pub const fn offset(&self, c: usize, x: usize) -> usize {
         let p = x + self.padding;

@@ -1,19 +1,24 @@
 //! The kernels of small convolutional networks: loops over vectors of sixteen columns, compiled for several instruction
 //! sets and chosen at run time. The vectors are named as such: left to itself, the compiler makes pieces of windows that overlap.
 
+mod attention;
+mod convolution;
 mod depthwise;
+mod functions;
 mod map;
 mod pointwise;
 #[cfg(test)]
 mod reference;
 mod squeeze;
-mod stem;
+mod winograd;
 
+pub use attention::{Attention, LayerNorm};
+pub use convolution::Convolution;
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use map::{Columns, LANES, Map};
 pub use pointwise::{PANEL as TOGETHER, Pointwise, PointwiseInput};
-pub use squeeze::SqueezeExcite;
-pub use stem::Stem;
+pub use squeeze::{Excitation, SqueezeExcite, means};
+pub use winograd::{Winograd, WinogradInput};
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
@@ -28,6 +33,10 @@ pub enum Activation {
     Relu6,
     /// x · clamp(x / 6 + 1/2, 0, 1).
     HardSwish,
+    /// x (1 + erf(x / √2)) / 2.
+    Gelu,
+    /// 1 / (1 + exp(−x)), kept from 0.0001 to 0.9999.
+    Probability,
 }
 
 impl Activation {
@@ -39,6 +48,8 @@ impl Activation {
             Self::Relu => x.max(0.0),
             Self::Relu6 => x.clamp(0.0, 6.0),
             Self::HardSwish => x * hard_sigmoid(x),
+            Self::Gelu => functions::reference::gelu(x),
+            Self::Probability => (1.0 / (1.0 + (-x).exp())).clamp(1e-4, 0.9999),
         }
     }
 
@@ -60,6 +71,16 @@ impl Activation {
             Self::HardSwish => {
                 for i in 0..N {
                     x[i] *= (x[i] * (1.0 / 6.0) + 0.5).max(0.0).min(1.0);
+                }
+            }
+            Self::Gelu => {
+                for i in 0..N {
+                    x[i] = functions::gelu(x[i]);
+                }
+            }
+            Self::Probability => {
+                for i in 0..N {
+                    x[i] = (1.0 / (functions::exp(-x[i]) + 1.0)).max(1e-4).min(0.9999);
                 }
             }
         }

@@ -58,39 +58,45 @@ impl Pointwise {
     }
 
     /// Computes every row of `out`.
-    pub fn run(&self, mut input: PointwiseInput<'_>, out: &mut Map) {
+    pub fn run(&self, input: PointwiseInput<'_>, out: &mut Map) {
+        self.run_rows(input, out, 0..out.height);
+    }
+
+    /// Computes these rows of `out`.
+    pub fn run_rows(&self, mut input: PointwiseInput<'_>, out: &mut Map, rows: Range<usize>) {
         debug_assert_eq!(out.channels, self.outputs);
         self.check(&input, out);
         dispatch!(Level::new(), simd => {
-            for y in (0..out.height).step_by(2) {
-                let rows = y..(y + 2).min(out.height);
+            for y in rows.clone().step_by(2) {
+                let rows = y..(y + 2).min(rows.end);
                 gate(simd, &mut input, rows.clone());
                 (0..self.bias.len()).for_each(|n| panel(simd, self, &input, n, rows.clone(), out, n * PANEL));
             }
         });
     }
 
-    /// Computes every row of `out`, a convolution of what this one gives. In between lie no more than the eight channels
-    /// of `between`, laid out as `next` wants them: 13 kB where maps have 16 × 16 pixels, which the nearest cache holds, and
-    /// an eighth or less of all channels where they are larger. `sums` is as in [`Depthwise::run`].
+    /// Computes rows `rows` of `out`, at least four or all, a convolution of what this one gives, which are to follow each other from
+    /// the first on. In between lie no more than the eight channels of `between`, laid out as `next` wants them: those rows of them
+    /// that are asked for stay in the nearest caches if they are few.
     pub fn run_into(
         &self,
         input: &mut PointwiseInput<'_>,
         between: &mut Map,
         next: &Depthwise,
         out: &mut Map,
-        sums: Option<&mut [f32]>,
+        rows: &Range<usize>,
     ) {
         debug_assert_eq!((between.channels, out.channels), (PANEL, self.outputs));
         self.check(input, between);
-        let sums = depthwise::cleared(sums);
+        let reach = next.reach(rows, between);
         dispatch!(Level::new(), simd => {
-            let rows = 0..between.height;
-            gate(simd, input, rows.clone());
+            if rows.start == 0 {
+                gate(simd, input, 0..between.height);
+            }
             for n in 0..self.bias.len() {
-                panel(simd, self, input, n, rows.clone(), between, 0);
+                panel(simd, self, input, n, reach.clone(), between, 0);
                 let channels = n * PANEL..((n + 1) * PANEL).min(self.outputs);
-                depthwise::channels(simd, next, channels, between, out, sums);
+                depthwise::channels(simd, next, channels, between, out, rows);
             }
         });
     }

@@ -1,6 +1,7 @@
 //! Slow, obvious twins of the kernels, and the comparisons with them.
 
 use super::*;
+use crate::weights::Layer;
 use fearless_simd::{Level, dispatch};
 use pursuit_testkit::Noise;
 
@@ -110,7 +111,14 @@ fn activations_are_what_their_equations_say() {
         };
         assert!((hard_sigmoid(x) - hard).abs() < 1e-6);
         assert!((Activation::HardSwish.of(x) - x * hard).abs() < 1e-5);
-        for activation in [Activation::None, Activation::Relu, Activation::Relu6, Activation::HardSwish] {
+        for activation in [
+            Activation::None,
+            Activation::Relu,
+            Activation::Relu6,
+            Activation::HardSwish,
+            Activation::Gelu,
+            Activation::Probability,
+        ] {
             let lanes: [f32; LANES] =
                 dispatch!(Level::new(), simd => activation.of_lanes([f32x16::splat(simd, x); 2])[1].to_array());
             assert!((lanes[3] - activation.of(x)).abs() < 1e-6, "{activation:?} of {x}");
@@ -196,18 +204,18 @@ fn what_is_summed_together_changes_nothing() {
         assert!(results.iter().all(|r| *r == results[0]), "{inputs} to {outputs}, {height} x {width}");
     }
 
-    type Row = fn(&Stem, &Map, usize, &mut Map);
+    type Row = fn(&Convolution, &Map, usize, &mut Map);
     let ways: [Row; 3] = [
-        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 1, 4>(simd, stem, map, y, out)),
-        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 1, 8>(simd, stem, map, y, out)),
-        |stem, map, y, out| dispatch!(Level::new(), simd => stem::row::<_, 2, 8>(simd, stem, map, y, out)),
+        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 4>(simd, layer, map, y, out)),
+        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 8>(simd, layer, map, y, out)),
+        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 2, 8>(simd, layer, map, y, out)),
     ];
     for width in [31, 95] {
         let map = Planes::new(3, 31, width, 44).in_map(Map::split(3, 31, width, 1, 3));
-        let stem = Stem::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);
+        let layer = Convolution::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);
         let results = ways.map(|row| {
             let mut out = Map::split(11, 16, width.div_ceil(2), 1, 3);
-            (0..16).for_each(|y| row(&stem, &map, y, &mut out));
+            (0..16).for_each(|y| row(&layer, &map, y, &mut out));
             contents(&out)
         });
         assert!(results.iter().all(|r| *r == results[0]), "{width} wide");
@@ -278,7 +286,13 @@ fn pointwise_into_depthwise_is_one_after_the_other() {
             let mut map = input.in_map(Map::dense(inputs, height, width));
             let mut between = layout(TOGETHER);
             let mut gated = PointwiseInput { gate, ..PointwiseInput::plain(&mut map) };
-            mix.run_into(&mut gated, &mut between, &filter, &mut out, Some(&mut sums));
+            let height = out.height;
+            let middle = if height >= 8 { 4 } else { height };
+            mix.run_into(&mut gated, &mut between, &filter, &mut out, &(0..middle));
+            if middle < height {
+                mix.run_into(&mut gated, &mut between, &filter, &mut out, &(middle..height));
+            }
+            filter.sum_up(&out, Some(&mut sums));
             assert_eq!(contents(&out), contents(&want), "{what}");
             assert_eq!(sums, want_sums, "{what}: sums");
             assert_padding_is_zero(&between, &what);
@@ -287,18 +301,18 @@ fn pointwise_into_depthwise_is_one_after_the_other() {
 }
 
 #[test]
-fn stem_agrees_with_the_definition() {
+fn strided_convolution_agrees_with_the_definition() {
     for (height, width, outputs) in [(31, 31, 16), (255, 64, 5)] {
         let input = Planes::new(3, height, width, 21);
         let (weights, bias) = (numbers(27 * outputs, 22), numbers(outputs, 23));
         let plain = convolution(&input, &weights, &bias, (3, 2, 1), false);
         let map = input.in_map(Map::split(3, height, width, 1, 3));
-        let stem = Stem::new(&weights, &bias, Activation::HardSwish, &map);
+        let layer = Convolution::new(&weights, &bias, Activation::HardSwish, &map);
         let mut out = Map::split(outputs, plain.height, plain.width, 1, 3);
-        stem.run(&map, &mut out);
+        layer.run(&map, &mut out);
         let want: Vec<f32> = plain.data.iter().map(|&v| Activation::HardSwish.of(v)).collect();
-        assert_close(&contents(&out), &want, "stem");
-        assert_padding_is_zero(&out, "stem");
+        assert_close(&contents(&out), &want, "strided convolution");
+        assert_padding_is_zero(&out, "strided convolution");
     }
 }
 
@@ -323,4 +337,136 @@ fn squeeze_and_excite_agrees_with_the_definition() {
     }
     let mut layer = SqueezeExcite::new(&squeeze, &squeeze_bias, &excite, &excite_bias);
     assert_close(layer.factors(&sums, columns, rows * columns), &want, "squeeze and excite");
+}
+
+/// Winograd's algorithm adds and takes away more than the definition, so that more digits are lost.
+fn assert_near(got: &[f32], want: &[f32], what: &str) {
+    assert_eq!(got.len(), want.len(), "{what}");
+    for (i, (g, w)) in got.iter().zip(want).enumerate() {
+        assert!((g - w).abs() <= 2e-4 * w.abs().max(1.0), "{what}: number {i} is {g} instead of {w}");
+    }
+}
+
+#[test]
+fn winograd_agrees_with_the_definition() {
+    for (channels, outputs, height, width) in [(5, 12, 16, 16), (9, 3, 7, 15), (4, 8, 4, 33), (3, 17, 9, 5)] {
+        let input = Planes::new(channels, height, width, 61);
+        let (weights, bias) = (numbers(9 * channels * outputs, 62), numbers(outputs, 63));
+        let factors = numbers(channels, 64);
+        let weighed: Vec<f32> = input
+            .data
+            .chunks_exact(height * width)
+            .zip(&factors)
+            .flat_map(|(p, f)| p.iter().map(move |v| v * f))
+            .collect();
+        let weighed = Planes { data: weighed, channels, height, width };
+        let mut transformed = WinogradInput::new(channels, height, width);
+        transformed.set(0, &input.in_map(Map::dense(channels, height, width)), Some(&factors));
+        let want = convolution(&weighed, &weights, &bias, (3, 1, 1), false);
+        let want: Vec<f32> = want.data.iter().map(|v| v.max(0.0)).collect();
+        let layer = Winograd::new(&weights, &bias, Activation::Relu);
+        let what = format!("{channels} to {outputs}, {height} x {width}");
+        let mut out = Map::dense(outputs, height, width);
+        layer.run(&transformed, &mut out);
+        assert_near(&contents(&out), &want, &what);
+
+        let ways: [fn(&Winograd, &WinogradInput, usize, &mut Map); 2] = [
+            |l, i, n, o| dispatch!(Level::new(), simd => winograd::panel::<_, 1, 4>(simd, l, i, n, o)),
+            |l, i, n, o| dispatch!(Level::new(), simd => winograd::panel::<_, 2, 8>(simd, l, i, n, o)),
+        ];
+        for way in ways {
+            let mut other = Map::dense(outputs, height, width);
+            (0..outputs.div_ceil(TOGETHER)).for_each(|n| way(&layer, &transformed, n, &mut other));
+            assert_eq!(contents(&other), contents(&out), "{what}: what is summed together changes nothing");
+        }
+    }
+}
+
+#[test]
+fn winograd_takes_several_maps() {
+    let (height, width) = (8, 16);
+    let (a, b) = (Planes::new(2, height, width, 71), Planes::new(3, height, width, 72));
+    let both = Planes { channels: 5, height, width, data: [a.data.clone(), b.data.clone()].concat() };
+    let mut whole = WinogradInput::new(5, height, width);
+    whole.set(0, &both.in_map(Map::dense(5, height, width)), None);
+    let mut parts = WinogradInput::new(5, height, width);
+    parts.set(2, &b.in_map(Map::dense(3, height, width)), None);
+    parts.set(0, &a.in_map(Map::dense(2, height, width)), None);
+    let layer = Winograd::new(&numbers(5 * 9, 73), &numbers(1, 74), Activation::None);
+    let [of_whole, of_parts] = [whole, parts].map(|input| {
+        let mut out = Map::dense(1, height, width);
+        layer.run(&input, &mut out);
+        contents(&out)
+    });
+    assert_eq!(of_whole, of_parts);
+}
+
+#[test]
+fn layer_norm_agrees_with_the_definition() {
+    let (channels, rows) = (24, 6);
+    let input = Planes::new(channels, rows, LANES, 81);
+    let (weights, bias) = (numbers(channels, 82), numbers(channels, 83));
+    let mut out = Map::dense(channels, rows, LANES);
+    let map = input.in_map(Map::dense(channels, rows, LANES));
+    LayerNorm::new(weights.clone(), bias.clone()).run(&map, 2..5, (&mut out, 1));
+    let points = rows * LANES;
+    let mut want = vec![0.0; channels * points];
+    for i in 2 * LANES..5 * LANES {
+        let of_token: Vec<f64> = (0..channels).map(|c| f64::from(input.data[c * points + i])).collect();
+        let mean = of_token.iter().sum::<f64>() / channels as f64;
+        let variance = of_token.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / channels as f64;
+        for (c, x) in of_token.iter().enumerate() {
+            let normal = (x - mean) / (variance + 1e-5).sqrt();
+            want[c * points + i - LANES] = (normal * f64::from(weights[c]) + f64::from(bias[c])) as f32;
+        }
+    }
+    assert_close(&contents(&out), &want, "layer norm");
+}
+
+#[test]
+fn attention_agrees_with_the_definition() {
+    let (channels, rows) = (16, 4);
+    let tokens = rows * LANES;
+    let input = Planes::new(3 * channels, rows, LANES, 91);
+    let of = |part: usize, c: usize, t: usize| f64::from(input.data[(part * channels + c) * tokens + t]);
+    let mut want = vec![0.0; channels * tokens];
+    for query in 2 * LANES..tokens {
+        let product = |key: usize| (0..channels).map(|c| of(0, c, query) * of(1, c, key)).sum::<f64>();
+        let shares: Vec<f64> = (0..tokens).map(|key| product(key).exp()).collect();
+        let total: f64 = shares.iter().sum();
+        for c in 0..channels {
+            let mean: f64 = shares.iter().enumerate().map(|(key, s)| s / total * of(2, c, key)).sum();
+            want[c * tokens + query] = mean as f32;
+        }
+    }
+    let mut out = Map::dense(channels, rows, LANES);
+    let map = input.in_map(Map::dense(3 * channels, rows, LANES));
+    Attention::new(tokens, channels).run(&map, 2..rows, &mut out);
+    assert_close(&contents(&out), &want, "attention");
+}
+
+#[test]
+fn excitation_agrees_with_the_definition() {
+    let (channels, hidden) = (6, 3);
+    let planes = Planes::new(channels, 4, LANES, 101);
+    let layer = |inputs: usize, outputs: usize, seed| Layer {
+        weights: numbers(inputs * outputs, seed),
+        bias: numbers(outputs, seed + 1),
+    };
+    let (squeeze, excite) = (layer(channels, hidden, 102), layer(hidden, channels, 104));
+    let applied = |l: &Layer, x: &[f32]| -> Vec<f32> {
+        let rows = l.weights.chunks_exact(x.len()).zip(&l.bias);
+        rows.map(|(row, b)| row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>() + b).collect()
+    };
+    let want = |means: &[f32]| -> Vec<f32> {
+        let inner: Vec<f32> = applied(&squeeze, means).iter().map(|h| h.max(0.0)).collect();
+        applied(&excite, &inner).iter().map(|f| 1.0 / (1.0 + (-f).exp())).collect()
+    };
+    let means: Vec<f32> = planes.data.chunks_exact(4 * LANES).map(|p| p.iter().sum::<f32>() / p.len() as f32).collect();
+    let mut excitation = Excitation::new(squeeze.clone(), excite.clone());
+    let map = planes.in_map(Map::dense(channels, 4, LANES));
+    assert_close(excitation.factors(&map), &want(&means), "of a map");
+    let before = layer(2, channels, 106);
+    let of_before = applied(&before, &[0.5, -2.0]);
+    assert_close(excitation.factors_of(&before, &[0.5, -2.0]), &want(&of_before), "of a layer");
 }

@@ -6,10 +6,10 @@
 //! without anything between them are merged, so that a frame costs less than the published graph: the result is the
 //! same up to rounding.
 
-use super::backbone::FEATURES;
-use super::weights::{Layer, Weights};
 use crate::Result;
-use crate::kernels::{Activation, Depthwise, DepthwiseShape, Map, Pointwise, PointwiseInput, TOGETHER};
+use crate::backbone::FEATURES;
+use crate::kernels::{Activation, Depthwise, DepthwiseShape, Excitation, Map, Pointwise, PointwiseInput, TOGETHER};
+use crate::weights::{Layer, Weights};
 
 /// Rows and columns of the template's features.
 pub const TEMPLATE_SIDE: usize = 8;
@@ -28,7 +28,7 @@ const TOWER: usize = 6;
 #[derive(Debug, Clone)]
 pub struct Branch {
     layers: TemplateLayers,
-    attention: Attention,
+    excitation: Excitation,
     pixelwise: Pixelwise,
     correlation: Correlation,
     /// The reduction and the tower: a layer that mixes the channels and one that filters each.
@@ -77,16 +77,6 @@ struct Correlation {
     out: Map,
 }
 
-/// Factors for the 64 channels of the pixelwise comparison from their means.
-#[derive(Debug, Clone)]
-struct Attention {
-    squeeze: Layer,
-    excite: Layer,
-    means: Vec<f32>,
-    hidden: Vec<f32>,
-    factors: Vec<f32>,
-}
-
 impl Branch {
     /// The branch `name` (`score` or `box`) with `outputs` numbers a point.
     pub fn new(weights: &Weights<'_>, name: &str, outputs: usize) -> Result<Self> {
@@ -97,7 +87,9 @@ impl Branch {
             pixelwise_search: square("pixelwise.search")?,
             correlation: square("correlation.template")?,
         };
-        let mix = weights.pointwise(&of("pixelwise.mix"), TEMPLATE_PIXELS, TEMPLATE_PIXELS)?;
+        let pixelwise =
+            |layer: &str| weights.pointwise(&of(&format!("pixelwise.{layer}")), TEMPLATE_PIXELS, TEMPLATE_PIXELS);
+        let mix = pixelwise("mix")?;
         let reduce = weights.pointwise(&of("reduce"), TEMPLATE_PIXELS + FEATURES, FEATURES)?;
         let from_pixels = mix.then(&reduce.columns(0, TEMPLATE_PIXELS));
         let from_channels = reduce.columns(TEMPLATE_PIXELS, TEMPLATE_PIXELS + FEATURES).unbiased();
@@ -113,7 +105,7 @@ impl Branch {
         let filtered = Map::dense(FEATURES, ANSWER_SIDE, ANSWER_SIDE);
         Ok(Self {
             layers,
-            attention: Attention::new(weights, name)?,
+            excitation: Excitation::new(pixelwise("squeeze")?, pixelwise("excite")?),
             pixelwise: Pixelwise::new(weights.depthwise(&of("pixelwise.depthwise"), TEMPLATE_PIXELS, 2)?),
             correlation: Correlation::new(&square("correlation.search")?),
             stages,
@@ -148,7 +140,7 @@ impl Branch {
 
     /// The answer to the search image's features, whose means over the pixels are `means`, beside a template's.
     pub fn run(&mut self, template: &Comparison, features: &mut Map, means: &[f32]) -> &Map {
-        let factors = self.attention.factors(&template.pixel_layer, means);
+        let factors = self.excitation.factors_of(&template.pixel_layer, means);
         self.pixelwise.run(&template.pixels, features, factors);
         self.correlation.run(&template.middle, features);
         let [mut from, mut to] = self.filtered.each_mut();
@@ -160,7 +152,7 @@ impl Branch {
                 },
                 _ => PointwiseInput::plain(from),
             };
-            mix.run_into(&mut input, &mut self.mixed, filter, to, None);
+            mix.run_into(&mut input, &mut self.mixed, filter, to, &(0..ANSWER_SIDE));
             std::mem::swap(&mut from, &mut to);
         }
         self.output.run(PointwiseInput::plain(from), &mut self.answer);
@@ -185,7 +177,7 @@ impl Pixelwise {
             now.iter_mut().zip(trained).for_each(|(n, t)| *n = t * factor);
         }
         let mut input = PointwiseInput::plain(features);
-        pixels.run_into(&mut input, &mut self.compared, &self.depthwise, &mut self.out, None);
+        pixels.run_into(&mut input, &mut self.compared, &self.depthwise, &mut self.out, &(0..ANSWER_SIDE));
     }
 }
 
@@ -199,35 +191,13 @@ impl Correlation {
     }
 
     fn run(&mut self, middle: &Depthwise, features: &mut Map) {
-        self.search.run_into(&mut PointwiseInput::plain(features), &mut self.mixed, middle, &mut self.out, None);
-    }
-}
-
-impl Attention {
-    fn new(weights: &Weights<'_>, name: &str) -> Result<Self> {
-        let layer = |layer: &str| {
-            weights.pointwise(&format!("head.{name}.pixelwise.{layer}"), TEMPLATE_PIXELS, TEMPLATE_PIXELS)
-        };
-        let zeros = vec![0.0; TEMPLATE_PIXELS];
-        let (squeeze, excite) = (layer("squeeze")?, layer("excite")?);
-        Ok(Self { squeeze, excite, means: zeros.clone(), hidden: zeros.clone(), factors: zeros })
-    }
-
-    /// σ(W₂ max(0, W₁ m + b₁) + b₂), where m, the means of the comparison, is the comparison of the means.
-    fn factors(&mut self, comparison: &Layer, means: &[f32]) -> &[f32] {
-        apply(comparison, means, &mut self.means);
-        apply(&self.squeeze, &self.means, &mut self.hidden);
-        self.hidden.iter_mut().for_each(|h| *h = h.max(0.0));
-        apply(&self.excite, &self.hidden, &mut self.factors);
-        self.factors.iter_mut().for_each(|f| *f = 1.0 / (1.0 + (-*f).exp()));
-        &self.factors
-    }
-}
-
-/// W x + b of one pixel.
-fn apply(layer: &Layer, x: &[f32], out: &mut [f32]) {
-    for ((out, row), bias) in out.iter_mut().zip(layer.weights.chunks_exact(layer.inputs())).zip(&layer.bias) {
-        *out = row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>() + bias;
+        self.search.run_into(
+            &mut PointwiseInput::plain(features),
+            &mut self.mixed,
+            middle,
+            &mut self.out,
+            &(0..ANSWER_SIDE),
+        );
     }
 }
 

@@ -33,6 +33,38 @@ choices! {
         /// As wide and high as the target, with `context` of its width and height to each side of the template and
         /// `search_context` of the search, stretched to a square: FEAR.
         Stretched = "stretched",
+        /// A square whose side is rounded up and whose corner is rounded, in pixels of the frame: STARK, OSTrack, LightFC, VitTrack.
+        Rounded = "rounded",
+    }
+}
+
+choices! {
+    /// What lies outside the frame.
+    pub enum Fill {
+        /// The mean colour of the first frame.
+        Mean = "mean",
+        /// Black.
+        Black = "black",
+    }
+}
+
+choices! {
+    /// How the cosine window and a score become one.
+    pub enum WindowUse {
+        /// The weighted mean of both; the window is zero at the outermost points.
+        Added = "added",
+        /// Their product, the window's share being its weight; the window is zero beyond the outermost points: STARK, OSTrack.
+        Multiplied = "multiplied",
+    }
+}
+
+choices! {
+    /// What becomes of the best point's box.
+    pub enum BoxRule {
+        /// Its size follows by `rate` times penalty times score, and its middle stays inside the frame.
+        Smoothed = "smoothed",
+        /// Its size follows by `rate`, and what lies outside the frame is cut off, but for `min_side_px`.
+        Clipped = "clipped",
     }
 }
 
@@ -145,7 +177,7 @@ parameters! {
         pub window: f64 = 0.455, in 0.0..=1.0;
         /// k of the penalty exp(−k (r s − 1)) on changes of aspect ratio r and scale s.
         pub penalty: f64 = 0.138, in 0.0..;
-        /// How fast the size follows: its weight is this times penalty times score.
+        /// How fast the size follows: its weight is this, times penalty times score if boxes are smoothed.
         pub rate: f64 = 0.348, in 0.0..=1.0;
         /// How far from the middle of the box the template is cut, in pixels of the frame, both ways; −0.5 in trackers that
         /// take (x + (w − 1) / 2) for the middle.
@@ -158,6 +190,12 @@ parameters! {
         pub search_context: f64 = 0.0, in 0.0..=8.0;
         /// How many times larger square windows are.
         pub extent: f64 = 1.0, in above(0.0).at_most(8.0);
+        /// What lies outside the frame.
+        pub fill: Fill = Fill::Mean;
+        /// How the cosine window and a score become one.
+        pub window_use: WindowUse = WindowUse::Added;
+        /// What becomes of the best point's box.
+        pub boxes: BoxRule = BoxRule::Smoothed;
         /// What the network answers for each point.
         pub answer: AnswerCoding = AnswerCoding::Distances;
     }
@@ -222,6 +260,33 @@ impl SiameseConfig {
             min_side_px: 3.0,
             crop: CropShape::Stretched,
             search_context: 2.0,
+            ..SiameseParams::default()
+        })
+    }
+
+    /// LightFC and VitTrack as released (github.com/LiYunfengLYF/LightFC, `lib/test/tracker/lightfc.py`; OpenCV's `tracker_vit.cpp`,
+    /// which rounds boxes to whole pixels; this does not): a template of twice, and a search of four times the root of the area;
+    /// red, green and blue normalised by the means and deviations of ImageNet.
+    pub fn one_stream() -> Self {
+        Self(SiameseParams {
+            template_side_px: 128,
+            search_side_px: 256,
+            answer_side: 16,
+            channels: ChannelOrder::Rgb,
+            mean: [0.485 * 255.0, 0.456 * 255.0, 0.406 * 255.0],
+            deviation: [0.229 * 255.0, 0.224 * 255.0, 0.225 * 255.0],
+            scores: ScoreCoding::Probability,
+            context: 0.0,
+            extent: 2.0,
+            window: 1.0,
+            penalty: 0.0,
+            rate: 1.0,
+            min_side_px: 2.0,
+            crop: CropShape::Rounded,
+            fill: Fill::Black,
+            window_use: WindowUse::Multiplied,
+            boxes: BoxRule::Clipped,
+            answer: AnswerCoding::Centres,
             ..SiameseParams::default()
         })
     }

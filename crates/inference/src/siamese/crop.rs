@@ -36,6 +36,19 @@ impl Region {
         }
     }
 
+    /// The square of `side` pixels around `center` as STARK and its successors cut it: a whole number of pixels, rounded up, whose
+    /// corner is rounded (halves to even).
+    pub fn rounded(center: Point, side: f64) -> Self {
+        let side = side.ceil().clamp(1.0, Self::MAX_SIDE);
+        let first = |c: f64| (c - side / 2.0).round_ties_even().clamp(-1e12, 1e12) as i64;
+        Self { left: first(center.x), top: first(center.y), width: side as i64, height: side as i64 }
+    }
+
+    /// The middle.
+    pub fn center(&self) -> Point {
+        Point::new(self.left as f64 + self.width as f64 / 2.0, self.top as f64 + self.height as f64 / 2.0)
+    }
+
     /// First column, first row, columns and rows.
     pub const fn ltwh(&self) -> (i64, i64, i64, i64) {
         (self.left, self.top, self.width, self.height)

@@ -1,5 +1,5 @@
 use super::scales::ScaleSearch;
-use super::{Answer, AnswerCoding, CropShape, ScoreCoding, SiameseConfig};
+use super::{Answer, AnswerCoding, BoxRule, CropShape, ScoreCoding, SiameseConfig, WindowUse};
 use pursuit_geometry::{BBox, Point, Size};
 use std::f64::consts::TAU;
 
@@ -60,7 +60,10 @@ impl Decoder {
     /// For a configuration.
     pub fn new(config: SiameseConfig) -> Self {
         let n = config.answer_side;
-        let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / (n - 1) as f64).cos();
+        let hann = |i: usize| match config.window_use {
+            WindowUse::Added => 0.5 - 0.5 * (TAU * i as f64 / (n - 1) as f64).cos(),
+            WindowUse::Multiplied => 0.5 - 0.5 * (TAU * (i + 1) as f64 / (n + 1) as f64).cos(),
+        };
         let window = (0..n * n).map(|i| hann(i / n) * hann(i % n)).collect();
         let anchors = match &config.answer {
             AnswerCoding::Anchors { ratios, scales } => {
@@ -87,24 +90,24 @@ impl Decoder {
 
     /// Width and height of what the template image covers of the frame, in pixels: of a square √((w + p (w + h)) (h + p (w + h))).
     pub fn template_extent(&self, width: f64, height: f64) -> (f64, f64) {
-        let context = self.config.context;
-        if self.config.crop == CropShape::Stretched {
-            return (width * (1.0 + 2.0 * context), height * (1.0 + 2.0 * context));
-        }
-        let context = context * (width + height);
-        let side = ((width + context) * (height + context)).sqrt() * self.config.extent;
-        (side, side)
+        self.extent(width, height, self.config.context, 1.0)
     }
 
     /// Width and height of what the search image covers of the frame, in pixels.
     pub fn search_extent(&self, width: f64, height: f64) -> (f64, f64) {
-        if self.config.crop == CropShape::Stretched {
-            let times = 1.0 + 2.0 * self.config.search_context;
-            return (width * times, height * times);
+        let times = self.config.search_side_px as f64 / self.config.template_side_px as f64;
+        self.extent(width, height, self.config.search_context, times)
+    }
+
+    /// Of stretched windows 1 + 2 `around` of the target, of squares `times` the template's.
+    fn extent(&self, width: f64, height: f64, around: f64, times: f64) -> (f64, f64) {
+        let context = self.config.context * (width + height);
+        let side = ((width + context) * (height + context)).sqrt() * self.config.extent * times;
+        match self.config.crop {
+            CropShape::Stretched => (width * (1.0 + 2.0 * around), height * (1.0 + 2.0 * around)),
+            CropShape::Square => (side, side),
+            CropShape::Rounded => (side.ceil(), side.ceil()),
         }
-        let (side, _) = self.template_extent(width, height);
-        let side = side * self.config.search_side_px as f64 / self.config.template_side_px as f64;
-        (side, side)
     }
 
     /// Pixels of the search image to a pixel of the frame, across and down.
@@ -135,20 +138,43 @@ impl Decoder {
         let best = best?;
         let point = self.points[best];
         let raw = in_frame(&point, center, scale);
-        let weight = point.penalty * point.score * self.config.rate;
-        let smooth = |old: f64, new: f64| old * (1.0 - weight) + new * weight;
-        let limit = |side: f64, most: usize| side.min(most as f64).max(self.config.min_side_px);
-        let middle =
-            Point::new(raw.center().x.clamp(0.0, size.width as f64), raw.center().y.clamp(0.0, size.height as f64));
-        let (width, height) = (smooth(width, raw.width()), smooth(height, raw.height()));
         let n = self.config.answer_side;
         Some(Location {
-            bbox: BBox::from_center_size(middle, limit(width, size.width), limit(height, size.height)),
+            bbox: self.followed(&raw, &point, (width, height), size),
             raw,
             score: point.score,
             penalty: point.penalty,
             point: (best / n, best % n),
         })
+    }
+
+    /// The box of the target, which was `width` × `height` large, by the network's in a frame of `size`.
+    fn followed(&self, raw: &BBox, point: &Candidate, (width, height): (f64, f64), size: Size) -> BBox {
+        let weight = match self.config.boxes {
+            BoxRule::Smoothed => point.penalty * point.score * self.config.rate,
+            BoxRule::Clipped => self.config.rate,
+        };
+        let smooth = |old: f64, new: f64| old * (1.0 - weight) + new * weight;
+        let (width, height) = (smooth(width, raw.width()), smooth(height, raw.height()));
+        let least = self.config.min_side_px;
+        match self.config.boxes {
+            BoxRule::Smoothed => {
+                let limit = |side: f64, most: usize| side.min(most as f64).max(least);
+                let inside = |c: f64, most: usize| c.clamp(0.0, most as f64);
+                let middle = Point::new(inside(raw.center().x, size.width), inside(raw.center().y, size.height));
+                BBox::from_center_size(middle, limit(width, size.width), limit(height, size.height))
+            }
+            BoxRule::Clipped => {
+                let side = |center: f64, side: f64, most: usize| {
+                    let first = (center - side / 2.0).max(0.0).min(most as f64 - least);
+                    let last = (center + side / 2.0).max(least).min(most as f64);
+                    (first, (last - first).max(least))
+                };
+                let (left, width) = side(raw.center().x, width, size.width);
+                let (top, height) = side(raw.center().y, height, size.height);
+                BBox::from_ltwh(left, top, width, height)
+            }
+        }
     }
 
     /// Forgets the windows added so far. How many times larger than usual those are that a network without boxes is asked about, the
@@ -272,7 +298,10 @@ impl Decoder {
                 let ratio = change((width / height) / (wide / high));
                 let penalty = (-(ratio * scale - 1.0) * config.penalty).exp();
                 let share = config.window;
-                let rank = penalty * score * (1.0 - share) + window[i] * share;
+                let rank = match config.window_use {
+                    WindowUse::Added => penalty * score * (1.0 - share) + window[i] * share,
+                    WindowUse::Multiplied => penalty * score * (1.0 - share + window[i] * share),
+                };
                 let sound = wide > 0.0 && high > 0.0 && (x + y + wide + high + score).is_finite();
                 let rank = if sound { rank } else { f64::NAN };
                 let candidate = Candidate { score, x, y, width: wide, height: high, penalty, rank };

@@ -13,7 +13,9 @@ mod network;
 mod scales;
 mod tracker;
 
-pub use config::{AnswerCoding, ChannelOrder, CropShape, ScoreCoding, SiameseConfig, SiameseParams};
+pub use config::{
+    AnswerCoding, BoxRule, ChannelOrder, CropShape, Fill, ScoreCoding, SiameseConfig, SiameseParams, WindowUse,
+};
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
 pub use description::SiameseDescription;

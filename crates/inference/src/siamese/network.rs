@@ -1,5 +1,7 @@
-use crate::Result;
+use crate::lightfc::LightFc;
 use crate::nanotrack::{NanoTrackV3, Patch};
+use crate::vittrack::VitTrack;
+use crate::{InferenceError, Result};
 
 /// Sides of the square images and of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +19,8 @@ pub struct Sides {
 pub struct Answer<'a> {
     /// One or two numbers a point; what they are is a matter of configuration.
     pub scores: &'a [f32],
-    /// Distances from the point to the left, top, right and bottom edge of the target, in pixels of the search image.
+    /// The box of each point: of NanoTrack distances to the left, top, right and bottom edge of the target, in pixels of the search
+    /// image; see [`AnswerCoding`](super::AnswerCoding) for others.
     pub distances: &'a [f32],
 }
 
@@ -49,36 +52,43 @@ pub trait SiameseNetwork: Send {
     fn search(&mut self) -> Result<Answer<'_>>;
 }
 
-impl SiameseNetwork for NanoTrackV3 {
-    fn sides(&self) -> Sides {
-        Sides { template: Self::TEMPLATE_SIDE, search: Self::SEARCH_SIDE, answer: Self::ANSWER_SIDE }
-    }
+/// The networks that are written out have the same functions under the same names.
+macro_rules! written_out {
+    ($($network:ty, $name:literal);*) => { $(
+        impl SiameseNetwork for $network {
+            fn sides(&self) -> Sides {
+                Sides { template: Self::TEMPLATE_SIDE, search: Self::SEARCH_SIDE, answer: Self::ANSWER_SIDE }
+            }
 
-    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
-        Self::write_row(self, patch, y, planes);
-    }
+            fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
+                Self::write_row(self, patch, y, planes);
+            }
 
-    fn embed(&mut self) -> Result<Vec<f32>> {
-        Ok(self.template_features())
-    }
+            fn embed(&mut self) -> Result<Vec<f32>> {
+                Ok(self.template_features())
+            }
 
-    fn set_template(&mut self, features: &[f32]) -> Result<()> {
-        if Self::set_template(self, features) {
-            return Ok(());
+            fn set_template(&mut self, features: &[f32]) -> Result<()> {
+                if Self::set_template(self, features) {
+                    return Ok(());
+                }
+                Err(InferenceError::Tensor {
+                    what: $name.into(),
+                    port: "template features".into(),
+                    expected: Self::TEMPLATE_LEN,
+                    actual: features.len(),
+                })
+            }
+
+            fn search(&mut self) -> Result<Answer<'_>> {
+                let (scores, distances) = Self::search(self);
+                Ok(Answer { scores, distances })
+            }
         }
-        Err(crate::InferenceError::Tensor {
-            what: "nanotrack-v3".into(),
-            port: "template features".into(),
-            expected: Self::TEMPLATE_LEN,
-            actual: features.len(),
-        })
-    }
-
-    fn search(&mut self) -> Result<Answer<'_>> {
-        let (scores, distances) = Self::search(self);
-        Ok(Answer { scores, distances })
-    }
+    )* };
 }
+
+written_out! { NanoTrackV3, "nanotrack-v3"; LightFc, "lightfc"; VitTrack, "vittrack" }
 
 impl SiameseNetwork for Box<dyn SiameseNetwork> {
     fn sides(&self) -> Sides {

@@ -1,5 +1,6 @@
 use super::{
-    AnswerCoding, ChannelOrder, CropShape, Cropper, Decoder, Location, Peak, Region, SiameseConfig, SiameseNetwork,
+    AnswerCoding, ChannelOrder, CropShape, Cropper, Decoder, Fill, Location, Peak, Region, SiameseConfig,
+    SiameseNetwork,
 };
 use crate::nanotrack::Patch;
 use crate::{InferenceError, Result};
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct Exemplar {
     /// The network's features of the template.
     pub features: Vec<f32>,
-    /// Red, green and blue of what lies outside the frame: the means of the first frame.
+    /// Red, green and blue of what lies outside the frame: the means of the first frame, or black.
     pub fill: Rgb8,
 }
 
@@ -36,7 +37,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// sides are not the configuration's, and what running the network may bring.
     pub fn new(network: N, config: SiameseConfig, frame: &Frame, bbox: BBox) -> Result<Self> {
         check_sides(&network, &config)?;
-        let exemplar = Exemplar { features: Vec::new(), fill: mean_color(frame.color()) };
+        let fill = match config.fill {
+            Fill::Mean => mean_color(frame.color()),
+            Fill::Black => [0; 3],
+        };
+        let exemplar = Exemplar { features: Vec::new(), fill };
         let mut this = Self { exemplar, network, decoder: Decoder::new(config), cropper: Cropper::default() };
         let features = this.embed(frame, bbox)?;
         this.set_features(features)?;
@@ -114,9 +119,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
             }
             return Ok(self.decoder.locate_at_scale(center, size, frame.size()));
         }
-        self.crop(frame, self.region(center, extent), Patch::Search);
+        let region = self.region(center, extent);
+        self.crop(frame, region, Patch::Search);
+        let middle = self.middle(center, size);
         let answer = self.network.search()?;
-        Ok(self.decoder.locate(answer, center, size, frame.size()))
+        Ok(self.decoder.locate(answer, middle, size, frame.size()))
     }
 
     /// The scores of the last search, row by row: probabilities, not calibrated.
@@ -127,7 +134,15 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// The peaks of the last search, which must have been around `center` for `size`, best first; see
     /// [`Decoder::peaks`].
     pub fn peaks(&self, center: Point, size: (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
-        self.decoder.peaks(center, size, least, peaks);
+        self.decoder.peaks(self.middle(center, size), size, least, peaks);
+    }
+
+    /// What the middle of a search around `center` is taken for: of a rounded window where it lies.
+    fn middle(&self, center: Point, size: (f64, f64)) -> Point {
+        match self.config().crop {
+            CropShape::Rounded => self.region(center, self.search_extent(size)).center(),
+            CropShape::Square | CropShape::Stretched => center,
+        }
     }
 
     /// The pixels of the frame that an image covers which is `extent` (width, height) large there.
@@ -135,6 +150,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         match self.config().crop {
             CropShape::Square => Region::around(center, extent.0),
             CropShape::Stretched => Region::stretched(center, extent),
+            CropShape::Rounded => Region::rounded(center, extent.0),
         }
     }
 

@@ -1,11 +1,13 @@
 use super::dead_zone::DeadZone;
 use super::head_model::HeadModel;
+use super::lateness::Lateness;
 use super::lost::Loss;
 use super::params::{FollowerParams, PredictBy, Scheme};
 use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
 use super::steps::meeting;
-use super::target_motion::TargetMotion;
+use super::target_motion::{SeenAt, TargetMotion};
+use super::trust::Trust;
 use crate::geometry::FieldsOfView;
 use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
 use pursuit_geometry::Size;
@@ -98,7 +100,8 @@ pub struct Follower {
     views: FieldsOfView,
     size: Size,
     head: HeadModel,
-    target: Option<TargetMotion>,
+    target: Option<Lateness>,
+    trust: Trust,
     sighting: Option<Sighting>,
     measured_s: f64,
     given_up: bool,
@@ -129,6 +132,7 @@ impl Follower {
         }
         Ok(Self {
             head: HeadModel::new(params.limits, params.command_delay_s, params.home, now_s),
+            trust: Trust::new(params.trust),
             params,
             views,
             size,
@@ -174,7 +178,12 @@ impl Follower {
         command
     }
 
-    /// Where the target will be at `time_s`.
+    /// By how much longer than assumed commands and pictures together take, seconds.
+    fn late_s(&self) -> f64 {
+        self.target.as_ref().map_or(0.0, |target| target.late_s().0)
+    }
+
+    /// Where the target will be when the head stands where its model says that it stands at `time_s`.
     fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
         let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
         let here = |direction, speed, sigma: Direction| Prediction {
@@ -182,12 +191,20 @@ impl Follower {
             speed,
             sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
         };
-        let (horizon_s, part) = slowed(time_s - target.time_s());
+        // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
+        let (horizon_s, part) = slowed(time_s + self.late_s() - target.time_s());
         let slower = |speed: Direction| Direction::new(part * speed.pan_deg, part * speed.tilt_deg);
         Ok(Some(match self.params.predict_by {
             PredictBy::World => {
-                let belief = target.at(target.time_s() + horizon_s)?;
-                here(belief.direction, slower(belief.speed_deg_s), belief.sigma_deg)
+                let belief = target.at(&|late_s| target.time_s() + slowed(time_s + late_s - target.time_s()).0)?;
+                // None of the prediction is where the target was seen, as without prediction.
+                let here_now = sighting.seen.direction;
+                let factor = self.trust.factor();
+                let ahead = belief.direction.from(here_now);
+                let trusted = here_now.turned(Direction::new(factor * ahead.pan_deg, factor * ahead.tilt_deg));
+                let speed = slower(belief.speed_deg_s);
+                let speed = Direction::new(factor * speed.pan_deg, factor * speed.tilt_deg);
+                here(trusted, speed, belief.sigma_deg)
             }
             PredictBy::Tracker => match sighting.forecast_at(target.time_s() + horizon_s) {
                 Some((direction, speed)) => here(direction, slower(speed), sighting.seen.sigma_deg),
@@ -200,15 +217,23 @@ impl Follower {
     /// Follows: the command for a target that is believed in.
     fn follow(&mut self, now_s: f64) -> Result<Option<Command>> {
         let effect_s = now_s + self.params.command_delay_s;
-        // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
-        let late_s = self.target.as_ref().map_or(0.0, |target| target.late_s().0);
-        let Some(there) = self.predict(effect_s + late_s)? else { return Ok(None) };
+        let Some(there) = self.predict(effect_s)? else { return Ok(None) };
         let (head, turning) = self.head.at(effect_s);
         let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
         match self.params.scheme {
             Scheme::Velocity => Ok(self.velocity(now_s, head, turning, &there, zoom)),
-            Scheme::Steps => self.step(now_s, effect_s + late_s, (head, turning), zoom),
+            Scheme::Steps => self.step(now_s, effect_s, (head, turning), zoom),
         }
+    }
+
+    /// How fast to close the distance: the more slowly, the more the delays vary.
+    fn gain_per_s(&self) -> f64 {
+        let FollowerParams { gain_per_s, caution, .. } = self.params;
+        let sigma_s = self.target.as_ref().map_or(0.0, |target| {
+            let jitter = target.jitter().map_or(0.0, |jitter| jitter.commands_s().hypot(jitter.pictures_s()));
+            jitter.hypot(target.late_s().1)
+        });
+        gain_per_s / (1.0 + caution * gain_per_s * sigma_s)
     }
 
     fn zoom_goal(&self, zoom: f64, sigma_deg: f64) -> Option<f64> {
@@ -226,6 +251,7 @@ impl Follower {
     ) -> Option<Command> {
         let away = there.direction.from(head.direction);
         let (half_x, half_y) = self.half_view_deg(head.zoom);
+        let gain_per_s = self.gain_per_s();
         let params = &self.params;
         let pan = AxisAim {
             head_deg: head.direction.pan_deg,
@@ -245,7 +271,7 @@ impl Follower {
         let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
             let zone = params.dead_zone * half_deg;
             let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
-            if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
+            if rests { 0.0 } else { aim.speed_deg_s(gain_per_s, limits) }
         };
         let velocity = Velocity {
             pan_deg_s: drive(pan_rest, pan, half_x, &params.limits.pan),
@@ -332,28 +358,43 @@ impl Controller for Follower {
         let taken_s = stamp_s - self.params.frame_age_s;
         let (views, size, formula) = (&self.views, self.size, self.params.formula);
         let view = View { views, size, formula, motion: &self.params.motion };
-        let (pose, turning) = self.head.at(taken_s);
-        let stood = (pose, turning, self.head.change_before(taken_s));
+        let head = &self.head;
+        let late_s = self.late_s();
         let asked = (self.params.predict_by == PredictBy::Tracker).then_some(forecast);
-        let sighting = Sighting::new(&view, (stamp_s, taken_s), stood, &aim, asked)?;
+        let sighting = Sighting::new(&view, (stamp_s, taken_s), head.at(taken_s - late_s), &aim, asked)?;
+        let seen = |late_s: f64| sighting.by(&view, head.at(taken_s - late_s), late_s, &aim);
         let known = self.loss.is_none() && !self.given_up;
+        let motion = self.params.motion;
         match &mut self.target {
-            Some(target) if known => target.update(taken_s, &sighting.seen)?,
-            slot => {
-                let motion = self.params.motion;
-                // What was learnt of the delays is true of the next target too.
-                let late = slot.as_ref().map_or((0.0, motion.timing_s), TargetMotion::late_s);
-                *slot = Some(TargetMotion::new(motion, taken_s, &sighting.seen, late)?);
+            Some(target) if known => {
+                let before_s = target.time_s();
+                target.update(&motion, taken_s, &|of: &TargetMotion| {
+                    let late_s = of.late_s().0;
+                    let drift = head.drift(before_s - late_s, taken_s - late_s, of.jitter().commands_s());
+                    SeenAt { drift, ..seen(late_s) }
+                })?;
             }
+            Some(target) => {
+                target.renew(motion, taken_s, &seen)?;
+                self.trust.begin();
+            }
+            slot => *slot = Some(Lateness::new(motion, taken_s, &seen)?),
         }
         self.sighting = Some(sighting);
+        if let Some(target) = &self.target {
+            let latency_s = self.params.command_delay_s + self.params.frame_age_s + target.late_s().0;
+            let horizon_s = self.trust.horizon_s(latency_s.max(0.0));
+            let here = target.at(&|_| taken_s)?;
+            let there = target.at(&|_| taken_s + horizon_s)?;
+            self.trust.note(taken_s, here.direction, there.direction.from(here.direction), horizon_s);
+        }
         self.measured_s = taken_s;
         (self.loss, self.given_up) = (None, false);
         Ok(())
     }
 
     fn camera(&self, stamp_s: f64) -> Option<CameraPose> {
-        let (Position { direction, zoom }, _) = self.head.at(stamp_s - self.params.frame_age_s);
+        let (Position { direction, zoom }, _) = self.head.at(stamp_s - self.params.frame_age_s - self.late_s());
         let (half_x, _) = self.half_view_deg(zoom);
         let lens = pursuit_imaging::Lens::field_of_view(2.0 * half_x.to_radians()).ok()?;
         CameraPose::new(stamp_s, direction.pan_deg.to_radians(), direction.tilt_deg.to_radians(), lens).ok()

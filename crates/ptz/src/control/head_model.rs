@@ -15,8 +15,10 @@ pub struct HeadModel {
     /// The state at `since_s`, before any of `commands`.
     axes: Axes,
     since_s: f64,
-    /// Commands by the time when they take effect.
-    commands: VecDeque<(f64, Command)>,
+    /// Commands by the time when they take effect, with by how much each changes the speed of pan and of tilt, degrees per second.
+    commands: VecDeque<(f64, Command, Direction)>,
+    /// How fast the last command lets the head turn, degrees per second of pan and of tilt.
+    told: Direction,
 }
 
 impl HeadModel {
@@ -33,6 +35,7 @@ impl HeadModel {
             axes: Axes::at(home),
             since_s: now_s - Self::MEMORY_S,
             commands: VecDeque::with_capacity(Self::MOST_COMMANDS + 1),
+            told: Direction::AHEAD,
         }
     }
 
@@ -50,10 +53,13 @@ impl HeadModel {
     pub fn sent(&mut self, now_s: f64, command: Command) {
         let effect_s = now_s + self.delay_s;
         // A clock that jumps back must not mix up the order.
-        let effect_s = self.commands.back().map_or(effect_s, |&(last, _)| effect_s.max(last));
-        self.commands.push_back((effect_s, command));
+        let effect_s = self.commands.back().map_or(effect_s, |&(last, ..)| effect_s.max(last));
+        let told = self.speed_told(effect_s, &command);
+        let change = Direction::new(told.pan_deg - self.told.pan_deg, told.tilt_deg - self.told.tilt_deg);
+        self.commands.push_back((effect_s, command, change));
+        self.told = told;
         while self.commands.len() > Self::MOST_COMMANDS
-            || self.commands.front().is_some_and(|&(time, _)| time < now_s - Self::MEMORY_S)
+            || self.commands.front().is_some_and(|&(time, ..)| time < now_s - Self::MEMORY_S)
         {
             self.settle_first();
         }
@@ -61,7 +67,7 @@ impl HeadModel {
 
     /// Lets the oldest command act for good.
     fn settle_first(&mut self) {
-        if let Some((time, command)) = self.commands.pop_front() {
+        if let Some((time, command, _)) = self.commands.pop_front() {
             self.axes.advance(time - self.since_s, &self.limits);
             self.axes.obey(&command);
             self.since_s = self.since_s.max(time);
@@ -71,7 +77,7 @@ impl HeadModel {
     /// The axes at `time_s`; before the memory begins, as they were then.
     fn axes_at(&self, time_s: f64) -> Axes {
         let (mut axes, mut now) = (self.axes, self.since_s);
-        for (time, command) in self.commands.iter().take_while(|(time, _)| *time <= time_s) {
+        for (time, command, _) in self.commands.iter().take_while(|(time, ..)| *time <= time_s) {
             axes.advance(time - now, &self.limits);
             axes.obey(command);
             now = now.max(*time);
@@ -86,19 +92,50 @@ impl HeadModel {
         (axes.position(), axes.velocity())
     }
 
-    /// By how much the head changed its speed shortly before `time_s`: the largest difference to the speed then, per axis,
-    /// degrees per second.
-    pub fn change_before(&self, time_s: f64) -> Direction {
-        const STEPS: u32 = 3;
-        const STEP_S: f64 = 0.06;
-        let now = self.at(time_s).1;
-        let change = |step| {
-            let then = self.at(time_s - f64::from(step) * STEP_S).1;
-            ((now.pan_deg_s - then.pan_deg_s).abs(), (now.tilt_deg_s - then.tilt_deg_s).abs())
-        };
-        (1..=STEPS)
-            .map(change)
-            .fold(Direction::AHEAD, |most, (pan, tilt)| Direction::new(most.pan_deg.max(pan), most.tilt_deg.max(tilt)))
+    /// How fast a command lets the head turn: the speed told, or the greatest on the way to where it is sent.
+    fn speed_told(&self, effect_s: f64, command: &Command) -> Direction {
+        match command {
+            Command::Move(v) => {
+                let clamped = |speed: f64, top: f64| speed.clamp(-top, top);
+                let Velocity { pan_deg_s, tilt_deg_s, .. } = *v;
+                let HeadLimits { pan, tilt, .. } = &self.limits;
+                Direction::new(clamped(pan_deg_s, pan.max_speed_deg_s), clamped(tilt_deg_s, tilt.max_speed_deg_s))
+            }
+            Command::Stop => Direction::AHEAD,
+            Command::GoTo { .. } | Command::TurnBy { .. } | Command::Preset { .. } | Command::Home => {
+                let mut axes = self.axes_at(effect_s);
+                axes.obey(command);
+                let mut most = Direction::AHEAD;
+                for _ in 0..Self::LOOKS {
+                    axes.advance(Self::LOOK_S, &self.limits);
+                    let Velocity { pan_deg_s, tilt_deg_s, .. } = axes.velocity();
+                    let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+                    most = Direction::new(larger(most.pan_deg, pan_deg_s), larger(most.tilt_deg, tilt_deg_s));
+                }
+                most
+            }
+        }
+    }
+
+    /// How often, and how far apart in seconds, a head that is sent somewhere is looked at for its greatest speed.
+    const LOOKS: u32 = 8;
+    const LOOK_S: f64 = 0.06;
+
+    /// By how much the head may have come apart from this model from `from_s` to `to_s`, as a variance per unit of the variance
+    /// of a command's delay, (degrees per second)² of pan and of tilt.
+    ///
+    /// A command that changes the speed by `Δv` and takes effect `δ` later than assumed leaves the head `Δv δ` away from its
+    /// model for good. That adds up command by command, as a random walk of variance `Σ Δv² σ²`. When a command of delay
+    /// `± σ` takes effect is uncertain by `±√3 σ`, and its part is spread over that time.
+    pub fn drift(&self, from_s: f64, to_s: f64, sigma_s: f64) -> Direction {
+        let half = (3.0_f64.sqrt() * sigma_s).max(1e-3);
+        let mut sum = Direction::AHEAD;
+        for (time, _, change) in &self.commands {
+            let part = (to_s.min(time + half) - from_s.max(time - half)).max(0.0) / (2.0 * half);
+            sum.pan_deg += part * change.pan_deg.powi(2);
+            sum.tilt_deg += part * change.tilt_deg.powi(2);
+        }
+        sum
     }
 }
 
@@ -131,13 +168,19 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_speed_is_told_for_a_while() {
+    fn drift_grows_with_every_change_of_speed() {
         let mut model = model();
-        model.sent(100.0, RIGHT); // ramps from 100.2 to 100.3
-        assert_eq!(model.change_before(100.2), Direction::AHEAD);
-        assert!((model.change_before(100.32).pan_deg - 12.0).abs() < 1e-9);
-        assert!((model.change_before(100.45).pan_deg - 3.6).abs() < 1e-9); // 0.18 s before, at 100.27: 8.4°/s
-        assert_eq!(model.change_before(100.6), Direction::AHEAD);
+        model.sent(100.0, RIGHT);
+        model.sent(101.0, Command::Stop);
+        assert_eq!(model.drift(99.0, 100.1, 0.01), Direction::AHEAD);
+        assert!((model.drift(99.0, 100.5, 0.01).pan_deg - 144.0).abs() < 1e-9);
+        assert!((model.drift(99.0, 100.2, 0.01).pan_deg - 72.0).abs() < 1e-9, "half of its time");
+        assert!((model.drift(99.0, 102.0, 0.01).pan_deg - 288.0).abs() < 1e-9);
+        model.sent(102.0, RIGHT);
+        model.sent(102.5, RIGHT);
+        assert_eq!(model.drift(102.6, 103.0, 0.01), Direction::AHEAD, "the same speed again");
+        model.sent(103.0, Command::TurnBy { by: Direction::new(-5.0, 0.0) });
+        assert!(model.drift(103.1, 103.4, 0.01).pan_deg > 144.0);
     }
 
     #[test]

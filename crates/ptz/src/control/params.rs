@@ -1,4 +1,4 @@
-use super::{LostParams, ZoomParams};
+use super::{LostParams, TrustParams, ZoomParams};
 use crate::Position;
 use crate::geometry::AngleFormula;
 use crate::mechanics::HeadLimits;
@@ -47,6 +47,8 @@ parameters! {
         pub timing_s: f64 = 0.1, in 0.0..=1.0, unit "s";
         /// How much these delays vary from command to command and from picture to picture, one standard deviation.
         pub jitter_s: f64 = 0.05, in 0.0..=1.0, unit "s";
+        /// Whether that is measured while following, beginning with `jitter_s`.
+        pub measure_jitter: bool = true;
     }
 }
 
@@ -85,6 +87,11 @@ parameters! {
         pub manual_s: f64 = 5.0, in 0.0..=3600.0, unit "s";
         /// How the target moves.
         pub motion: MotionParams = MotionParams::default();
+        /// How far the prediction is trusted.
+        pub trust: TrustParams = TrustParams::default();
+        /// By how much delays that vary slow the closing of the distance: `gain_per_s / (1 + caution gain_per_s σ)`, `σ` being the
+        /// standard deviation of the whole delay as measured so far.
+        pub caution: f64 = 1.8, in 0.0..=100.0;
         /// How the zoom is driven; without it the zoom is left alone.
         pub zoom: Option<ZoomParams> = None;
     }

@@ -29,12 +29,11 @@ impl Sighting {
     const KNOT_S: f64 = 0.125;
 
     /// The sighting of `aim` in a frame of time stamp `stamp_s` that was taken at `taken_s`, when the camera stood at
-    /// `pose`, turned at `turning`, and had just changed its speed by up to `change`. The tracker's forecast is asked for where
-    /// it is used.
+    /// `pose`, turned at `turning`, by what is believed of the head. The tracker's forecast is asked for where it is used.
     pub fn new(
         view: &View<'_>,
         (stamp_s, taken_s): (f64, f64),
-        (pose, turning, change): (Position, Velocity, Direction),
+        (pose, turning): (Position, Velocity),
         aim: &Aim,
         forecast: Option<&dyn Forecast>,
     ) -> Result<Self> {
@@ -45,10 +44,18 @@ impl Sighting {
             let later_s = stamp_s + index as f64 * Self::KNOT_S;
             *knot = forecast.and_then(|forecast| forecast.at(later_s)).map(|aim| look(&aim.bbox));
         }
-        let sigma_deg = sigma_deg(&lens, aim, change, view.motion);
+        let sigma_deg = sigma_deg(&lens, aim, view.motion);
         let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
-        let seen = SeenAt { direction: look(&aim.bbox), sigma_deg, turning_deg_s };
+        let direction = look(&aim.bbox);
+        let seen = SeenAt { direction, sigma_deg, turning_deg_s, late_s: 0.0, drift: Direction::AHEAD };
         Ok(Self { taken_s, lens, bbox: aim.bbox, seen, forecast: knots })
+    }
+
+    /// What the same frame shows if the head stood at `pose` and turned at `turning`, which it did by its model `late_s` earlier.
+    pub fn by(&self, view: &View<'_>, (pose, turning): (Position, Velocity), late_s: f64, aim: &Aim) -> SeenAt {
+        let direction = direction_of(&self.lens, pose.direction, aim.bbox.center(), view.formula);
+        let turning_deg_s = Direction::new(turning.pan_deg_s, turning.tilt_deg_s);
+        SeenAt { direction, turning_deg_s, late_s, ..self.seen }
     }
 
     /// Where the tracker says the target will be at `time_s`, and how fast it moves then, degrees per second; the last
@@ -66,16 +73,15 @@ impl Sighting {
     }
 }
 
-/// How uncertain a sighting is: by the tracker's covariance, and by how far the head may be from its model while it changes
-/// its speed by `change` and the delays vary.
-fn sigma_deg(lens: &Lens, aim: &Aim, change: Direction, motion: &MotionParams) -> Direction {
+/// How uncertain a sighting is by the tracker's covariance.
+fn sigma_deg(lens: &Lens, aim: &Aim, motion: &MotionParams) -> Direction {
     let (px_x, px_y) = lens.px_per_deg();
-    let axis = |variance_px2: Option<f64>, px_per_deg: f64, change_deg_s: f64| {
+    let axis = |variance_px2: Option<f64>, px_per_deg: f64| {
         let seen_px = variance_px2.map_or(0.0, |v| v.max(0.0).sqrt());
-        (seen_px.max(motion.sigma_px) / px_per_deg).hypot(change_deg_s * motion.jitter_s)
+        seen_px.max(motion.sigma_px) / px_per_deg
     };
     let variance = |i: usize| aim.covariance.map(|c| c[(i, i)]).filter(|v| v.is_finite());
-    Direction::new(axis(variance(0), px_x, change.pan_deg), axis(variance(1), px_y, change.tilt_deg))
+    Direction::new(axis(variance(0), px_x), axis(variance(1), px_y))
 }
 
 #[cfg(test)]
@@ -97,7 +103,7 @@ mod tests {
         let view = View { views: &views, size, formula: AngleFormula::PanThenTilt, motion: &motion };
         let pose = Position { direction: Direction::new(10.0, 0.0), zoom: 0.0 };
         let seen = forecast.at(5.0).unwrap();
-        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO, Direction::AHEAD), &seen, Some(forecast)).unwrap()
+        Sighting::new(&view, (5.0, 4.9), (pose, Velocity::ZERO), &seen, Some(forecast)).unwrap()
     }
 
     #[test]
@@ -125,16 +131,15 @@ mod tests {
     }
 
     #[test]
-    fn uncertainty_comes_from_the_tracker_and_from_the_clock() {
+    fn uncertainty_comes_from_the_tracker() {
         let lens = Lens::new(Size::new(640, 360), 30.0).unwrap();
-        let motion = MotionParams { sigma_px: 2.0, jitter_s: 0.01, ..MotionParams::default() };
+        let motion = MotionParams { sigma_px: 2.0, ..MotionParams::default() };
         let (px_x, px_y) = lens.px_per_deg();
         let mut covariance = Matrix4::identity();
         covariance[(0, 0)] = (3.0 * px_x).powi(2);
         let known = Aim { covariance: Some(covariance), ..aim(1.0) };
-        let sigma = sigma_deg(&lens, &known, Direction::new(400.0, 0.0), &motion);
-        assert!((sigma.pan_deg - 5.0).abs() < 1e-9 && (sigma.tilt_deg - 2.0 / px_y).abs() < 1e-12, "{sigma:?}");
-        let sigma = sigma_deg(&lens, &aim(1.0), Direction::AHEAD, &motion);
-        assert_eq!(sigma, Direction::new(2.0 / px_x, 2.0 / px_y));
+        let sigma = sigma_deg(&lens, &known, &motion);
+        assert!((sigma.pan_deg - 3.0).abs() < 1e-9 && (sigma.tilt_deg - 2.0 / px_y).abs() < 1e-12, "{sigma:?}");
+        assert_eq!(sigma_deg(&lens, &aim(1.0), &motion), Direction::new(2.0 / px_x, 2.0 / px_y));
     }
 }

@@ -1,4 +1,5 @@
 use super::MotionParams;
+use super::jitter::Jitter;
 use crate::{Direction, Result};
 use nalgebra::{SMatrix, SVector, Vector2};
 use pursuit_estimation::motion::ConstantVelocity;
@@ -26,6 +27,11 @@ pub struct SeenAt {
     pub sigma_deg: Direction,
     /// How fast the head turned, by its model, degrees per second.
     pub turning_deg_s: Direction,
+    /// By how much longer than assumed commands and pictures together were taken to take for `direction`, seconds.
+    pub late_s: f64,
+    /// By how much the head may have come apart from its model since the sighting before
+    /// ([`HeadModel::drift`](super::HeadModel::drift)), (degrees per second)² of pan and of tilt.
+    pub drift: Direction,
 }
 
 /// The motion of a target in the world: pan and tilt and their rates, under an interacting multiple model of a calm and a
@@ -41,6 +47,7 @@ pub struct TargetMotion {
     sojourn: Sojourn<2>,
     belief: Imm<5, 2>,
     time_s: f64,
+    jitter: Jitter,
 }
 
 impl TargetMotion {
@@ -59,7 +66,8 @@ impl TargetMotion {
         let Direction { pan_deg, tilt_deg } = seen.direction;
         let belief = Gaussian::from_variances(SVector::from([pan_deg, tilt_deg, 0.0, 0.0, mean]), variances)?;
         let sojourn = Sojourn::new([params.calm_s, params.brisk_s])?;
-        Ok(Self { params, sojourn, belief: Imm::new(belief, [0.8, 0.2])?, time_s })
+        let jitter = Jitter::new(params.jitter_s, params.measure_jitter);
+        Ok(Self { params, sojourn, belief: Imm::new(belief, [0.8, 0.2])?, time_s, jitter })
     }
 
     /// When it was seen last, seconds.
@@ -73,23 +81,55 @@ impl TargetMotion {
         (belief.mean()[4], belief.covariance()[(4, 4)].max(0.0).sqrt())
     }
 
-    /// The target was seen again. A time that is not later than the last is ignored.
+    /// How much delays vary from command to command and from picture to picture, as measured so far.
+    pub const fn jitter(&self) -> &Jitter {
+        &self.jitter
+    }
+
+    /// With what another target's sightings told of the jitter.
+    #[must_use]
+    pub const fn knowing(mut self, jitter: Jitter) -> Self {
+        self.jitter = jitter;
+        self
+    }
+
+    /// The target was seen again. A time that is earlier than the last is ignored; pictures that arrive together count together. Gives
+    /// back the logarithm of how likely the sighting was, but for a constant; surprises beyond three deviations count as three.
     ///
     /// # Errors
     /// Where a number is not finite; the belief is then as it was.
-    pub fn update(&mut self, time_s: f64, seen: &SeenAt) -> Result<()> {
-        let Some(mut belief) = self.predicted(time_s)? else { return Ok(()) };
+    pub fn update(&mut self, time_s: f64, seen: &SeenAt) -> Result<f64> {
+        if time_s < self.time_s {
+            return Ok(0.0);
+        }
+        let drift = self.jitter.drift_deg2(seen.drift);
+        let mut belief = self.predicted(time_s, drift)?.unwrap_or(self.belief);
         // The pan as the belief counts it: turns add up, they do not wrap.
         let mean = *belief.combined().mean();
         let turn = seen.direction.from(Direction::new(mean[0], mean[1]));
-        let value = Vector2::new(mean[0] + turn.pan_deg, seen.direction.tilt_deg);
+        let turning = seen.turning_deg_s;
+        // `direction` is by where the head stood that much earlier: put back to where it stood by its model.
+        let (back_pan, back_tilt) = (turning.pan_deg * seen.late_s, turning.tilt_deg * seen.late_s);
+        let value = Vector2::new(mean[0] + turn.pan_deg + back_pan, seen.direction.tilt_deg + back_tilt);
         let mut matrix = SMatrix::<f64, 2, 5>::identity();
-        (matrix[(0, 4)], matrix[(1, 4)]) = (seen.turning_deg_s.pan_deg, seen.turning_deg_s.tilt_deg);
-        let noise = [seen.sigma_deg.pan_deg.powi(2), seen.sigma_deg.tilt_deg.powi(2)];
+        (matrix[(0, 4)], matrix[(1, 4)]) = (turning.pan_deg, turning.tilt_deg);
+        let passing = Direction::new(turning.pan_deg - mean[2], turning.tilt_deg - mean[3]);
+        let blur = self.jitter.blur_deg2(passing);
+        let noise = [seen.sigma_deg.pan_deg.powi(2) + blur.pan_deg, seen.sigma_deg.tilt_deg.powi(2) + blur.tilt_deg];
         let noise = SMatrix::from_diagonal(&SVector::from(noise));
+        let off = value - matrix * mean;
+        let expected = matrix * belief.combined().covariance() * matrix.transpose() + noise;
         belief.update(&LinearMeasurement::new(matrix, noise)?, &value)?;
+        let mut likely = 0.0;
+        for (axis, (drift, passing)) in
+            [(seen.drift.pan_deg, passing.pan_deg), (seen.drift.tilt_deg, passing.tilt_deg)].into_iter().enumerate()
+        {
+            let (square, expected) = (off[axis].powi(2), expected[(axis, axis)]);
+            likely -= 0.5 * ((square / expected).min(9.0) + expected.max(f64::MIN_POSITIVE).ln());
+            self.jitter.learn(square, expected, drift, passing.powi(2), time_s - self.time_s);
+        }
         (self.belief, self.time_s) = (belief, time_s);
-        Ok(())
+        Ok(likely)
     }
 
     /// Where the target is at `time_s`; at the last sighting for earlier times.
@@ -101,7 +141,7 @@ impl TargetMotion {
     /// Where the time is not finite.
     pub fn at(&self, time_s: f64) -> Result<TargetBelief> {
         let now = self.belief.combined();
-        let ahead = self.predicted(time_s)?.unwrap_or(self.belief).combined();
+        let ahead = self.predicted(time_s, Direction::AHEAD)?.unwrap_or(self.belief).combined();
         let ahead_s = (time_s - self.time_s).max(0.0);
         let axis = |i: usize| {
             let (speed, variance) = (now.mean()[i + 2], now.covariance()[(i + 2, i + 2)].max(0.0));
@@ -120,24 +160,27 @@ impl TargetMotion {
         })
     }
 
-    fn predicted(&self, time_s: f64) -> Result<Option<Imm<5, 2>>> {
+    fn predicted(&self, time_s: f64, drift_deg2: Direction) -> Result<Option<Imm<5, 2>>> {
         let dt = time_s - self.time_s;
         if dt <= 0.0 {
             return Ok(None);
         }
         let mut belief = self.belief;
-        let models = [self.transition(self.params.calm_deg2_s3, dt)?, self.transition(self.params.brisk_deg2_s3, dt)?];
+        let model = |density| self.transition(density, dt, drift_deg2);
+        let models = [model(self.params.calm_deg2_s3)?, model(self.params.brisk_deg2_s3)?];
         belief.predict(&models, &self.sojourn.over(dt)?)?;
         Ok(Some(belief))
     }
 
     /// Constant velocity for pan and tilt, and a delay that hardly wanders.
-    fn transition(&self, density: f64, dt: f64) -> Result<Transition<5>> {
+    fn transition(&self, density: f64, dt: f64, drift_deg2: Direction) -> Result<Transition<5>> {
         let motion: Transition<4> = ConstantVelocity::<2>::white(density).over(dt)?;
         let mut matrix = SMatrix::<f64, 5, 5>::identity();
         matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(motion.matrix());
         let mut noise = SMatrix::<f64, 5, 5>::zeros();
         noise.fixed_view_mut::<4, 4>(0, 0).copy_from(motion.noise());
+        noise[(0, 0)] += drift_deg2.pan_deg;
+        noise[(1, 1)] += drift_deg2.tilt_deg;
         noise[(4, 4)] = Self::LATE_WANDERS_S2_S * dt;
         Ok(Transition::new(matrix, noise)?)
     }
@@ -153,7 +196,13 @@ mod tests {
     const SIGMA: Direction = Direction::new(0.1, 0.1);
 
     fn seen(pan: f64) -> SeenAt {
-        SeenAt { direction: Direction::new(pan, 5.0), sigma_deg: SIGMA, turning_deg_s: Direction::AHEAD }
+        SeenAt {
+            direction: Direction::new(pan, 5.0),
+            sigma_deg: SIGMA,
+            turning_deg_s: Direction::AHEAD,
+            late_s: 0.0,
+            drift: Direction::AHEAD,
+        }
     }
 
     fn walked(until_s: f64, path: impl Fn(f64) -> f64) -> TargetMotion {
@@ -213,7 +262,13 @@ mod tests {
             let (angle, speed) = (5.0 * (2.0 * time).sin(), 10.0 * (2.0 * time).cos());
             let truth = 5.0 * (2.0 * (time - 0.06)).sin();
             let turning_deg_s = Direction::new(speed, 0.0);
-            SeenAt { direction: Direction::new(10.0 + angle - truth, 5.0), sigma_deg: SIGMA, turning_deg_s }
+            SeenAt {
+                direction: Direction::new(10.0 + angle - truth, 5.0),
+                sigma_deg: SIGMA,
+                turning_deg_s,
+                late_s: 0.0,
+                drift: Direction::AHEAD,
+            }
         };
         let mut motion = TargetMotion::new(params, 0.0, &see(0.0), (0.0, 0.05)).unwrap();
         for k in 1..800 {

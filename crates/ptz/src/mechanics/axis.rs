@@ -71,7 +71,9 @@ impl Axis {
             if !self.moves() {
                 return;
             }
-            let step = left.min(Self::STEP_S);
+            // A ramp to a speed that never turns back, and that speed from then on, are exact in one step.
+            let onward = matches!(self.goal, Goal::Speed(speed) if speed * self.speed_deg_s >= 0.0);
+            let step = if onward { left } else { left.min(Self::STEP_S) };
             self.step(step, limits);
             left -= step;
         }

@@ -4,6 +4,7 @@
 mod camera;
 mod closed_loop;
 mod figures;
+mod grid;
 mod head;
 mod looking;
 mod params;
@@ -15,6 +16,7 @@ mod worlds;
 pub use camera::{Exposure, SimulatedCamera};
 pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
 pub use figures::{Figures, overshoot, wandering_deg};
+pub use grid::{Cell, Grid, Pair};
 pub use head::SimulatedHead;
 pub use looking::TrackingEye;
 pub use params::{CameraParams, HeadParams, StatusHonesty, StatusParams};

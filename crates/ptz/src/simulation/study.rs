@@ -1,7 +1,7 @@
 use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
-use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo};
+use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo, ZoomParams};
 use crate::{Direction, Result};
-use pursuit_parameters::Parameters;
+use pursuit_parameters::{Parameters, Table, Value};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -69,8 +69,8 @@ pub struct Study {
     pub head: HeadParams,
     /// The camera; the usual one where it is left out.
     pub camera: Option<CameraParams>,
-    /// The follower. Its limits and delays are those of the head and the camera where it is left out.
-    pub follower: Option<FollowerParams>,
+    /// What is said of the follower. Its limits and delays are those of the head and the camera where nothing is said of them.
+    pub follower: Table,
     /// Length of each run, seconds.
     pub duration_s: f64,
     /// From when on a run is judged, seconds.
@@ -86,7 +86,7 @@ impl Default for Study {
         Self {
             head: HeadParams::default(),
             camera: None,
-            follower: None,
+            follower: Table::new(),
             duration_s: 30.0,
             judged_from_s: 3.0,
             sigma_px: 2.0,
@@ -102,7 +102,25 @@ impl Study {
     /// Names the first such parameter and its range.
     pub fn validate(&self) -> Result<()> {
         self.head.validate("head")?;
-        Ok(self.follower.as_ref().map_or(Ok(()), |follower| follower.validate("follower"))?)
+        self.follower_params(&self.camera()?).map(|_| ())
+    }
+
+    fn camera(&self) -> Result<CameraParams> {
+        self.camera.clone().map_or_else(CameraParams::usual, Ok)
+    }
+
+    /// The follower's parameters: what is said of them over what head and camera are like.
+    fn follower_params(&self, camera: &CameraParams) -> Result<FollowerParams> {
+        // A group that is named and says nothing is asked for as it is by default.
+        let zooms = self.follower.get("zoom").is_some_and(Value::is_table);
+        let known = FollowerParams {
+            zoom: zooms.then(ZoomParams::default),
+            limits: self.head.limits,
+            command_delay_s: self.head.delay_s,
+            frame_age_s: camera.age_s,
+            ..FollowerParams::default()
+        };
+        Ok(known.with("follower", &self.follower)?)
     }
 
     /// The figures of a contender that follows this walk, one for each seed.
@@ -140,13 +158,8 @@ impl Study {
         target: &dyn Fn(f64) -> (Direction, f64, f64),
         eye: &mut dyn Eye,
     ) -> Result<Vec<Sample>> {
-        let camera = self.camera.clone().map_or_else(CameraParams::usual, Ok)?;
-        let params = self.follower.clone().unwrap_or_else(|| FollowerParams {
-            limits: self.head.limits,
-            command_delay_s: self.head.delay_s,
-            frame_age_s: camera.age_s,
-            ..FollowerParams::default()
-        });
+        let camera = self.camera()?;
+        let params = self.follower_params(&camera)?;
         let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
         simulation.head.home.direction = first_view;
         let mut controller = contender.controller(&simulation, &params)?;
@@ -172,5 +185,29 @@ mod tests {
         assert!(rms(Contender::Velocity) < rms(Contender::StopAndGo));
         assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 0..1).is_err());
         assert!(toml::from_str::<Study>("speed = 3").is_err());
+    }
+
+    #[test]
+    fn a_follower_given_in_part_keeps_the_known_delays() {
+        let study = |text: &str| toml::from_str::<Study>(text).unwrap();
+        for (text, delays) in [
+            ("[follower.zoom]", (0.15, 0.15)),
+            ("[follower.motion]\njitter_s = 0.2", (0.15, 0.15)),
+            ("[head]\ndelay_s = 0.3\n[camera]\nage_s = 0.4\n[follower]\ngain_per_s = 2", (0.3, 0.4)),
+            ("follower = { frame_age_s = 0.05 }", (0.15, 0.05)),
+            ("[camera]\nfps = 10", (0.15, 0.15)),
+            ("[head]\njitter_s = 0.1", (0.15, 0.15)),
+        ] {
+            let study = study(text);
+            let params = study.follower_params(&study.camera().unwrap()).unwrap();
+            assert_eq!((params.command_delay_s, params.frame_age_s), delays, "{text}");
+            assert_eq!(params.zoom.is_some(), text.contains("zoom"), "{text}");
+        }
+        let fast = study("[head.limits.pan]\nmax_speed_deg_s = 200\n[follower.limits.tilt]\nbacklash_deg = 0.5");
+        let params = fast.follower_params(&fast.camera().unwrap()).unwrap();
+        assert_eq!((params.limits.pan.max_speed_deg_s, params.limits.tilt.max_speed_deg_s), (200.0, 60.0));
+        let wrong = study("[follower]\ngain_per = 3").validate().unwrap_err().to_string();
+        assert!(wrong.contains("gain_per_s"), "{wrong}");
+        assert!(study("[follower.zoom]\nsigma = 3").validate().is_err());
     }
 }

@@ -9,6 +9,7 @@ pub use catalogue::catalogue;
 pub use settings::{ACQUIRE_PREFIX, DETECTOR_PREFIX, MANY_PREFIX, Participants, Settings};
 pub use texts::{parse_box, parse_setting};
 
+use crate::associate::FileDetector;
 use crate::config::options::options;
 use crate::publish::PublishOptions;
 use crate::sinks::OverlayStyle;
@@ -47,7 +48,10 @@ options! {
         pub tracker: Option<String>,
         /// Name of the detector that finds the target when no box is given.
         pub detect: Option<String>,
-        /// Whether everything that the detector finds is followed, not one target.
+        /// File of detections, which takes the place of a detector: what it says of a frame is found there.
+        pub detections: Option<PathBuf>,
+        /// Whether everything that the detector finds is followed, not one target; where detections come from a file it is, unless
+        /// this says otherwise.
         pub many: Option<bool>,
         /// Folder for the results.
         pub out: Option<PathBuf>,
@@ -105,7 +109,18 @@ impl RunConfig {
     pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let input = self.input.iter().map(|input| input.path().to_path_buf());
         let media = input.chain(self.depth.iter().map(PathBuf::from));
-        media.flat_map(|path| [path.with_extension("csv"), path]).chain(self.read_from.clone())
+        let detections = self.detections.clone();
+        media.flat_map(|path| [path.with_extension("csv"), path]).chain(detections).chain(self.read_from.clone())
+    }
+
+    /// Whether everything that is found is followed.
+    pub(crate) fn follows_all(&self) -> bool {
+        self.many.unwrap_or(self.detections.is_some())
+    }
+
+    /// Whether something finds targets.
+    pub(crate) const fn detects(&self) -> bool {
+        self.detect.is_some() || self.detections.is_some()
     }
 
     /// The boxes to start from.
@@ -120,8 +135,14 @@ impl RunConfig {
     /// Unknown names, parameters that nobody knows, bad values.
     pub fn methods(&self) -> Result<Methods, RunError> {
         let detector = self.detect.as_deref().map(registry::detector).transpose()?;
-        let many = self.many == Some(true);
-        if many && detector.is_none() {
+        let many = self.follows_all();
+        if let (Some(name), Some(file)) = (&self.detect, &self.detections) {
+            let file = file.display();
+            return Err(RunError::usage(format!(
+                "the detector {name} and the detections of {file} exclude each other; give one"
+            )));
+        }
+        if many && !self.detects() {
             return Err(RunError::usage("nothing says what to follow; name a detector, for example `--detect ball`"));
         }
         let tracker = match (&self.tracker, detector) {
@@ -133,11 +154,21 @@ impl RunConfig {
         let for_tracker = settings.trackers.first().cloned().unwrap_or_default();
         let many = ManyParams::default();
         let many = match detector {
-            Some(detector) => ManyParams { motion: detector.motion(), ..many },
+            // Networks of objects say chances; what the other detectors say are shares.
+            Some(detector) if detector.name == "objects" => ManyParams { motion: detector.motion(), ..many },
+            Some(detector) => ManyParams::counting(detector.motion()),
             None => many,
         };
-        let detector_parameters = detector.map(|d| d.parameters(&settings.detector)).transpose()?;
-        let detector = detector.map(|d| d.detector(&settings.detector)).transpose()?;
+        let from_file = self.detections.as_deref().map(|file| FileDetector::read(file, None)).transpose()?;
+        let file = |path: &PathBuf| toml::Table::from_iter([("file".to_owned(), path.display().to_string().into())]);
+        let detector_parameters = match &self.detections {
+            Some(path) => Some(file(path)),
+            None => detector.map(|d| d.parameters(&settings.detector)).transpose()?,
+        };
+        let detector = match from_file {
+            Some(detector) => Some(Box::new(detector) as Box<dyn Detector>),
+            None => detector.map(|d| d.detector(&settings.detector)).transpose()?,
+        };
         Ok(Methods {
             recipe: tracker.recipe(&for_tracker)?,
             detector,

@@ -383,7 +383,7 @@ impl Session {
         let estimate = Some(Estimate::started(frame.time_s(), bbox, 1.0));
         self.tracks.retain(|t| t.id != id);
         let at = self.tracks.partition_point(|t| t.id < id);
-        self.tracks.insert(at, Track { id, estimate, started: true, elapsed, class: None });
+        self.tracks.insert(at, Track { id, estimate, started: true, elapsed, class: None, detection: None });
         Ok(())
     }
 

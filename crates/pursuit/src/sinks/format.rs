@@ -46,6 +46,9 @@ impl Format {
     /// A JSON object a line, which is what standard output takes.
     pub const JSONL: Self = super::jsonl::FORMAT;
 
+    /// MOTChallenge's form.
+    pub const MOT: Self = super::mot::FORMAT;
+
     /// The name that commands and configurations use.
     pub const fn name(self) -> &'static str {
         self.0.name
@@ -77,6 +80,14 @@ impl Format {
             Kind::File(create) => create(&path),
             Kind::Missing(why) => Err(RunError::usage(*why)),
         }
+    }
+
+    /// Creates a file of another name, which is told of frames without pixels.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when it cannot be written, [`RunError::Usage`] for a format that is no text.
+    pub(crate) fn create_text(self, path: &Path, size: Size) -> Result<TextSink, RunError> {
+        TextSink::create(path, self.text(size)?)
     }
 
     /// Writes to anything instead of a file, which messages call `name`.

@@ -27,6 +27,7 @@ pub use moment::Moment;
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
+pub(crate) use text::TextSink;
 
 use crate::{Record, RunError};
 use pursuit_media::SourceInfo;

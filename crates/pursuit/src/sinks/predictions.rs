@@ -96,6 +96,7 @@ mod tests {
                 started: k == 0,
                 elapsed: Elapsed::default(),
                 class: None,
+                detection: None,
             };
             rows.push(Row::new(&frame, vec![Record::new(&frame, track)]));
         }

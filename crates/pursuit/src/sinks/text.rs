@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// So many bytes are worth a write call of their own, where nobody waits for each frame.
+const ENOUGH: usize = 64 << 10;
+
 /// A frame of a trajectory, as a text format is told of it.
 pub(super) struct TextRow<'a> {
     pub frame: u64,
@@ -40,7 +43,7 @@ pub(super) fn whole<'a>(mut text: Box<dyn Text>, rows: impl IntoIterator<Item = 
 }
 
 /// A text that goes to its file frame by frame: one write call for all that a frame adds, so that a crash leaves whole lines.
-pub(super) struct TextSink {
+pub(crate) struct TextSink {
     path: PathBuf,
     /// Whether it is a file, and not standard output, say.
     is_file: bool,
@@ -53,7 +56,7 @@ pub(super) struct TextSink {
 impl TextSink {
     /// # Errors
     /// [`RunError::Output`] when the file cannot be made or its beginning cannot be written.
-    pub fn create(path: &Path, text: Box<dyn Text>) -> Result<Self, RunError> {
+    pub(super) fn create(path: &Path, text: Box<dyn Text>) -> Result<Self, RunError> {
         let mut sink = Self { is_file: true, ..Self::new(path, Box::new(create(path)?), text) };
         sink.begin()?;
         Ok(sink)
@@ -63,14 +66,14 @@ impl TextSink {
     ///
     /// # Errors
     /// [`RunError::Output`] when it cannot be opened.
-    pub fn append(path: &Path, text: Box<dyn Text>) -> Result<Self, RunError> {
+    pub(super) fn append(path: &Path, text: Box<dyn Text>) -> Result<Self, RunError> {
         let file = File::options().append(true).open(path).map_err(RunError::output(path))?;
         Ok(Self { is_file: true, ..Self::new(path, Box::new(file), text) })
     }
 
     /// # Errors
     /// [`RunError::Output`] when the beginning cannot be written.
-    pub fn to_writer(name: &str, out: Box<dyn Write + Send>, text: Box<dyn Text>) -> Result<Self, RunError> {
+    pub(super) fn to_writer(name: &str, out: Box<dyn Write + Send>, text: Box<dyn Text>) -> Result<Self, RunError> {
         let mut sink = Self::new(Path::new(name), out, text);
         sink.begin()?;
         Ok(sink)
@@ -82,6 +85,20 @@ impl TextSink {
 
     fn begin(&mut self) -> Result<(), RunError> {
         self.text.begin(&mut self.pending);
+        self.flush()
+    }
+
+    /// Adds a frame; it is written with others, once they are enough.
+    pub fn add(&mut self, frame: u64, records: &[Record]) -> Result<(), RunError> {
+        self.text.add(&TextRow { frame, records, drawn: &[], backward: &[] }, &mut self.pending);
+        if self.pending.len() < ENOUGH { Ok(()) } else { self.flush() }
+    }
+
+    /// Ends the text, once.
+    pub fn end(&mut self) -> Result<(), RunError> {
+        if !std::mem::replace(&mut self.ended, true) {
+            self.text.end(&mut self.pending);
+        }
         self.flush()
     }
 
@@ -100,10 +117,7 @@ impl Sink for TextSink {
     }
 
     fn finish(&mut self) -> Result<(), RunError> {
-        if !std::mem::replace(&mut self.ended, true) {
-            self.text.end(&mut self.pending);
-        }
-        self.flush()
+        self.end()
     }
 
     fn files(&self) -> Vec<PathBuf> {

@@ -137,6 +137,7 @@ impl MultiTracker for Still {
                 started: false,
                 elapsed: Elapsed { wall_ms: 2.0, thread_ms: 1.0 },
                 class: None,
+                detection: None,
             });
         }
         Ok(())

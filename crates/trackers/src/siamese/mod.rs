@@ -1,4 +1,4 @@
-//! Siamese network trackers whose network is the user's: `siamese`, described by a TOML file, and `fear-xs`, which is known. In
+//! Siamese network trackers: the localizer that all share, and those whose network is the user's: `siamese`, described by a TOML file, and `fear-xs`, which is known. In
 //! the one loop, with state, calibrated score and re-detection. See `docs/guide/networks.md`.
 
 mod localizer;
@@ -7,13 +7,15 @@ mod params;
 pub use localizer::{SiameseLocalizer, SiameseModel};
 pub use params::{Layout, SiameseParams};
 
+use pursuit_inference::InferenceError;
+use pursuit_inference::siamese::SiameseConfig;
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
-use pursuit_tracking::{GroupParams, TrackerRecipe};
+use pursuit_tracking::{GroupParams, Result, TrackerRecipe, TrackingError};
 
-/// As for `nanotrack`: released Siamese trackers look where the target was.
-fn recipe(name: &'static str, localizer: SiameseParams) -> TrackerRecipe<SiameseParams> {
+/// Released Siamese trackers look where the target was, and so do ours.
+pub(crate) fn recipe<P>(name: &'static str, localizer: P) -> TrackerRecipe<P> {
     let groups = GroupParams {
         motion: MotionParams::calm(),
         policy: PolicyParams {
@@ -26,6 +28,19 @@ fn recipe(name: &'static str, localizer: SiameseParams) -> TrackerRecipe<Siamese
         search: SearchParams { reach: 4.0, wide_windows: 3, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer, groups }
+}
+
+/// A network that is built in and its configuration, or the tracker's error.
+pub(crate) fn built_in<N>(
+    tracker: &str,
+    network: Result<N, InferenceError>,
+    config: Result<SiameseConfig, InferenceError>,
+) -> Result<(N, SiameseConfig)> {
+    network.and_then(|network| Ok((network, config?))).map_err(|e| TrackingError::Computation {
+        tracker: tracker.to_owned(),
+        index: 0,
+        source: Box::new(e),
+    })
 }
 
 /// `siamese`.

@@ -15,6 +15,12 @@ pursuit_parameters::choices! {
 pursuit_parameters::parameters! {
     /// When a target is given up. One that is lost outside of the picture has left and is given up whatever the model.
     pub struct DeathParams {
+        /// Of detectors that know the scene: a box in which a lesser share stands out of it is empty …
+        pub empty_below: f64 = 0.15, in 0.0..=1.0, source "ours";
+        /// … and a target whose box has been empty for so long is gone: it is lost, and given up where it was at the picture's border …
+        pub empty_s: f64 = 0.3, in 0.0.., unit "s", source "ours";
+        /// … and for so long, anywhere.
+        pub gone_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
         /// The model.
         pub model: DeathModel = DeathModel::Unseen, source "ours";
         /// By time.

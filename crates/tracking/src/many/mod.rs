@@ -12,17 +12,22 @@ mod birth;
 mod clock;
 mod death;
 mod hypothesis;
+mod look;
+mod offline;
 mod params;
 mod target;
 mod target_set;
 
 pub use acquiring::Acquiring;
 pub use associating::Associating;
-pub use association::{AssociationModel, AssociationParams, JointAssociationParams, NearestParams, TwoStageParams};
+pub use association::{
+    AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, TwoStageParams,
+};
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
-pub use params::{AcquisitionParams, ManyParams};
+pub use offline::{Looked, OfflineParams, Placed, offline};
+pub use params::{AcquisitionParams, ManyParams, ReportedBox};
 pub use target_set::TargetSet;
 
 use crate::{Class, Detector, Estimate, Forecast, Recipe, Result};
@@ -53,6 +58,9 @@ pub struct Track {
     pub elapsed: Elapsed,
     /// What it is, where a detector that tells kinds of things apart has said so.
     pub class: Option<Class>,
+    /// Which of this frame's detections it was given, by its place among them: of several the likeliest. `None` where it was given
+    /// none, and where nothing is detected.
+    pub detection: Option<usize>,
 }
 
 /// Follows any number of targets, frame by frame.

@@ -1,12 +1,24 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthParams, DeathParams};
+use super::{AssociationParams, BirthModel, BirthParams, DeathParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
+
+pursuit_parameters::choices! {
+    /// Which box is reported of a target that was detected.
+    pub enum ReportedBox {
+        /// The detection's own.
+        Measured = "measured",
+        /// The motion model's, corrected by the detection.
+        Filtered = "filtered",
+    }
+}
 
 pursuit_parameters::parameters! {
     /// How detections are made into targets.
     pub struct ManyParams {
+        /// Which box is reported of a target that was detected.
+        pub reported as "box": ReportedBox = ReportedBox::Measured, source "ours";
         /// For so long after its last detection a target may be followed by its appearance alone.
         pub appearance_s: f64 = 2.0, in 0.0.., unit "s", source "ours";
         /// Where nothing was detected, what appearance sees is believed from this probability.
@@ -38,13 +50,22 @@ pursuit_parameters::parameters! {
     }
 }
 
+impl ManyParams {
+    /// For detectors whose confidences are shares of some measure and no chances, such as those that model the background: a
+    /// candidate is confirmed by how often it was detected, three times in five frames. `motion` says how things move.
+    pub fn counting(motion: MotionParams) -> Self {
+        let birth = BirthParams { model: BirthModel::Hits, from: 0.5, ..BirthParams::default() };
+        Self { motion, birth, ..Self::default() }
+    }
+}
+
 /// Detectors draw boxes less exactly than trackers do; what they find walks or drives.
 fn detected_motion() -> MotionParams {
     MotionParams {
-        acceleration: 5.0,
-        start_speed: 3.0,
-        position_noise: 0.06,
-        size_noise: 0.12,
+        acceleration: 2.3,
+        start_speed: 10.0,
+        position_noise: 0.035,
+        size_noise: 0.09,
         noise_floor_px: 0.5,
         ..MotionParams::default()
     }
@@ -88,10 +109,6 @@ pursuit_parameters::parameters! {
         pub lead: f64 = 2.0, in 0.0.., unit "nats", source "ours";
         /// A leader whom nothing has confirmed or refuted for so long is taken for the target.
         pub trial_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
-        /// Of detectors that model the scene, and so see every frame: when the target's box overlaps theirs by less (IoU) …
-        pub agree: f64 = 0.45, in 0.0..=1.0, source "ours";
-        /// … for longer than this, the target is put onto theirs.
-        pub apart_s: f64 = 0.3, in 0.0.., unit "s", source "ours";
         /// A target that is lost for longer is sought by the detector again; what it finds must be confirmed.
         pub seek_again_after_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
     }
@@ -105,12 +122,12 @@ mod tests {
     #[test]
     fn former_names_mean_the_new_ones() {
         let with = |text: &str| ManyParams::default().with("many", &text.parse().unwrap());
-        let former = "gate = 1\nreach = 2\niou_weight = 3\nconfirm_hits = 2\ndies_after_s = 4";
-        let now = "association.gate = 1\nassociation.reach = 2\nassociation.nearest.iou_weight = 3\nbirth.hits.hits = 2\n\
+        let former = "birth.model = 'hits'\ngate = 1\nreach = 2\niou_weight = 3\nconfirm_hits = 2\ndies_after_s = 4";
+        let now = "birth.model = 'hits'\nassociation.gate = 1\nassociation.reach = 2\nassociation.nearest.iou_weight = 3\nbirth.hits.hits = 2\n\
                    death.unseen.after_s = 4";
         assert_eq!(with(former).unwrap(), with(now).unwrap());
         let both = with("gate = 2.0\nassociation.gate = 3.0\nassociation.reach = 5.0").unwrap();
         assert_eq!((both.association.gate, both.association.reach), (3.0, 5.0), "the new name counts more");
-        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: appearance_s"));
+        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, appearance_s"));
     }
 }

@@ -3,13 +3,14 @@
 use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
-use super::{Elapsed, ManyParams, TargetId};
-use crate::belief::Belief;
+use super::look::Look;
+use super::{Elapsed, ManyParams, ReportedBox, TargetId};
+use crate::belief::{Belief, Stamp};
 use crate::class::Classes;
 use crate::motion::{CameraMotion, MotionFilter, Sight};
 use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
 use pursuit_estimation::EstimationError;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
 
@@ -31,9 +32,13 @@ pub(super) struct Known {
     pub belief: Belief,
     /// What its detections were taken for.
     pub classes: Classes,
+    /// What its detections look like.
+    look: Look,
     unseen: Unseen,
     /// Time since it was detected, in seconds.
     undetected_s: f64,
+    /// For how long nothing has stood out of the scene where it should be, in seconds.
+    empty_s: f64,
 }
 
 impl Known {
@@ -52,12 +57,38 @@ impl Known {
             Standing::Confirmed(_) | Standing::Given(_) => true,
         };
         evidence
+            && self.look.is_sound()
             && self.unseen.is_sound()
             && self.undetected_s.is_finite()
             && self.undetected_s >= 0.0
+            && self.empty_s.is_finite()
             && self.belief.last_believed.is_finite()
             && self.classes.is_sound()
     }
+}
+
+/// A frame as targets see it: pixels only where there are any.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub stamp: Stamp,
+    pub frame: Option<&'a Frame>,
+}
+
+impl<'a> From<&'a Frame> for View<'a> {
+    fn from(frame: &'a Frame) -> Self {
+        Self { stamp: frame.into(), frame: Some(frame) }
+    }
+}
+
+/// A frame in which something was seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sighting {
+    /// Number of the frame.
+    pub index: u64,
+    /// Place among the frame's detections.
+    pub place: usize,
+    pub bbox: BBox,
+    pub confidence: f64,
 }
 
 /// A target or a candidate.
@@ -65,41 +96,57 @@ pub(super) struct Target {
     pub known: Known,
     /// Answers when no detection is associated.
     pub appearance: Option<Box<dyn Appearance>>,
+    /// Share of where it should be that stands out of the scene, where the detector knows that.
+    pub standing_out: Option<f64>,
     /// What its motion model expects of this frame.
     prior: Option<Prior>,
     expectation: Option<Expectation>,
+    /// Which of the frame's detections it was given.
+    pub taken: Option<usize>,
+    /// Where it was seen while it was a candidate.
+    pub before: Vec<Sighting>,
     /// What this frame said, until it is reported.
     pub answer: Option<(Estimate, Elapsed)>,
 }
 
 impl Target {
-    /// A target or a candidate that was just seen at `bbox` of `frame`.
+    /// A target or a candidate that was just seen at `bbox` of the frame of `stamp`.
     ///
     /// # Errors
     /// When the motion model cannot start from the box.
-    pub fn new(standing: Standing, frame: &Frame, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
-        let belief = Belief::new(&params.motion, &params.policy, frame, bbox)?;
+    pub fn new(standing: Standing, stamp: Stamp, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
+        let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
-        Ok(Self::of(Known { standing, belief, classes, unseen, undetected_s: 0.0 }, None))
+        let known = Known { standing, belief, classes, look: Look::default(), unseen, undetected_s: 0.0, empty_s: 0.0 };
+        Ok(Self::of(known, None))
     }
 
     /// A candidate that was detected once.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn born(frame: &Frame, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
+    pub fn born(stamp: Stamp, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
-        let mut born = Self::new(Standing::Candidate(evidence), frame, detection.bbox, params)?;
-        let estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
+        let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
+        let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
         born.answer = Some((estimate, Elapsed::default()));
-        born.count_class(detection);
+        born.count_looks(detection);
         Ok(born)
     }
 
     /// From what was saved.
     pub const fn of(known: Known, appearance: Option<Box<dyn Appearance>>) -> Self {
-        Self { known, appearance, prior: None, expectation: None, answer: None }
+        Self {
+            known,
+            appearance,
+            standing_out: None,
+            prior: None,
+            expectation: None,
+            taken: None,
+            before: Vec::new(),
+            answer: None,
+        }
     }
 
     /// Its id; `None` while it is a candidate.
@@ -129,10 +176,10 @@ impl Target {
     }
 
     /// Phase 1: where it should be in this frame.
-    pub fn predict(&mut self, frame: &Frame, params: &ManyParams) -> Result<()> {
-        let dt_s = self.known.belief.last.advance(frame)?;
-        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(frame.index(), e))?;
-        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(frame.index(), e))?);
+    pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
+        let dt_s = self.known.belief.last.advance(stamp)?;
+        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
+        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
         Ok(())
     }
@@ -141,26 +188,31 @@ impl Target {
     pub fn claimant(&self) -> Option<Claimant<'_>> {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
-        Some(Claimant { expectation, confirmed, state, classes: &self.known.classes })
+        let unseen_s = self.known.unseen.seconds;
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes: &self.known.classes, look: &self.known.look })
     }
 
-    fn count_class(&mut self, detection: &Detection) {
+    fn count_looks(&mut self, detection: &Detection) {
         if let Some(class) = &detection.class {
             self.known.classes.count(class, detection.confidence);
+        }
+        if let Some(embedding) = &detection.embedding {
+            self.known.look.learn(embedding);
         }
     }
 
     /// Phase 3: takes the detections that it was given, or what appearance says where there are none.
     pub fn update(
         &mut self,
-        frame: &Frame,
+        view: View<'_>,
         detections: &[Detection],
         shares: &Shares,
         params: &ManyParams,
     ) -> Result<()> {
         let Some(prior) = self.prior.take() else { return Ok(()) };
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let detection = likeliest.and_then(|(d, _)| detections.get(*d));
+        self.taken = likeliest.map(|(d, _)| *d);
+        let detection = self.taken.and_then(|d| detections.get(d));
         self.count(detection, prior.dt_s, params);
         let found = merged(detections, shares).map(|found| self.gated(found, params));
         let shared = shared(detections, shares);
@@ -170,19 +222,30 @@ impl Target {
             least_overlap: params.appearance_overlap,
         });
         let (standing, undetected_s, expectation) = (self.known.standing, self.known.undetected_s, self.expectation);
+        let empty = detection.is_none() && self.standing_out.is_some_and(|share| share < params.death.empty_below);
+        self.known.empty_s = if empty { self.known.empty_s + prior.dt_s } else { 0.0 };
         let believable = |seen: &Measurement| {
-            // Sure enough, near its prediction, not for too long.
+            // Sure enough, near its prediction, not for too long, where something is to be seen.
             let near = |e: &Expectation| e.admits(&seen.bbox, &params.association);
-            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near);
+            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
         let belief = &mut self.known.belief;
-        let estimate = match &mut self.appearance {
-            Some(appearance) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
-            None => conclude(frame, belief, &prior, told.as_ref())?,
+        let mut estimate = match (&mut self.appearance, view.frame) {
+            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
+            (_, None) | (None, _) => conclude(view.stamp, belief, &prior, told.as_ref())?,
         };
+        if self.known.empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
+            // Nothing is there: it is not hidden.
+            (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
+        }
         if estimate.state == TrackState::Tracking {
             self.known.unseen = Unseen::default();
+            // Of several detections none is the target's for certain.
+            if let (ReportedBox::Measured, [(_, _)], Some(seen)) = (params.reported, shares.as_slice(), &found) {
+                estimate.bbox = seen.bbox;
+                self.known.belief.last_believed = seen.bbox;
+            }
         }
         self.answer = Some((estimate, Elapsed::default()));
         Ok(())
@@ -197,7 +260,7 @@ impl Target {
     }
 
     fn count(&mut self, detection: Option<&Detection>, dt_s: f64, params: &ManyParams) {
-        detection.into_iter().for_each(|d| self.count_class(d));
+        detection.into_iter().for_each(|d| self.count_looks(d));
         let known = &mut self.known;
         if let Standing::Candidate(evidence) = &mut known.standing {
             evidence.look(detection, &params.birth);
@@ -212,15 +275,19 @@ impl Target {
     }
 
     /// Phase 4: whether it is to be given up.
-    pub fn is_dead(&self, frame: &Frame, params: &ManyParams) -> bool {
+    pub fn is_dead(&self, frame: Size, params: &ManyParams) -> bool {
         match &self.known.standing {
             Standing::Given(_) => false,
             Standing::Candidate(evidence) => evidence.refutes(&params.birth),
             Standing::Confirmed(_) => {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
-                let left = lost && self.bbox().clipped_to(frame.size()).is_none();
-                left || self.known.unseen.is_too_long(&params.death)
+                let left = lost && self.bbox().clipped_to(frame).is_none();
+                let empty_s = self.known.empty_s;
+                let left_by_border =
+                    empty_s > params.death.empty_s && at_border(&self.known.belief.last_believed, frame);
+                let gone = left_by_border || empty_s > params.death.gone_s;
+                left || gone || self.known.unseen.is_too_long(&params.death)
             }
         }
     }
@@ -231,8 +298,8 @@ impl Target {
             appearance.restart(frame, bbox)?;
         }
         self.known.belief.restart(frame, bbox);
-        self.known.classes = Classes::default();
-        (self.known.unseen, self.known.undetected_s) = (Unseen::default(), 0.0);
+        (self.known.classes, self.known.look) = (Classes::default(), Look::default());
+        (self.known.unseen, self.known.undetected_s, self.known.empty_s) = (Unseen::default(), 0.0, 0.0);
         Ok(())
     }
 
@@ -249,14 +316,21 @@ impl Target {
     }
 }
 
+/// Whether a box touches the border of the picture, or nearly.
+fn at_border(bbox: &BBox, frame: Size) -> bool {
+    let (width, height) = (frame.width as f64, frame.height as f64);
+    let near = 0.01 * width.max(height);
+    bbox.left() <= near || bbox.top() <= near || bbox.right() >= width - near || bbox.bottom() >= height - near
+}
+
 /// The policy's judgement of a target without appearance, and what it does to the belief.
-fn conclude(frame: &Frame, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
+fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
     let measurement = told.map(|t| t.measurement);
-    let judgement = belief.judge(frame.size(), prior, measurement, || None);
+    let judgement = belief.judge(stamp.size, prior, measurement, || None);
     if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
-        belief.believe(told.measurement, told.shared, false).map_err(|e| failed(frame.index(), e))?;
+        belief.believe(told.measurement, told.shared, false).map_err(|e| failed(stamp.index, e))?;
     }
-    Ok(belief.report(frame, prior, judgement, measurement))
+    Ok(belief.report(stamp, prior, judgement, measurement))
 }
 
 /// The one measurement that stands for all detections given: their mean by probability.

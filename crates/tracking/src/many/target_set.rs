@@ -155,7 +155,14 @@ impl MultiTracker for TargetSet {
         }
         for target in &mut self.targets {
             let Some((estimate, elapsed)) = target.answer.take() else { continue };
-            tracks.push(Track { id: target.id, estimate: Some(estimate?), started: false, elapsed, class: None });
+            tracks.push(Track {
+                id: target.id,
+                estimate: Some(estimate?),
+                started: false,
+                elapsed,
+                class: None,
+                detection: None,
+            });
         }
         Ok(())
     }

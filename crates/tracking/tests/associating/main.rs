@@ -5,8 +5,10 @@
 mod common;
 
 mod commands;
+mod fed;
 mod lives;
 mod street;
+mod whole_clips;
 
 use common::{at, empty, frame, frame_at, recipe, recipe_of, scripted, seen};
 use pursuit_geometry::BBox;
@@ -16,8 +18,10 @@ use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 
+/// Three of five confirm a candidate: tests count frames.
 fn params() -> ManyParams {
-    ManyParams::default()
+    use pursuit_parameters::Parameters;
+    ManyParams::default().with("many", &"birth.model = 'hits'\nbirth.from = 0.5".parse().unwrap()).unwrap()
 }
 
 fn with(changes: &str) -> ManyParams {

@@ -101,6 +101,10 @@ impl<P: Channels> BackgroundModel<P> for RunningAverage<P> {
         super::fixed::copy(self.state.as_ref().map(|s| &s.background), out)
     }
 
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        super::fixed::sample(self.state.as_ref().map(|s| &s.background), x, y)
+    }
+
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {
         check_sizes(self.state.as_ref().map(|s| s.background.size()), frame.size(), keep)?;
         let state = self.state.get_or_insert_with(|| State::new(frame));

@@ -41,6 +41,10 @@ impl<P: Channels> BackgroundModel<P> for FixedBackground<P> {
         copy(self.background.as_ref(), out)
     }
 
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        sample(self.background.as_ref(), x, y)
+    }
+
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {
         check_sizes(self.background.as_ref().map(Image::size), frame.size(), keep)?;
         let background = self.background.get_or_insert_with(|| frame.to_image());
@@ -49,6 +53,11 @@ impl<P: Channels> BackgroundModel<P> for FixedBackground<P> {
         }
         Ok(())
     }
+}
+
+/// A pixel of `image`, if there is one.
+pub(super) fn sample<P: Channels>(image: Option<&Image<P>>, x: usize, y: usize) -> Option<P> {
+    image.filter(|i| y < i.height()).and_then(|i| i.row(y).get(x)).copied()
 }
 
 /// Copies `image`, if there is one, to `out`.

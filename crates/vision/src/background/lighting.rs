@@ -1,4 +1,5 @@
 use super::difference::Channels;
+use super::exposure::Exposure;
 use super::{BACKGROUND, BackgroundModel, Learning};
 use crate::error::{VisionError, require_range};
 use pursuit_imaging::{Image, ImageView};
@@ -20,11 +21,14 @@ pub struct LightingParams {
     pub tolerance: u8,
     /// Frames after which the background is trusted enough to judge by it.
     pub settled_frames: u32,
+    /// Whether the camera's exposure is followed: every frame is seen in the exposure of the background, by a gain and an offset
+    /// a channel that the background in sight tells.
+    pub exposure: bool,
 }
 
 impl Default for LightingParams {
     fn default() -> Self {
-        Self { changed: 0.4, explained: 0.6, replaced: 0.8, tolerance: 20, settled_frames: 5 }
+        Self { changed: 0.4, explained: 0.6, replaced: 0.8, tolerance: 20, settled_frames: 5, exposure: true }
     }
 }
 
@@ -59,7 +63,14 @@ pub struct Watched<M, P> {
     age: u32,
     background: Image<P>,
     ratios: Vec<f32>,
+    exposure: Exposure<P>,
+    /// The frame seen last in the exposure of the background, and whether that was another than its own.
+    relit: Option<Image<P>>,
+    differs: bool,
 }
+
+/// From this change of the gain in one frame on, a step of the light is reported.
+const STEP: f64 = 0.12;
 
 /// Every how many pixels, both ways, the gain is sampled.
 const SPARSE: usize = 3;
@@ -75,7 +86,16 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         {
             require_range(name, share, (0.0, 1.0), "from 0 to 1")?;
         }
-        Ok(Self { model, params, age: 0, background: Image::filled(1, 1, P::default())?, ratios: Vec::new() })
+        Ok(Self {
+            model,
+            params,
+            age: 0,
+            background: Image::filled(1, 1, P::default())?,
+            ratios: Vec::new(),
+            exposure: Exposure::new(),
+            relit: None,
+            differs: false,
+        })
     }
 
     /// The model.
@@ -88,12 +108,72 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         &mut self.model
     }
 
+    /// The frame seen last in the exposure of the background; `None` where that is its own.
+    pub fn relit(&self) -> Option<ImageView<'_, P>> {
+        self.relit.as_ref().filter(|_| self.differs).map(Image::view)
+    }
+
+    /// As [`BackgroundModel::apply`], in the exposure of the background. A gain that jumps is reported as a step that the background
+    /// has survived as it was.
+    ///
+    /// # Errors
+    /// As [`BackgroundModel::apply`].
+    pub fn apply(
+        &mut self,
+        frame: ImageView<'_, P>,
+        learning: &Learning<'_>,
+        mask: &mut Image<u8>,
+    ) -> Result<Report, VisionError> {
+        let settled = self.params.exposure && self.age >= self.params.settled_frames;
+        let fits = |model: &M| model.sample(frame.width() - 1, frame.height() - 1).is_some();
+        self.differs = false;
+        if !settled || !fits(&self.model) {
+            return self.apply_as_it_is(frame, learning, mask);
+        }
+        let before = self.exposure.gain();
+        self.exposure.measure(frame, &self.model, learning.protect);
+        if !self.exposure.differs() {
+            return self.apply_as_it_is(frame, learning, mask);
+        }
+        let mut relit = match self.relit.take() {
+            Some(relit) => relit,
+            None => frame.to_image(),
+        };
+        let applied =
+            self.exposure.relight(frame, &mut relit).and_then(|()| self.apply_as_it_is(relit.view(), learning, mask));
+        (self.relit, self.differs) = (Some(relit), true);
+        let mut report = applied?;
+        if self.exposure.gain() > 1.0 {
+            self.admit_clipped(frame, mask);
+        }
+        let gain = self.exposure.gain() / before;
+        if report.step.is_none() && gain.ln().abs() >= STEP {
+            let (changed, explained) = (1.0 - self.exposure.explained_before, self.exposure.explained);
+            report.step = Some(LightingStep { changed, gain, explained });
+        }
+        Ok(report)
+    }
+
+    /// What is as bright as the picture can be, and should be, is background.
+    fn admit_clipped(&self, frame: ImageView<'_, P>, mask: &mut Image<u8>) {
+        for (y, row) in frame.rows().enumerate() {
+            for (x, (pixel, told)) in
+                row.iter().zip(mask.row_mut(y)).enumerate().filter(|(_, (_, m))| **m != BACKGROUND)
+            {
+                let bright = P::channels(&[*pixel]).iter().any(|v| *v >= 250);
+                if bright && self.model.sample(x, y).is_some_and(|learnt| self.exposure.clipped(*pixel, learnt)) {
+                    *told = BACKGROUND;
+                }
+            }
+        }
+    }
+
     /// As [`BackgroundModel::apply`]; after a step the mask is empty except where `learning` protects. With a rate of 0
     /// a step is reported, but nothing learnt and the mask left.
     ///
     /// # Errors
     /// As [`BackgroundModel::apply`].
-    pub fn apply(
+    fn apply_as_it_is(
         &mut self,
         frame: ImageView<'_, P>,
         learning: &Learning<'_>,

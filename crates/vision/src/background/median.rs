@@ -108,6 +108,10 @@ impl<P: Channels> BackgroundModel<P> for TemporalMedian<P> {
         super::fixed::copy(self.background.as_ref(), out)
     }
 
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        super::fixed::sample(self.background.as_ref(), x, y)
+    }
+
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {
         check_sizes(self.background.as_ref().map(Image::size), frame.size(), keep)?;
         let background = self.background.get_or_insert_with(|| frame.to_image());

@@ -7,6 +7,7 @@
 
 mod average;
 mod difference;
+mod exposure;
 mod fixed;
 mod lighting;
 mod median;
@@ -60,6 +61,9 @@ pub trait BackgroundModel<P: Channels> {
     /// Never for a model that learnt a frame.
     fn background(&self, out: &mut Image<P>) -> Result<bool>;
 
+    /// The most probable background of one pixel; `None` when nothing was learnt yet, and outside of the picture.
+    fn sample(&self, x: usize, y: usize) -> Option<P>;
+
     /// Forgets the background and takes `frame` for it, except where `keep` is not 0: there the old background
     /// stays, its brightness multiplied by `gain`.
     ///
@@ -75,6 +79,10 @@ impl<P: Channels, M: BackgroundModel<P> + ?Sized> BackgroundModel<P> for Box<M> 
 
     fn background(&self, out: &mut Image<P>) -> Result<bool> {
         (**self).background(out)
+    }
+
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        (**self).sample(x, y)
     }
 
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {

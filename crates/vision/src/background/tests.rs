@@ -246,6 +246,33 @@ fn light_steps_are_reported_and_survived() {
 }
 
 #[test]
+fn exposure_that_drifts_leaves_things_alone() {
+    // Down to half in a hundred frames, with a square that goes to and fro.
+    let drifting = |exposure: bool| {
+        let params = LightingParams { exposure, ..LightingParams::default() };
+        let mut watched = Watched::new(FixedBackground::<Rgb8>::from_first_frame(25), params).unwrap();
+        let (mut mask, mut wrong, mut seen, mut least_gain) = (mask(), 0usize, 0usize, 1.0f64);
+        for k in 0..120i64 {
+            let gain = 1.0 - 0.5 * (k as f64 / 100.0).min(1.0);
+            least_gain = least_gain.min(gain);
+            let at = 5 + k % 20;
+            let mut image = clip(at);
+            image.as_mut_slice().as_flattened_mut().iter_mut().for_each(|v| *v = (f64::from(*v) * gain) as u8);
+            let report = watched.apply(image.view(), &Learning { rate: None, protect: None }, &mut mask).unwrap();
+            assert!(report.step.is_none() || !exposure, "a drift is no step: {k} {report:?}");
+            // Above the square and its shadow is nothing.
+            wrong += (0..9).map(|y| mask.row(y).iter().filter(|v| **v == FOREGROUND).count()).sum::<usize>();
+            seen += (15..30).map(|y| mask.row(y).iter().filter(|v| **v == FOREGROUND).count()).sum::<usize>();
+        }
+        (wrong, seen, watched.relit().is_some())
+    };
+    let ((wrong, seen, relit), (flooded, ..)) = (drifting(true), drifting(false));
+    assert!(relit && wrong < 120 * 9 * 96 / 100, "{wrong} of a hundredth");
+    assert!(seen > 120 * 40, "{seen}");
+    assert!(flooded > 10 * wrong.max(1), "without: {flooded}");
+}
+
+#[test]
 fn crowds_are_no_light_step() {
     let scene = |k: i64| {
         let base = texture(96, 64, [256, 0, 90_000 + 1_000_000 * k, 0, 256, 40_000]);

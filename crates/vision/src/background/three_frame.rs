@@ -50,6 +50,10 @@ impl<P: Channels> BackgroundModel<P> for ThreeFrame<P> {
         super::fixed::copy(self.before_last.as_ref().or(self.last.as_ref()), out)
     }
 
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        super::fixed::sample(self.before_last.as_ref().or(self.last.as_ref()), x, y)
+    }
+
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {
         check_sizes(self.last.as_ref().map(Image::size), frame.size(), keep)?;
         for image in [&mut self.last, &mut self.before_last].into_iter().flatten() {

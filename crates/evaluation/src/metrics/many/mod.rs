@@ -19,7 +19,7 @@ mod clear;
 mod hota;
 mod identity;
 
-pub use clear::{Clear, clear};
+pub use clear::{Clear, Match, clear, clear_told};
 pub use hota::{Hota, THRESHOLDS, hota};
 pub use identity::{Identity, identity};
 
@@ -46,11 +46,15 @@ pub struct Crowd {
     /// How many boxes each true target, and each one said, has.
     truth_counts: Vec<usize>,
     said_counts: Vec<usize>,
+    /// What the targets are called.
+    truth_ids: Vec<u64>,
+    said_ids: Vec<u64>,
 }
 
 /// One frame: the targets, numbered from 0, and their overlaps, true target by true target.
 #[derive(Debug, Clone, Default)]
 struct CrowdFrame {
+    number: u64,
     truth: Vec<usize>,
     said: Vec<usize>,
     overlaps: Vec<f64>,
@@ -70,8 +74,10 @@ impl Crowd {
     pub fn new(truth: &[Labelled], said: &[Labelled]) -> Result<Self, EvaluationError> {
         let mut frames: BTreeMap<u64, [Vec<(usize, BBox)>; 2]> = BTreeMap::new();
         let mut counts = [Vec::new(), Vec::new()];
+        let mut ids = [Vec::new(), Vec::new()];
         for (side, boxes) in [truth, said].into_iter().enumerate() {
             let numbers: BTreeSet<u64> = boxes.iter().map(|b| b.target).collect();
+            ids[side] = numbers.iter().copied().collect();
             let numbers: BTreeMap<u64, usize> = numbers.into_iter().zip(0..).collect();
             counts[side].resize(numbers.len(), 0);
             for b in boxes {
@@ -86,14 +92,15 @@ impl Crowd {
                 counts[side][number] += 1;
             }
         }
-        let frames = frames.into_values().map(|[truth, said]| CrowdFrame {
-            overlaps: truth.iter().flat_map(|(_, a)| said.iter().map(move |(_, b)| a.iou(b))).collect(),
+        let frames = frames.into_iter().map(|(number, [truth, said])| CrowdFrame {
+            number,
+            overlaps: truth.iter().flat_map(|(_, a)| said.iter().map(move |(_, b)| overlap(a, b))).collect(),
             truth: truth.into_iter().map(|(number, _)| number).collect(),
             said: said.into_iter().map(|(number, _)| number).collect(),
         });
         let frames = frames.collect();
-        let [truth_counts, said_counts] = counts;
-        Ok(Self { frames, truth_counts, said_counts })
+        let ([truth_counts, said_counts], [truth_ids, said_ids]) = (counts, ids);
+        Ok(Self { frames, truth_counts, said_counts, truth_ids, said_ids })
     }
 
     /// How many boxes are true, and how many are said.
@@ -102,8 +109,30 @@ impl Crowd {
     }
 }
 
+/// The overlap of two boxes (intersection over union) by the very operations of TrackEval: with thresholds at round numbers
+/// and boxes of few decimals, the last digit decides.
+pub(crate) fn overlap(a: &BBox, b: &BBox) -> f64 {
+    let (common, area_a, area_b) = common(a, b);
+    let union = area_a + area_b - common;
+    if area_a <= f64::EPSILON || area_b <= f64::EPSILON || union <= f64::EPSILON { 0.0 } else { common / union }
+}
+
+/// The part of `a` that lies inside `b`.
+pub(crate) fn inside(a: &BBox, b: &BBox) -> f64 {
+    let (common, area, _) = common(a, b);
+    if area <= f64::EPSILON { 0.0 } else { common / area }
+}
+
+fn common(a: &BBox, b: &BBox) -> (f64, f64, f64) {
+    let corners = |b: &BBox| [b.left(), b.top(), b.left() + b.width(), b.top() + b.height()];
+    let ([al, at, ar, ab], [bl, bt, br, bb]) = (corners(a), corners(b));
+    let across = (ar.min(br) - al.max(bl)).max(0.0);
+    let down = (ab.min(bb) - at.max(bt)).max(0.0);
+    (across * down, (ar - al) * (ab - at), (br - bl) * (bb - bt))
+}
+
 /// Pairs of rows and columns with the greatest sum of `gain`, which is ≥ 0.
-fn best_pairs(
+pub(crate) fn best_pairs(
     rows: usize,
     columns: usize,
     gain: impl Fn(usize, usize) -> f64,
@@ -157,6 +186,35 @@ mod tests {
         assert_eq!((identity.matches, identity.misses, identity.false_alarms), (5, 15, 7));
         let hota = hota(&crowd).unwrap();
         assert!((hota.detection - 10.0 / 22.0).abs() < 1e-12 && (hota.association - 0.5).abs() < 1e-12, "{hota:?}");
+    }
+
+    #[test]
+    fn parts_of_targets_found_and_breaks_are_counted() {
+        let truth = [walk(1, 0.0), walk(2, 100.0), walk(3, 200.0)].concat();
+        let said: Vec<Labelled> = [walk(1, 0.0), walk(2, 100.0)].concat();
+        // The second is missed twice, for two frames.
+        let said: Vec<Labelled> =
+            said.into_iter().filter(|b| b.target == 1 || ![2, 3, 6, 7].contains(&b.frame)).collect();
+        let crowd = Crowd::new(&truth, &said).unwrap();
+        let mut told = 0;
+        let counts = clear_told(&crowd, 0.5, |m| told += usize::from(m.truth == m.said)).unwrap();
+        assert_eq!((counts.mostly_tracked, counts.partly_tracked, counts.mostly_lost), (1, 1, 1));
+        assert_eq!((counts.fragments, counts.matches, told), (2, 16, 16));
+    }
+
+    #[test]
+    fn figures_of_sequences_add_up() {
+        let truth = [walk(1, 0.0), walk(2, 100.0)].concat();
+        let crowds = [&walk(1, 0.0)[..], &truth, &[]].map(|said| Crowd::new(&truth, said).unwrap());
+        let each = crowds.each_ref().map(|c| hota(c).unwrap());
+        let whole = Hota::combined(&each);
+        assert!((whole.detection - 30.0 / 60.0).abs() < 1e-12 && whole.association == 1.0, "{whole:?}");
+        assert_eq!(Hota::combined(&each[1..2]), each[1]);
+        let each = crowds.each_ref().map(|c| clear(c, 0.5).unwrap());
+        let whole = Clear::combined(&each);
+        assert_eq!((whole.matches, whole.misses, whole.mostly_lost, whole.mostly_tracked), (30, 30, 3, 3));
+        let whole = Identity::combined(&crowds.each_ref().map(|c| identity(c, 0.5).unwrap()));
+        assert_eq!((whole.matches, whole.misses), (30, 30));
     }
 
     #[test]

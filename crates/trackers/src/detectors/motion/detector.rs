@@ -1,7 +1,9 @@
+use super::detected_motion;
 use super::params::MotionDetectorParams;
 use super::scene::{Found, Scene, Sight};
-use pursuit_geometry::Size;
+use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Rgb8};
+use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
     Detection, Detector, DetectorRecipe, Diagnostics, Figure, Figures, Followed, Result, TrackingError,
 };
@@ -84,6 +86,18 @@ impl Detector for MotionDetector {
 
     fn watches(&self) -> bool {
         true
+    }
+
+    fn standing_out(&self, bbox: &BBox) -> Option<f64> {
+        match &self.scene {
+            Some(Kind::Gray(scene)) => scene.standing_out(bbox, &self.params),
+            Some(Kind::Color(scene)) => scene.standing_out(bbox, &self.params),
+            None => None,
+        }
+    }
+
+    fn motion(&self) -> Option<MotionParams> {
+        Some(detected_motion())
     }
 
     fn diagnostics(&self) -> Diagnostics {

@@ -23,7 +23,7 @@ pub(crate) fn detected_motion() -> MotionParams {
         acceleration: 2.0,
         start_speed: 2.0,
         position_noise: 0.06,
-        size_noise: 0.12,
+        size_noise: 0.25,
         noise_floor_px: 0.5,
         ..MotionParams::default()
     }

@@ -110,6 +110,9 @@ pursuit_parameters::parameters! {
         pub replaced: f64 = 0.8, in 0.0..=1.0, source "ours";
         /// How near a pixel must be to what the gain says.
         pub tolerance: usize = 20, in 0..=255, unit "codes", source "ours";
+        /// Whether the camera's exposure is followed in every frame, by a gain and an offset a channel between the background in
+        /// sight and the frame.
+        pub exposure: bool = true, source "ours";
     }
 }
 
@@ -163,6 +166,7 @@ impl MotionDetectorParams {
             replaced: self.light.replaced,
             tolerance: self.light.tolerance.min(255) as u8,
             settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
+            exposure: self.light.exposure,
         }
     }
 

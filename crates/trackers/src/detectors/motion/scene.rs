@@ -65,8 +65,9 @@ pub(super) struct Scene<P> {
     morphology: MorphologyScratch,
     outline: Vec<(usize, usize)>,
     found: Vec<Found>,
-    /// The frame before.
+    /// The frame before, and the frame looked at, in the exposure of the background.
     last: Image<P>,
+    now: Option<Image<P>>,
     ghosts: Vec<BBox>,
 }
 
@@ -88,6 +89,7 @@ impl<P: Channels> Scene<P> {
             outline: Vec::new(),
             found: Vec::new(),
             last: Image::filled(1, 1, P::default())?,
+            now: None,
             ghosts: Vec::new(),
         })
     }
@@ -95,6 +97,15 @@ impl<P: Channels> Scene<P> {
     /// The regions found last that the matching rule admits.
     pub fn found(&self) -> &[Found] {
         &self.found
+    }
+
+    /// Share of `bbox` that stood out of the background in the last frame; `None` before it has settled, and outside of the picture.
+    pub fn standing_out(&self, bbox: &BBox, params: &MotionDetectorParams) -> Option<f64> {
+        let window = PixelWindow::of(bbox, self.mask.size()).filter(|_| self.frames > params.settled_frames)?;
+        let columns = window.x..window.x + window.width;
+        let row = |y: usize| self.mask.row(y)[columns.clone()].iter().filter(|v| **v != 0).count();
+        let out: usize = (window.y..window.y + window.height).map(row).sum();
+        Some(out as f64 / (window.width * window.height).max(1) as f64)
     }
 
     /// Looks at the next frame; the foreground of the last frame inside the boxes `followed` is not learnt.
@@ -118,11 +129,15 @@ impl<P: Channels> Scene<P> {
         self.clean(params)?;
         self.found.clear();
         self.ghosts.clear();
-        if self.frames > params.settled_frames {
-            self.judge(frame, params)?;
-        }
-        self.last.resize_for_overwrite(frame.size(), P::default())?;
-        frame.rows().enumerate().for_each(|(y, row)| self.last.row_mut(y).copy_from_slice(row));
+        // What follows compares the frame with the background and with the frame before, all in one exposure.
+        let lit = self.model.relit().unwrap_or(frame);
+        let now = match self.now.take() {
+            Some(mut now) => copy(lit, &mut now).map(|()| now)?,
+            None => lit.to_image(),
+        };
+        let judged = if self.frames > params.settled_frames { self.judge(now.view(), params) } else { Ok(()) };
+        self.now = Some(std::mem::replace(&mut self.last, now));
+        judged?;
         Ok(Sight { changed: report.changed, step: report.step, ghosts: self.ghosts.len() })
     }
 
@@ -202,6 +217,13 @@ impl<P: Channels> Scene<P> {
             }
         }
     }
+}
+
+/// Copies `from` to `to`, which becomes as large.
+fn copy<P: Channels>(from: ImageView<'_, P>, to: &mut Image<P>) -> Result<(), VisionError> {
+    to.resize_for_overwrite(from.size(), P::default())?;
+    from.rows().enumerate().for_each(|(y, row)| to.row_mut(y).copy_from_slice(row));
+    Ok(())
 }
 
 /// Joins regions above one another that are near: a belt, or a wall of the colour of a coat, cuts a person in two.

@@ -45,7 +45,7 @@ impl Detector for Objects {
             source: Box::new(e),
         })?;
         let detection =
-            |o: &Object| Detection { bbox: o.bbox, confidence: o.score, class: self.classes.get(o.class).cloned() };
+            |o: &Object| Detection { class: self.classes.get(o.class).cloned(), ..Detection::new(o.bbox, o.score) };
         Ok(found.iter().map(detection).collect())
     }
 }

@@ -7,16 +7,10 @@ mod params;
 
 pub use params::{ClassNames, ObjectsParams};
 
+use pursuit_tracking::many::ManyParams;
 use pursuit_tracking::motion::MotionParams;
 
 /// How people and vehicles move, and how exactly a small network draws their boxes.
 pub(crate) fn detected_motion() -> MotionParams {
-    MotionParams {
-        acceleration: 5.0,
-        start_speed: 3.0,
-        position_noise: 0.06,
-        size_noise: 0.12,
-        noise_floor_px: 0.5,
-        ..MotionParams::default()
-    }
+    ManyParams::default().motion
 }

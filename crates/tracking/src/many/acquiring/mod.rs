@@ -1,54 +1,43 @@
-mod saved;
+//! One target that a detector finds.
 
-use super::hypothesis::Hypothesis;
-use super::{
-    AcquisitionParams, Clock, Elapsed, MultiTracker, RecipeOf, TargetId, TargetSet, Track, WallClock, usable_detections,
-};
-use crate::belief::LastFrame;
-use crate::class::Classes;
-use crate::{Detection, Detector, Estimate, Followed, Forecast, Recipe, Result, TrackState, TrackingError, snapshot};
+mod choosing;
+mod saved;
+mod trials;
+
+use super::{AcquisitionParams, Clock, MultiTracker, RecipeOf, TargetId, Track, WallClock};
+use crate::{Detector, Forecast, Recipe, Result};
+use choosing::Choosing;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_parameters::Parameters;
-use rayon::prelude::*;
-use saved::Saved;
 use std::sync::Arc;
+use trials::Trials;
 
-/// The name that errors and saved states bear.
-const NAME: &str = "acquiring";
-
-/// One target that a detector finds, made sure of while it is followed already.
+/// One target that a detector finds, in one of two ways.
 ///
-/// Whatever the detector sees first is followed at once, and so are its rivals, each by a tracker of its own, while the
-/// detector is asked at every frame. A sequential probability ratio test weighs each hypothesis against clutter: detected
-/// again where it is followed, and moving. The leader is what is reported. It is confirmed, or a rival takes over, or it is
-/// lost and the search begins anew. A confirmed target is followed as any other; when it has been lost for long, the
-/// detector is asked again.
+/// *By choice*, where the detector models the scene and so sees every frame: everything that it finds is followed in the four
+/// phases of [`Associating`](super::Associating), so that each region is a measurement of one target, and one of them is said. The
+/// tracker's own motion model predicts it. When it has left or is gone another is chosen, which has another id.
+///
+/// *By trial*, with any other detector: whatever the detector sees first is followed at once, and so are its rivals, each by a
+/// tracker of its own, while the detector is asked at every frame. A sequential probability ratio test weighs each hypothesis
+/// against clutter: detected again where it is followed, and moving. The leader is what is reported. It is confirmed, or a rival
+/// takes over, or it is lost and the search begins anew. A confirmed target is followed as any other; when it has been lost for
+/// long, the detector is asked again.
 pub struct Acquiring {
-    params: AcquisitionParams,
-    detector: Box<dyn Detector>,
-    recipe: Box<dyn Recipe>,
-    /// The confirmed target, and those that a user added.
-    targets: TargetSet,
-    /// The target sought; `None` once a user has removed it.
-    sought: Option<TargetId>,
-    /// What the target may be, the leader first.
-    hypotheses: Vec<Hypothesis>,
-    /// What the confirmed target was taken for.
-    classes: Classes,
-    /// How long the confirmed target has been lost, in seconds.
-    lost_s: f64,
-    /// How long the detector's box has been another than the target's, in seconds.
-    apart_s: f64,
-    last: Option<LastFrame>,
-    clock: Arc<dyn Clock>,
+    way: Way,
+}
+
+/// How the one target is found.
+enum Way {
+    Trials(Box<Trials>),
+    Choosing(Box<Choosing>),
 }
 
 impl Acquiring {
     /// Seeks what `detector` finds, to follow it by trackers of `recipe`.
     ///
     /// # Errors
-    /// [`TrackingError::Parameter`] for a parameter out of range.
+    /// [`TrackingError::Parameter`](crate::TrackingError::Parameter) for a parameter out of range.
     pub fn new(detector: Box<dyn Detector>, recipe: Box<dyn Recipe>, params: AcquisitionParams) -> Result<Self> {
         Self::timed_by(Arc::new(WallClock::default()), detector, recipe, params)
     }
@@ -63,32 +52,30 @@ impl Acquiring {
         recipe: Box<dyn Recipe>,
         params: AcquisitionParams,
     ) -> Result<Self> {
-        params.validate(NAME)?;
-        let mut targets = TargetSet::timed_by(clock.clone());
-        let sought = Some(targets.reserve());
-        Ok(Self {
-            params,
-            detector,
-            recipe,
-            targets,
-            sought,
-            hypotheses: Vec::new(),
-            classes: Classes::default(),
-            lost_s: 0.0,
-            apart_s: 0.0,
-            last: None,
-            clock,
-        })
+        let way = if detector.watches() {
+            Way::Choosing(Box::new(Choosing::new(clock, detector, recipe, params)?))
+        } else {
+            Way::Trials(Box::new(Trials::timed_by(clock, detector, recipe, params)?))
+        };
+        Ok(Self { way })
     }
 
-    /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first.
+    /// What the target may be while nothing is confirmed: boxes and their evidence in nats, the leader first. None of a target
+    /// that is found by choice.
     pub fn hypotheses(&self) -> impl Iterator<Item = (BBox, f64)> + '_ {
-        self.hypotheses.iter().map(|h| (h.bbox, h.evidence.nats.0))
+        let trials = match &self.way {
+            Way::Trials(trials) => Some(trials),
+            Way::Choosing(_) => None,
+        };
+        trials.into_iter().flat_map(|t| t.hypotheses())
     }
 
     /// Whether the target is confirmed.
     pub fn is_confirmed(&self) -> bool {
-        self.sought.is_some_and(|id| self.targets.contains(id))
+        match &self.way {
+            Way::Trials(trials) => trials.is_confirmed(),
+            Way::Choosing(choosing) => choosing.is_confirmed(),
+        }
     }
 
     /// As [`save`](MultiTracker::save) left it, with `detector` in place of the one it had: what a detector has learned is
@@ -97,290 +84,60 @@ impl Acquiring {
     /// # Errors
     /// Bytes that another version or nobody wrote, or a tracker that `recipe_of` does not know.
     pub fn restore(saved: &[u8], detector: Box<dyn Detector>, recipe_of: RecipeOf<'_>) -> Result<Self> {
-        let saved: Saved = snapshot::read(NAME, saved)?;
-        let problem = |problem: String| TrackingError::Snapshot { tracker: NAME.to_owned(), problem };
-        let parameters = saved.recipe.1.parse().map_err(|e: toml::de::Error| problem(e.to_string()))?;
-        let recipe = recipe_of(&saved.recipe.0)?.with(&parameters)?;
-        let mut hypotheses = Vec::new();
-        for (evidence, classes, bbox, tracker) in saved.hypotheses {
-            let tracker = recipe_of(snapshot::owner(&tracker)?)?.restore(&tracker)?;
-            hypotheses.push(Hypothesis { tracker, evidence, classes, bbox, answer: None });
-        }
-        let mut restored = Self::new(detector, recipe, saved.params)?;
-        restored.targets = TargetSet::restore(&saved.targets, recipe_of)?;
-        (restored.sought, restored.hypotheses, restored.classes) = (saved.sought, hypotheses, saved.classes);
-        (restored.lost_s, restored.apart_s, restored.last) = (saved.lost_s, saved.apart_s, saved.last);
-        Ok(restored)
-    }
-
-    /// Goes on with every hypothesis, asks the detector, and weighs.
-    fn weigh(&mut self, frame: &Frame, dt_s: f64, tracked: &[Followed]) -> Result<()> {
-        let (params, clock) = (&self.params, &*self.clock);
-        let one = |hypothesis: &mut Hypothesis| {
-            let (updated, elapsed) = Elapsed::of(clock, || hypothesis.update(frame, dt_s, params));
-            if let Some(answer) = &mut hypothesis.answer {
-                answer.elapsed = elapsed;
-            }
-            updated
+        let clock = Arc::new(WallClock::default());
+        let way = if detector.watches() {
+            Way::Choosing(Box::new(Choosing::restore(clock, saved, detector, recipe_of)?))
+        } else {
+            Way::Trials(Box::new(Trials::restore(clock, saved, detector, recipe_of)?))
         };
-        match self.hypotheses.as_mut_slice() {
-            [hypothesis] => one(hypothesis)?,
-            hypotheses => hypotheses.par_iter_mut().with_max_len(1).try_for_each(one)?,
-        }
-        let believed = self.hypotheses.iter().map(|h| Followed { bbox: h.bbox, measured: true });
-        let followed: Vec<Followed> = believed.chain(tracked.iter().copied()).collect();
-        let mut detections = usable_detections(&mut *self.detector, frame, &followed)?;
-        detections.retain(|d| !self.classes.is_other(d.class.as_ref()));
-        let claimed = self.claim(&detections);
-        self.start_further(frame, &detections, &claimed)?;
-        self.rank();
-        Ok(())
+        Ok(Self { way })
     }
 
-    /// Gives every detection to the hypothesis that overlaps it most, the stronger hypothesis first; returns which
-    /// detections were taken.
-    fn claim(&mut self, detections: &[Detection]) -> Vec<bool> {
-        let mut claimed = vec![false; detections.len()];
-        for hypothesis in &mut self.hypotheses {
-            let overlap = |i: usize| detections[i].bbox.iou(&hypothesis.bbox);
-            let free = (0..detections.len()).filter(|i| !claimed[*i] && overlap(*i) >= self.params.overlap);
-            // Of equals the detector's better one, which comes first.
-            let best = free.reduce(|a, b| if overlap(b) > overlap(a) { b } else { a });
-            hypothesis.look(best.and_then(|i| detections.get(i)), &self.params);
-            if let Some(i) = best {
-                claimed[i] = true;
-            }
-        }
-        claimed
-    }
-
-    /// Starts hypotheses on detections that nobody claims, the detector's best first.
-    fn start_further(&mut self, frame: &Frame, detections: &[Detection], claimed: &[bool]) -> Result<()> {
-        for (detection, _) in
-            detections.iter().zip(claimed).filter(|(d, claimed)| !**claimed && d.confidence >= self.params.start_from)
-        {
-            let known = |h: &Hypothesis| h.bbox.iou(&detection.bbox) >= self.params.overlap;
-            if self.hypotheses.len() < self.params.most_hypotheses && !self.hypotheses.iter().any(known) {
-                let clock = &*self.clock;
-                let start = || Hypothesis::start(&*self.recipe, frame, detection, &self.params);
-                let (hypothesis, elapsed) = Elapsed::of(clock, start);
-                let mut hypothesis = hypothesis?;
-                if let Some(answer) = &mut hypothesis.answer {
-                    answer.elapsed = elapsed;
-                }
-                self.hypotheses.push(hypothesis);
-            }
-        }
-        Ok(())
-    }
-
-    /// Drops what is refuted or lost, and puts a rival first that is clearly stronger than the leader. The leader itself is
-    /// kept while there is nothing better, unless its tracker has lost it.
-    fn rank(&mut self) {
-        let params = &self.params;
-        let mut place = 0;
-        self.hypotheses.retain(|h| {
-            let leads = place == 0;
-            place += 1;
-            !h.is_lost() && (leads || !h.evidence.is_refuted(params))
-        });
-        let nats = |h: &Hypothesis| h.evidence.nats.0;
-        let Some(leader) = self.hypotheses.first().map(nats) else { return };
-        let strongest = (1..self.hypotheses.len())
-            .reduce(|a, b| if nats(&self.hypotheses[b]) > nats(&self.hypotheses[a]) { b } else { a });
-        if let Some(strongest) = strongest.filter(|i| nats(&self.hypotheses[*i]) > leader + params.lead) {
-            self.hypotheses[..=strongest].rotate_right(1);
+    fn way(&self) -> &dyn MultiTracker {
+        match &self.way {
+            Way::Trials(trials) => &**trials,
+            Way::Choosing(choosing) => &**choosing,
         }
     }
 
-    /// Whether the leader is taken for the target; `again`: of one that was lost more is asked.
-    fn is_sure(&self, again: bool) -> bool {
-        self.hypotheses.first().is_some_and(|leader| {
-            let evidence = &leader.evidence;
-            let undisputed = evidence.age_s >= self.params.trial_s && !evidence.is_refuted(&self.params);
-            evidence.is_confirmed(&self.params) || (undisputed && !again)
-        })
-    }
-
-    /// Lets a detector that models the scene see it, though nothing is sought; where its box and the target's have been apart
-    /// for long, as when the target was started on a part of what came in, the target is put onto the detector's.
-    fn watch(&mut self, id: TargetId, frame: &Frame, dt_s: f64, tracks: &mut [Track]) -> Result<()> {
-        if !self.detector.watches() {
-            return Ok(());
+    fn way_mut(&mut self) -> &mut dyn MultiTracker {
+        match &mut self.way {
+            Way::Trials(trials) => &mut **trials,
+            Way::Choosing(choosing) => &mut **choosing,
         }
-        let detections = usable_detections(&mut *self.detector, frame, &followed(tracks))?;
-        let track = tracks.iter_mut().find(|t| t.id == id);
-        let estimate = track.and_then(|t| t.estimate.as_mut()).filter(|e| e.state != TrackState::Lost);
-        if let Some(estimate) = estimate {
-            let apart = other_box(&estimate.bbox, &detections, self.params.agree);
-            self.apart_s = if apart.is_some() { self.apart_s + dt_s } else { 0.0 };
-            if let Some(detection) = apart.filter(|_| self.apart_s > self.params.apart_s) {
-                self.targets.reinit(id, frame, detection.bbox)?;
-                *estimate = Estimate::started(frame.time_s(), detection.bbox, detection.confidence);
-                self.apart_s = 0.0;
-            }
-        }
-        self.say(tracks);
-        Ok(())
     }
-
-    /// Adds what the detector says of the frame as a whole to every target's figures.
-    fn say(&self, tracks: &mut [Track]) {
-        let figures = self.detector.diagnostics();
-        tracks.iter_mut().filter_map(|t| t.estimate.as_mut()).for_each(|e| e.diagnostics.extend(figures.figures()));
-    }
-
-    /// Seeks the target, and says what is known of it.
-    fn seek(
-        &mut self,
-        id: TargetId,
-        frame: &Frame,
-        dt_s: f64,
-        tracked: &[Followed],
-        again: bool,
-    ) -> Result<Option<Track>> {
-        let (weighed, elapsed) = {
-            let clock = self.clock.clone();
-            Elapsed::of(&*clock, || self.weigh(frame, dt_s, tracked))
-        };
-        weighed?;
-        let sure = self.is_sure(again);
-        let leader = self.hypotheses.first_mut();
-        let (class, answer) = leader.map_or((None, None), |h| (h.classes.most_likely().cloned(), h.answer.take()));
-        if sure {
-            let leader = self.hypotheses.swap_remove(0);
-            self.targets.put(id, leader.tracker);
-            self.classes = leader.classes;
-            self.hypotheses.clear();
-            self.lost_s = 0.0;
-        } else if again {
-            return Ok(None);
-        }
-        Ok(Some(match answer {
-            Some(a) => Track { id, estimate: Some(a.estimate), started: a.started, elapsed: a.elapsed, class },
-            None => Track { id, estimate: None, started: false, elapsed, class },
-        }))
-    }
-}
-
-/// The detection that is the target by its place, and not by its box: the one that overlaps most, by less than `agree` (IoU),
-/// where one of the two lies in the other by half.
-fn other_box<'a>(bbox: &BBox, detections: &'a [Detection], agree: f64) -> Option<&'a Detection> {
-    let near = |d: &&Detection| d.bbox.fraction_inside(bbox).max(bbox.fraction_inside(&d.bbox)) >= 0.5;
-    let best = detections.iter().filter(near).max_by(|a, b| a.bbox.iou(bbox).total_cmp(&b.bbox.iou(bbox)));
-    best.filter(|d| d.bbox.iou(bbox) < agree)
-}
-
-/// What a detector is told of `tracks`.
-fn followed(tracks: &[Track]) -> Vec<Followed> {
-    let seen = tracks.iter().filter_map(|t| t.estimate.as_ref()).filter(|e| e.state != TrackState::Lost);
-    seen.map(|e| Followed { bbox: e.bbox, measured: e.state == TrackState::Tracking }).collect()
 }
 
 impl MultiTracker for Acquiring {
     fn step(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
-        let dt_s = LastFrame::start_or_advance(&mut self.last, frame)?;
-        self.targets.step(frame, tracks)?;
-        let Some(id) = self.sought else { return Ok(()) };
-        let at = tracks.iter().position(|t| t.id == id);
-        if let Some(at) = at {
-            tracks[at].class = self.classes.most_likely().cloned();
-        }
-        let lost = at.and_then(|at| tracks[at].estimate.as_ref()).is_some_and(|e| e.state == TrackState::Lost);
-        self.lost_s = if lost { self.lost_s + dt_s } else { 0.0 };
-        if at.is_some() && self.lost_s <= self.params.seek_again_after_s {
-            self.hypotheses.clear();
-            return self.watch(id, frame, dt_s, tracks);
-        }
-        let tracked = followed(tracks);
-        match (self.seek(id, frame, dt_s, &tracked, at.is_some())?, at) {
-            (Some(track), Some(at)) => tracks[at] = track,
-            (Some(track), None) => {
-                let at = tracks.partition_point(|t| t.id < id);
-                tracks.insert(at, track);
-            }
-            (None, _) => {}
-        }
-        self.say(tracks);
-        Ok(())
+        self.way_mut().step(frame, tracks)
     }
 
     fn add(&mut self, recipe: &dyn Recipe, frame: &Frame, bbox: BBox) -> Result<TargetId> {
-        self.targets.add(recipe, frame, bbox)
+        self.way_mut().add(recipe, frame, bbox)
     }
 
     fn remove(&mut self, id: TargetId) -> Result<()> {
-        if self.sought != Some(id) {
-            return self.targets.remove(id);
-        }
-        self.sought = None;
-        self.hypotheses.clear();
-        if self.targets.contains(id) { self.targets.remove(id) } else { Ok(()) }
+        self.way_mut().remove(id)
     }
 
     fn reinit(&mut self, id: TargetId, frame: &Frame, bbox: BBox) -> Result<()> {
-        if self.sought != Some(id) {
-            return self.targets.reinit(id, frame, bbox);
-        }
-        if self.targets.contains(id) {
-            self.targets.reinit(id, frame, bbox)?;
-            self.classes = Classes::default();
-            return Ok(());
-        }
-        self.targets.put(id, self.recipe.init(frame, bbox)?);
-        self.hypotheses.clear();
-        Ok(())
+        self.way_mut().reinit(id, frame, bbox)
     }
 
     fn change(&mut self, id: Option<TargetId>, changes: &toml::Table) -> Result<()> {
-        // Trackers started later are to have the changes too.
-        let recipe = self.recipe.with(changes)?;
-        let mut trackers = Vec::new();
-        for hypothesis in self.hypotheses.iter().filter(|_| id.is_none() || id == self.sought) {
-            let mut tracker = hypothesis.tracker.boxed_clone();
-            tracker.change(changes)?;
-            trackers.push(tracker);
-        }
-        if id.is_none() || id.is_some_and(|id| self.sought != Some(id) || self.targets.contains(id)) {
-            self.targets.change(id, changes)?;
-        }
-        if id.is_none() || id == self.sought {
-            self.recipe = recipe;
-        }
-        for (hypothesis, tracker) in self.hypotheses.iter_mut().zip(trackers) {
-            hypothesis.tracker = tracker;
-        }
-        Ok(())
+        self.way_mut().change(id, changes)
     }
 
     fn forecast(&self, id: TargetId, seconds: f64) -> Result<Forecast> {
-        match self.hypotheses.first() {
-            Some(leader) if self.sought == Some(id) && !self.targets.contains(id) => leader.tracker.forecast(seconds),
-            _ => self.targets.forecast(id, seconds),
-        }
+        self.way().forecast(id, seconds)
     }
 
     fn ids(&self) -> Vec<TargetId> {
-        let mut ids = self.targets.ids();
-        ids.extend(self.sought.filter(|id| !self.targets.contains(*id)));
-        ids.sort_unstable();
-        ids
+        self.way().ids()
     }
 
     fn save(&self) -> Result<Vec<u8>> {
-        let saved = |h: &Hypothesis| Ok((h.evidence, h.classes.clone(), h.bbox, h.tracker.save()?));
-        let hypotheses = self.hypotheses.iter().map(saved).collect::<Result<_>>()?;
-        let raw = Saved {
-            params: self.params.clone(),
-            recipe: (self.recipe.name().to_owned(), self.recipe.parameters()?.to_string()),
-            targets: self.targets.save()?,
-            sought: self.sought,
-            hypotheses,
-            classes: self.classes.clone(),
-            lost_s: self.lost_s,
-            apart_s: self.apart_s,
-            last: self.last,
-        };
-        snapshot::write(NAME, &raw)
+        self.way().save()
     }
 }

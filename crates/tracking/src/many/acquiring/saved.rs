@@ -20,7 +20,6 @@ pub(super) struct Saved {
     pub hypotheses: Vec<(Evidence, Classes, BBox, Vec<u8>)>,
     pub classes: Classes,
     pub lost_s: f64,
-    pub apart_s: f64,
     pub last: Option<LastFrame>,
 }
 
@@ -29,7 +28,7 @@ pursuit_estimation::checked!(Saved);
 impl Saved {
     fn restored(self) -> Result<Self, &'static str> {
         let sound = |e: &Evidence| e.nats.0.is_finite() && e.start.is_finite() && e.age_s.is_finite();
-        let finite = self.lost_s.is_finite() && self.apart_s.is_finite() && self.classes.is_sound();
+        let finite = self.lost_s.is_finite() && self.classes.is_sound();
         if !self.hypotheses.iter().all(|(e, c, b, _)| sound(e) && c.is_sound() && b.is_finite())
             || !finite
             || self.last.is_some_and(|l| !l.time_s.is_finite())

@@ -24,7 +24,7 @@ impl MultiTracker for Associating {
     fn add(&mut self, recipe: &dyn Recipe, frame: &Frame, bbox: BBox) -> Result<TargetId> {
         let appearance = recipe.appearance(frame, bbox)?;
         let id = TargetId(self.last_id + 1);
-        let given = Target::new(Standing::Given(id), frame, bbox, &self.params);
+        let given = Target::new(Standing::Given(id), frame.into(), bbox, &self.params);
         let mut target = given.map_err(|e| failed(frame.index(), e))?;
         target.appearance = Some(appearance);
         self.targets.push(target);

@@ -1,13 +1,16 @@
 //! The four phases: predict, associate, update, births and deaths.
 
 mod commands;
+mod fed;
 mod saved;
 
 use super::association::{Association, Shares};
-use super::target::{Standing, Target, failed};
+use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
+use crate::belief::Stamp;
 use crate::motion::CameraShift;
 use crate::{Detection, Detector, Followed, Recipe, Result};
+use fed::Fed;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
@@ -19,12 +22,33 @@ pub(super) const NAME: &str = "associating";
 
 /// Follows whatever a detector finds, in four phases a frame: predict, associate, update, births and deaths.
 ///
-/// The detector is asked at every frame. Which detection is of which target, when one that is of none becomes a target, and
+/// Detections come from outside, frame by frame, without pixels ([`update`](Self::update)) or with them
+/// ([`update_in`](Self::update_in)); or a detector is asked at every frame ([`new`](Self::new) and
+/// [`MultiTracker::step`](super::MultiTracker::step)).
+///
+/// ```
+/// use pursuit_geometry::{BBox, Size};
+/// use pursuit_tracking::Detection;
+/// use pursuit_tracking::many::{Associating, ManyParams};
+///
+/// let mut many = Associating::fed(ManyParams::default())?;
+/// for k in 0..20 {
+///     let walker = BBox::from_ltwh(100.0 + 3.0 * f64::from(k), 80.0, 40.0, 90.0);
+///     let seen = [Detection::new(walker, 0.9)];
+///     for track in many.update(f64::from(k) / 25.0, Some(Size::new(640, 480)), &seen)? {
+///         println!("{} is detection {:?}: {:?}", track.id, track.detection, track.estimate);
+///     }
+/// }
+/// assert_eq!(many.last_id(), 1);
+/// # Ok::<(), pursuit_tracking::TrackingError>(())
+/// ```
+/// Which detection is of which target, when one that is of none becomes a target, and
 /// when a target is given up, is said by the models that [`ManyParams`] name; only a target has an id. A target that is not
 /// detected is followed by its appearance, where a recipe was given, then coasted, then lost, and given up in the end.
 pub struct Associating {
     params: ManyParams,
-    detector: Box<dyn Detector>,
+    /// `None` where detections come from outside.
+    detector: Option<Box<dyn Detector>>,
     appearance: Option<Box<dyn Recipe>>,
     targets: Vec<Target>,
     last_id: u64,
@@ -36,6 +60,15 @@ pub struct Associating {
     boxes: Vec<BBox>,
     /// What the detector is told; scratch.
     followed: Vec<Followed>,
+    /// The detections that are sure enough, and their places among all; scratch.
+    kept: Vec<Detection>,
+    places: Vec<usize>,
+    /// Where those confirmed in this frame were seen before.
+    back_dated: Vec<(TargetId, Sighting)>,
+    /// What was said of detections from outside.
+    said: Vec<Track>,
+    /// Number and time of the last frame that came from outside.
+    fed: Fed,
 }
 
 impl Associating {
@@ -44,18 +77,31 @@ impl Associating {
     /// # Errors
     /// [`TrackingError::Parameter`](crate::TrackingError::Parameter) for a parameter out of range.
     pub fn new(detector: Box<dyn Detector>, params: ManyParams) -> Result<Self> {
+        Ok(Self { detector: Some(detector), ..Self::fed(params)? })
+    }
+
+    /// Nothing followed yet; detections come from outside, by [`update`](Self::update) or [`update_in`](Self::update_in).
+    ///
+    /// # Errors
+    /// [`TrackingError::Parameter`](crate::TrackingError::Parameter) for a parameter out of range.
+    pub fn fed(params: ManyParams) -> Result<Self> {
         params.validate(NAME)?;
         Ok(Self {
             association: Association::new(params.association.clone()).map_err(|e| failed(0, e))?,
             camera: CameraShift::new(params.motion.camera),
             boxes: Vec::new(),
             params,
-            detector,
+            detector: None,
             appearance: None,
             targets: Vec::new(),
             last_id: 0,
             clock: Arc::new(WallClock::default()),
             followed: Vec::new(),
+            kept: Vec::new(),
+            places: Vec::new(),
+            back_dated: Vec::new(),
+            said: Vec::new(),
+            fed: Fed::default(),
         })
     }
 
@@ -69,6 +115,11 @@ impl Associating {
     #[must_use]
     pub fn timed_by(self, clock: Arc<dyn Clock>) -> Self {
         Self { clock, ..self }
+    }
+
+    /// Targets that are confirmed later get a tracker of this recipe.
+    pub(super) fn look_by(&mut self, recipe: Box<dyn Recipe>) {
+        self.appearance = Some(recipe);
     }
 
     /// Its parameters.
@@ -87,52 +138,92 @@ impl Associating {
     /// # Errors
     /// Bytes that another version or nobody wrote, or a tracker that `recipe_of` does not know.
     pub fn restore(saved: &[u8], detector: Box<dyn Detector>, recipe_of: RecipeOf<'_>) -> Result<Self> {
-        saved::restore(saved, detector, recipe_of)
+        Ok(Self { detector: Some(detector), ..saved::restore(saved, recipe_of)? })
+    }
+
+    /// As [`save`](super::MultiTracker::save) left it; detections come from outside.
+    ///
+    /// # Errors
+    /// As [`restore`](Self::restore).
+    pub fn restore_fed(saved: &[u8], recipe_of: RecipeOf<'_>) -> Result<Self> {
+        saved::restore(saved, recipe_of)
+    }
+
+    /// The highest id handed out so far; 0 where there was none.
+    pub const fn last_id(&self) -> u64 {
+        self.last_id
     }
 
     /// Looks at the next frame.
     fn look(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
-        let known = self.last_id;
-        self.predict(frame)?;
+        self.predict(frame.into())?;
         let detections = self.detect(frame)?;
-        self.associate(frame, &detections)?;
-        self.update(frame, &detections)?;
-        self.births_and_deaths(frame, &detections)?;
+        self.take(frame.into(), &detections, tracks)
+    }
+
+    /// Phases 2 to 4, once targets were predicted.
+    fn take(&mut self, view: View<'_>, detections: &[Detection], tracks: &mut Vec<Track>) -> Result<()> {
+        let known = self.last_id;
+        let least = self.params.association.least_confidence;
+        let (mut kept, mut places) = (std::mem::take(&mut self.kept), std::mem::take(&mut self.places));
+        kept.clear();
+        places.clear();
+        for (place, detection) in detections.iter().enumerate() {
+            if detection.confidence >= least && !detection.bbox.is_empty() {
+                kept.push(detection.clone());
+                places.push(place);
+            }
+        }
+        let taken = self.conclude(view, &kept);
+        (self.kept, self.places) = (kept, places);
+        taken?;
+        self.remember(view.stamp.index, known);
         self.report(known, tracks);
         Ok(())
     }
 
+    fn conclude(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
+        self.associate(view.stamp, detections)?;
+        self.correct(view, detections)?;
+        self.births_and_deaths(view, detections)
+    }
+
     /// Phase 1: where every target should be now; the camera's motion is taken out once for all.
-    fn predict(&mut self, frame: &Frame) -> Result<()> {
-        self.boxes.clear();
-        self.boxes.extend(self.targets.iter().map(Target::bbox));
-        if let Some(motion) = self.camera.look(frame, &self.boxes) {
-            self.targets.iter_mut().for_each(|t| t.carry(&motion));
+    fn predict(&mut self, view: View<'_>) -> Result<()> {
+        if let Some(frame) = view.frame {
+            self.boxes.clear();
+            self.boxes.extend(self.targets.iter().map(Target::bbox));
+            if let Some(motion) = self.camera.look(frame, &self.boxes) {
+                self.targets.iter_mut().for_each(|t| t.carry(&motion));
+            }
         }
         let params = &self.params;
-        self.targets.iter_mut().try_for_each(|t| t.predict(frame, params))
+        self.targets.iter_mut().try_for_each(|t| t.predict(view.stamp, params))
     }
 
     fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
         self.followed.clear();
         self.followed.extend(self.targets.iter().filter_map(Target::followed));
-        let mut detections = super::usable_detections(&mut *self.detector, frame, &self.followed)?;
-        detections.retain(|d| d.confidence >= self.params.association.least_confidence);
+        let Some(detector) = &mut self.detector else { return Ok(Vec::new()) };
+        let detections = super::usable_detections(&mut **detector, frame, &self.followed)?;
+        for target in &mut self.targets {
+            target.standing_out = detector.standing_out(&target.bbox());
+        }
         Ok(detections)
     }
 
     /// Phase 2: which detection is of which target.
-    fn associate(&mut self, frame: &Frame, detections: &[Detection]) -> Result<()> {
+    fn associate(&mut self, stamp: Stamp, detections: &[Detection]) -> Result<()> {
         let claimants: Option<Vec<_>> = self.targets.iter().map(Target::claimant).collect();
-        let associated = self.association.associate(&claimants.unwrap_or_default(), detections, frame.size());
-        associated.map_err(|e| failed(frame.index(), e))
+        let associated = self.association.associate(&claimants.unwrap_or_default(), detections, stamp.size);
+        associated.map_err(|e| failed(stamp.index, e))
     }
 
     /// Phase 3: every target takes what it was given, or does without.
-    fn update(&mut self, frame: &Frame, detections: &[Detection]) -> Result<()> {
+    fn correct(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
         let (params, clock, shares) = (&self.params, &*self.clock, self.association.shares());
         let one = |(target, shares): (&mut Target, &Shares)| {
-            let (updated, elapsed) = Elapsed::of(clock, || target.update(frame, detections, shares, params));
+            let (updated, elapsed) = Elapsed::of(clock, || target.update(view, detections, shares, params));
             if let Some((_, taken)) = &mut target.answer {
                 *taken = elapsed;
             }
@@ -146,27 +237,51 @@ impl Associating {
     }
 
     /// Phase 4: what is left starts candidates, candidates are confirmed, and what was not seen for long is given up.
-    fn births_and_deaths(&mut self, frame: &Frame, detections: &[Detection]) -> Result<()> {
+    fn births_and_deaths(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
         let params = &self.params;
-        self.targets.retain(|t| !t.is_dead(frame, params));
-        for (detection, _) in detections.iter().zip(self.association.left()).filter(|(_, left)| *left) {
+        self.targets.retain(|t| !t.is_dead(view.stamp.size, params));
+        for (place, (detection, left)) in detections.iter().zip(self.association.left()).enumerate() {
+            if !left {
+                continue;
+            }
             let alone = self.targets.iter().all(|t| t.bbox().iou(&detection.bbox) <= params.birth.crowding);
             if alone && detection.confidence >= params.birth.from {
-                self.targets.push(Target::born(frame, detection, params).map_err(|e| failed(frame.index(), e))?);
+                let mut born = Target::born(view.stamp, detection, params).map_err(|e| failed(view.stamp.index, e))?;
+                born.taken = Some(place);
+                self.targets.push(born);
             }
         }
         for target in self.targets.iter_mut().filter(|t| t.is_confirmed(params)) {
             self.last_id += 1;
             target.known.standing = Standing::Confirmed(TargetId(self.last_id));
-            let recipe = self.appearance.as_ref();
-            target.appearance = recipe.map(|recipe| recipe.appearance(frame, target.bbox())).transpose()?;
+            if let (Some(recipe), Some(frame)) = (&self.appearance, view.frame) {
+                target.appearance = Some(recipe.appearance(frame, target.bbox())?);
+            }
         }
         Ok(())
     }
 
+    /// Keeps where candidates were seen, and hands it over once they are confirmed: those with ids above `known`.
+    fn remember(&mut self, index: u64, known: u64) {
+        self.back_dated.clear();
+        for target in &mut self.targets {
+            match target.id() {
+                Some(id) if id.0 > known => self.back_dated.extend(target.before.drain(..).map(|seen| (id, seen))),
+                Some(_) => {}
+                None => {
+                    let seen = target.taken.and_then(|d| Some((self.kept.get(d)?, *self.places.get(d)?)));
+                    target.before.extend(seen.map(|(seen, place)| {
+                        let Detection { bbox, confidence, .. } = *seen;
+                        Sighting { index, place, bbox, confidence }
+                    }));
+                }
+            }
+        }
+    }
+
     /// Says what is known of every target; those with ids above `known` are new.
     fn report(&mut self, known: u64, tracks: &mut Vec<Track>) {
-        let figures = self.detector.diagnostics();
+        let figures = self.detector.as_ref().map(|d| d.diagnostics()).unwrap_or_default();
         tracks.clear();
         for target in &mut self.targets {
             let Some(id) = target.id() else { continue };
@@ -174,7 +289,8 @@ impl Associating {
             estimate.diagnostics.extend(figures.figures());
             let started = id.0 > known;
             let class = target.known.classes.most_likely().cloned();
-            tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class });
+            let detection = target.taken.and_then(|d| self.places.get(d)).copied();
+            tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class, detection });
         }
         // Targets stand in order of their births; ids go by the order in which they were confirmed.
         tracks.sort_by_key(|t| t.id);

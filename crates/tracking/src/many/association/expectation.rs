@@ -3,7 +3,7 @@
 use super::AssociationParams;
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Prior};
-use nalgebra::Vector4;
+use nalgebra::{Matrix4, Vector4};
 use pursuit_estimation::{EstimationError, Gaussian};
 use pursuit_geometry::BBox;
 
@@ -45,6 +45,22 @@ impl Expectation {
         self.measurement.nees(&measured(bbox)).unwrap_or(f64::INFINITY)
     }
 
+    /// What distances are measured by.
+    ///
+    /// # Errors
+    /// Where the covariance is singular.
+    pub(super) fn spread(&self) -> Result<Spread, EstimationError> {
+        let lower = self
+            .measurement
+            .covariance()
+            .cholesky()
+            .ok_or(EstimationError::NotInvertible { what: "the covariance of what is expected of a target" })?
+            .unpack();
+        let determinant = (0..4).map(|i| lower[(i, i)]).product::<f64>();
+        let log_determinant = 2.0 * determinant.ln() - 4.0 * self.bbox.area().ln();
+        Ok(Spread { lower, log_determinant })
+    }
+
     /// Whether a box is near enough to be the target's, however little is known of where that is; `reach` is in sizes.
     pub fn reaches(&self, bbox: &BBox, reach: f64) -> bool {
         self.bbox.center().distance(bbox.center()) <= reach * extent_px(&self.bbox)
@@ -53,6 +69,21 @@ impl Expectation {
     /// Whether a box may be the target's.
     pub fn admits(&self, bbox: &BBox, params: &AssociationParams) -> bool {
         self.reaches(bbox, params.reach) && self.distance2(bbox) <= params.gate
+    }
+}
+
+/// The innovation covariance, taken apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spread {
+    lower: Matrix4<f64>,
+    /// `ln det S` with lengths in sizes of the box.
+    pub log_determinant: f64,
+}
+
+impl Spread {
+    /// `νᵀ S⁻¹ ν`; infinite where it cannot be computed.
+    pub fn squared(&self, innovation: &Vector4<f64>) -> f64 {
+        self.lower.solve_lower_triangular(innovation).map_or(f64::INFINITY, |white| white.norm_squared())
     }
 }
 

@@ -1,8 +1,8 @@
 //! Joint probabilistic data association.
 
-use super::{AssociationParams, Given, Pairs, nearest::Nearest};
+use super::{AssociationParams, Given, Pairs};
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::association::{JointParams, JointProbabilities};
+use pursuit_estimation::association::{Distances, JointParams, JointProbabilities};
 
 pursuit_parameters::parameters! {
     /// Joint probabilistic data association: every target is corrected by the detections near it, each for the probability that
@@ -15,18 +15,19 @@ pursuit_parameters::parameters! {
         pub false_alarms: f64 = 0.5, in above(0.0), unit "1/frame", source "ours";
         /// A target was detected where the detections near it are its own with this probability, all together.
         pub detected_from: f64 = 0.25, in above(0.0).below(1.0), source "ours";
-        /// How many partial events are looked at in a frame; beyond that detections are given as by `nearest`.
-        pub most_events: usize = 100_000, in 1..=100_000_000, source "ours";
+        /// How many partial events are looked at in a cluster of targets that share detections; where there are more, belief
+        /// propagation stands in for them.
+        pub most_events: usize = 10_000, in 1..=100_000_000, source "ours";
     }
 }
 
 /// A false detection's width and height each vary by this on a logarithmic scale.
 const SIZE_SPREAD: f64 = 2.0;
 
-/// Probabilities over all joint events, and what answers where those are too many.
+/// Probabilities over all joint events.
 pub(super) struct Joint {
     probabilities: JointProbabilities,
-    nearest: Nearest,
+    distances: Distances,
 }
 
 impl Joint {
@@ -35,15 +36,17 @@ impl Joint {
         let gate = params.gate();
         // The density of clutter differs from detection to detection; it joins what speaks against each pair.
         let joint = JointParams { detection_probability: detected, clutter_density: 1.0, gate, most_events };
-        Ok(Self { probabilities: JointProbabilities::new(joint)?, nearest: Nearest::new(params)? })
+        Ok(Self { probabilities: JointProbabilities::new(joint)?, distances: Distances::new() })
     }
 
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let params = &pairs.params.joint;
-        let probabilities = match self.probabilities.among(pairs.distances, |_, d| clutter(pairs, d)) {
-            Err(EstimationError::TooMany { .. }) => return self.nearest.associate(pairs, given),
-            other => other?,
-        };
+        let expected: Vec<_> = pairs.targets.iter().map(|t| *t.expectation.measurement()).collect();
+        self.distances.start(&expected, pairs.detections.len())?;
+        for pair in pairs.near {
+            self.distances.set(pair.target, pair.detection, pair.squared);
+        }
+        let probabilities = self.probabilities.among(&self.distances, |_, d| clutter(pairs, d))?;
         for (target, shares) in given.shares.iter_mut().enumerate() {
             let Some([missed, own @ ..]) = probabilities.of(target) else { continue };
             for (sum, probability) in given.of_any.iter_mut().zip(own) {

@@ -1,37 +1,45 @@
 //! Which detection is of which target: the model that [`AssociationParams`] name.
 //!
-//! All models read the same [`Distances`]: squared Mahalanobis distances from what each target is expected to measure, to which
-//! another class adds, and which are infinite out of reach. A further model is a file of its own and its arms here.
+//! All models read the same list of pairs inside the gates: overlap and squared Mahalanobis distance from what each target is
+//! expected to measure, to which another class adds. A further model is a file of its own and its arms here.
 
+mod buffered;
 mod expectation;
 mod joint;
+mod near;
 mod nearest;
+mod stages;
 mod two_stage;
 
+pub use buffered::BufferedParams;
 pub(super) use expectation::Expectation;
 pub use joint::JointAssociationParams;
 pub use nearest::NearestParams;
 pub use two_stage::TwoStageParams;
 
+use super::look::Look;
 use crate::class::Classes;
 use crate::{Detection, TrackState};
+use buffered::Buffered;
 use joint::Joint;
-use nalgebra::Vector4;
+use near::{Near, Pair};
 use nearest::Nearest;
-use pursuit_estimation::association::Distances;
+use pursuit_estimation::EstimationError;
 use pursuit_estimation::consistency::Gate;
-use pursuit_estimation::{EstimationError, Gaussian};
 use pursuit_geometry::Size;
 use two_stage::TwoStage;
 
 pursuit_parameters::choices! {
     /// How detections are given to targets.
     pub enum AssociationModel {
-        /// Global nearest neighbour: as many pairs as the gate allows, of all ways the most likely one (Blackman and Popoli
-        /// 1999, chapter 6).
+        /// Global nearest neighbour: of all ways to pair detections with targets, or with none, the most likely one (Blackman and
+        /// Popoli 1999, chapter 6).
         Nearest = "nearest",
         /// Sure detections first, then the weak ones that are left, by overlap (zhang2022).
         TwoStage = "two-stage",
+        /// By the overlap of boxes that were widened, first a little and then more, so that fast targets at few frames a second
+        /// overlap too (yang2023).
+        Buffered = "buffered",
         /// Every target is corrected by all detections near it, each for its probability (Fortmann, Bar-Shalom and Scheffe
         /// 1983).
         Joint = "joint",
@@ -46,7 +54,14 @@ pursuit_parameters::parameters! {
         /// Detections less likely than this are passed over.
         pub least_confidence: f64 = 0.1, in 0.0..=1.0, source "ours";
         /// Squared Mahalanobis distance of centre and size from the prediction beyond which a detection is not the target's.
-        pub gate: f64 = 13.277, in above(0.0), source "99 % of χ² with 4 degrees of freedom";
+        pub gate: f64 = 60.0, in above(0.0), source "ours";
+        /// A detection is not the target's unless the two boxes overlap once each side of both was moved outward by this share of
+        /// the box's width or height …
+        pub buffer: f64 = 0.25, in 0.0.., source "yang2023, section 3.2";
+        /// … and by this much more for every second for which the target was not seen …
+        pub buffer_growth: f64 = 0.2, in 0.0.., unit "1/s", source "ours";
+        /// … but for no more than so many seconds.
+        pub buffer_longest_s: f64 = 1.0, in 0.0.., unit "s", source "ours";
         /// Farther from its prediction than this no target is found again, however long it was out of sight.
         pub reach: f64 = 4.0, in above(0.0), unit "sizes", source "ours";
         /// How often a detector that tells classes apart takes a thing for one of another class: a detection of a class other
@@ -56,6 +71,8 @@ pursuit_parameters::parameters! {
         pub nearest: NearestParams = NearestParams::default(), of [AssociationModel::Nearest];
         /// In two stages.
         pub two_stage as "two-stage": TwoStageParams = TwoStageParams::default(), of [AssociationModel::TwoStage];
+        /// By widened boxes.
+        pub buffered: BufferedParams = BufferedParams::default(), of [AssociationModel::Buffered];
         /// By probabilities.
         pub joint: JointAssociationParams = JointAssociationParams::default(), of [AssociationModel::Joint];
     }
@@ -74,8 +91,12 @@ pub(super) struct Claimant<'a> {
     pub confirmed: bool,
     /// Its state before this frame.
     pub state: TrackState,
+    /// For how long it was not seen before this frame, in seconds.
+    pub unseen_s: f64,
     /// What its detections were taken for.
     pub classes: &'a Classes,
+    /// What they look like.
+    pub look: &'a Look,
 }
 
 /// The detections that a target was given, each with the probability that it is the target's own.
@@ -84,6 +105,8 @@ pub(super) type Shares = Vec<(usize, f64)>;
 /// Who was given what.
 #[derive(Debug, Default)]
 struct Given {
+    targets: usize,
+    /// Of each target; those behind the last one are kept for their memory.
     shares: Vec<Shares>,
     /// Of each detection, how likely it is of one of the targets.
     of_any: Vec<f64>,
@@ -91,7 +114,8 @@ struct Given {
 
 impl Given {
     fn clear(&mut self, targets: usize, detections: usize) {
-        self.shares.resize_with(targets, Shares::new);
+        self.targets = targets;
+        self.shares.resize_with(targets.max(self.shares.len()), Shares::new);
         self.shares.iter_mut().for_each(Shares::clear);
         self.of_any.clear();
         self.of_any.resize(detections, 0.0);
@@ -108,37 +132,25 @@ impl Given {
 pub(super) struct Association {
     params: AssociationParams,
     model: Model,
-    distances: Distances,
-    expected: Vec<Gaussian<4>>,
-    seen: Vec<Vector4<f64>>,
+    near: Near,
     given: Given,
 }
 
 enum Model {
     Nearest(Nearest),
     TwoStage(TwoStage),
-    Joint(Joint),
+    Buffered(Buffered),
+    Joint(Box<Joint>),
 }
 
 /// What a model decides by.
 struct Pairs<'a> {
     params: &'a AssociationParams,
-    distances: &'a Distances,
+    /// The pairs inside the gates, by targets and then by detections.
+    near: &'a [Pair],
     targets: &'a [Claimant<'a>],
     detections: &'a [Detection],
     frame: Size,
-}
-
-impl Pairs<'_> {
-    /// Overlap (IoU) of a detection with the target's prediction.
-    fn overlap(&self, target: usize, detection: usize) -> f64 {
-        self.targets[target].expectation.bbox().iou(&self.detections[detection].bbox)
-    }
-
-    /// Whether a pair is inside the gate.
-    fn admitted(&self, target: usize, detection: usize) -> bool {
-        self.distances.squared(target, detection) <= self.params.gate
-    }
 }
 
 impl Association {
@@ -148,12 +160,12 @@ impl Association {
     /// Where a parameter is out of range.
     pub fn new(params: AssociationParams) -> Result<Self, EstimationError> {
         let model = match params.model {
-            AssociationModel::Nearest => Model::Nearest(Nearest::new(&params)?),
+            AssociationModel::Nearest => Model::Nearest(Nearest::default()),
             AssociationModel::TwoStage => Model::TwoStage(TwoStage::default()),
-            AssociationModel::Joint => Model::Joint(Joint::new(&params)?),
+            AssociationModel::Buffered => Model::Buffered(Buffered::default()),
+            AssociationModel::Joint => Model::Joint(Box::new(Joint::new(&params)?)),
         };
-        let (expected, seen, given) = (Vec::new(), Vec::new(), Given::default());
-        Ok(Self { params, model, distances: Distances::new(), expected, seen, given })
+        Ok(Self { params, model, near: Near::default(), given: Given::default() })
     }
 
     /// Gives `detections`, which were found in a picture of the size `frame`, to targets.
@@ -170,43 +182,26 @@ impl Association {
         if targets.is_empty() || detections.is_empty() {
             return Ok(());
         }
-        self.measure(targets, detections)?;
-        let Self { params, model, distances, given, .. } = self;
-        let pairs = Pairs { params, distances, targets, detections, frame };
+        let Self { params, model, near, given } = self;
+        near.find(params, targets, detections)?;
+        let pairs = Pairs { params, near: near.pairs(), targets, detections, frame };
         match model {
             Model::Nearest(nearest) => nearest.associate(&pairs, given),
             Model::TwoStage(two_stage) => two_stage.associate(&pairs, given),
+            Model::Buffered(buffered) => buffered.associate(&pairs, given),
             Model::Joint(joint) => joint.associate(&pairs, given),
         }
     }
 
     /// What each target was given.
     pub fn shares(&self) -> &[Shares] {
-        &self.given.shares
+        let of = self.given.targets.min(self.given.shares.len());
+        &self.given.shares[..of]
     }
 
     /// Of each detection, whether it is rather of none of the targets.
     pub fn left(&self) -> impl Iterator<Item = bool> + '_ {
         self.given.of_any.iter().map(|probability| *probability < 0.5)
-    }
-
-    fn measure(&mut self, targets: &[Claimant<'_>], detections: &[Detection]) -> Result<(), EstimationError> {
-        self.expected.clear();
-        self.expected.extend(targets.iter().map(|t| *t.expectation.measurement()));
-        self.seen.clear();
-        self.seen.extend(detections.iter().map(|d| expectation::measured(&d.bbox)));
-        self.distances.fill(&self.expected, &self.seen)?;
-        let mistaken = -2.0 * self.params.other_class.ln();
-        for (t, target) in targets.iter().enumerate() {
-            for (d, detection) in detections.iter().enumerate() {
-                if !target.expectation.reaches(&detection.bbox, self.params.reach) {
-                    self.distances.add(t, d, f64::INFINITY);
-                } else if target.classes.is_other(detection.class.as_ref()) {
-                    self.distances.add(t, d, mistaken);
-                }
-            }
-        }
-        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 use super::*;
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Prior};
+use nalgebra::Vector4;
 use pursuit_geometry::{BBox, Point};
 
 fn prior(covariance: Option<BoxCovariance>) -> Prior {
@@ -18,9 +19,12 @@ fn at(dx: f64, dy: f64, dw: f64, dh: f64) -> BBox {
 
 fn params(changes: &str) -> AssociationParams {
     use pursuit_parameters::Parameters;
-    let params = AssociationParams { gate: 9.0, reach: 2.0, ..AssociationParams::default() };
+    let params = AssociationParams { gate: 9.0, reach: 2.0, buffer: 1.0, ..AssociationParams::default() };
     params.with("association", &changes.parse().unwrap()).unwrap()
 }
+
+/// Nothing was learned.
+static LOOK: std::sync::LazyLock<Look> = std::sync::LazyLock::new(Look::default);
 
 const SIZE: Size = Size::new(320, 200);
 
@@ -30,7 +34,7 @@ fn uneven() -> Option<BoxCovariance> {
 }
 
 fn confirmed<'a>(expectation: &'a Expectation, classes: &'a Classes) -> Claimant<'a> {
-    Claimant { expectation, confirmed: true, state: TrackState::Tracking, classes }
+    Claimant { expectation, confirmed: true, state: TrackState::Tracking, unseen_s: 0.0, classes, look: &LOOK }
 }
 
 /// What each target is given, detections by their numbers.
@@ -83,7 +87,7 @@ fn overlap_has_the_say_its_weight_gives() {
     let classes = Classes::default();
     let detections = [seen(at(9.0, 0.0, 0.0, 0.0)), seen(at(0.0, 0.0, 6.0, 7.2))];
     let one = |changes| given(params(changes), &[confirmed(&expected, &classes)], &detections);
-    assert_eq!(one("gate = 20.0"), [[0]]);
+    assert_eq!(one("gate = 20.0\nnearest.iou_weight = 0.0"), [[0]]);
     assert_eq!(one("gate = 20.0\nnearest.iou_weight = 10.0"), [[1]]);
 }
 
@@ -91,7 +95,14 @@ fn overlap_has_the_say_its_weight_gives() {
 fn nothing_is_found_out_of_reach() {
     let wide = expectation(Some(BoxCovariance::identity() * 1e6));
     let classes = Classes::default();
-    let one = |dx| given(params(""), &[confirmed(&wide, &classes)], &[seen(at(dx, 0.0, 0.0, 0.0))]);
+    // Where nothing else is to be expected any pair has its price.
+    let one = |dx| {
+        given(
+            params("buffer = 3.0\nnearest.others = 1e-12"),
+            &[confirmed(&wide, &classes)],
+            &[seen(at(dx, 0.0, 0.0, 0.0))],
+        )
+    };
     assert_eq!(one(40.0), [[0]]);
     assert!(one(40.5)[0].is_empty(), "reach is two sizes of 20 px");
 }
@@ -157,11 +168,53 @@ fn joint_shares_are_probabilities() {
 }
 
 #[test]
-fn joint_events_beyond_the_limit_fall_to_nearest() {
+fn no_pair_has_a_price() {
+    let (near, classes) = (expectation(uneven()), Classes::default());
+    let beside = [seen(at(3.0, 0.0, 0.0, 0.0))];
+    let one = |changes| given(params(changes), &[confirmed(&near, &classes)], &beside);
+    assert_eq!(one("nearest.others = 0.3"), [[0]]);
+    assert!(one("nearest.others = 1e5")[0].is_empty(), "where others are dense it is rather one of them");
+    // A target that was long out of sight may be anywhere near: what is seen two sizes beside it is something new.
+    let lost = expectation(Some(BoxCovariance::from_diagonal(&Vector4::new(900.0, 900.0, 50.0, 50.0))));
+    let long = Claimant { state: TrackState::Lost, unseen_s: 2.0, ..confirmed(&lost, &classes) };
+    let (default, newcomer) = (AssociationParams::default(), [seen(at(38.0, 0.0, 0.0, 0.0))]);
+    assert!(given(default.clone(), &[long], &newcomer)[0].is_empty());
+    let long = Claimant { state: TrackState::Lost, unseen_s: 2.0, ..confirmed(&lost, &classes) };
+    assert_eq!(given(default, &[long], &[seen(at(2.0, 0.0, 0.0, 0.0))]), [[0]], "in its place it is found again");
+}
+
+#[test]
+fn embeddings_tell_neighbours_apart() {
+    let (near, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
+    let (mut red, mut blue) = (Look::default(), Look::default());
+    red.learn(&[1.0, 0.1]);
+    blue.learn(&[0.1, 1.0]);
+    let looks = |bbox, embedding: [f32; 2]| Detection { embedding: Some(embedding.into()), ..seen(bbox) };
+    let both = [looks(at(-1.0, 0.0, 0.0, 0.0), [0.0, 1.0]), looks(at(1.0, 0.0, 0.0, 0.0), [1.0, 0.0])];
+    let target = |look| Claimant { look, ..confirmed(&near, &classes) };
+    assert_eq!(given(params(""), &[target(&red), target(&blue)], &both), [[1], [0]]);
+    assert_eq!(given(params(""), &[target(&blue), target(&red)], &both), [[0], [1]]);
+}
+
+#[test]
+fn buffered_boxes_reach_farther() {
+    let (near, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
+    // Apart by 4 px: .3 of 20 px on each side bridge 12.
+    let beside = [seen(at(24.0, 0.0, 0.0, 0.0))];
+    let one = |model: &str| {
+        let changes = format!("model = '{model}'\ngate = 60.0");
+        given(params(&changes), &[confirmed(&near, &classes)], &beside)
+    };
+    assert_eq!(one("buffered"), [[0]]);
+    assert!(one("two-stage")[0].is_empty());
+}
+
+#[test]
+fn dense_clusters_are_shared_by_propagation() {
     let near = expectation(Some(BoxCovariance::identity() * 100.0));
     let classes = Classes::default();
     let targets: Vec<_> = (0..6).map(|_| confirmed(&near, &classes)).collect();
     let detections: Vec<_> = (0..6).map(|k| seen(at(f64::from(k), 0.0, 0.0, 0.0))).collect();
     let found = given(params("model = 'joint'\njoint.most_events = 10"), &targets, &detections);
-    assert!(found.iter().all(|given| given.len() == 1), "{found:?}");
+    assert!(found.iter().all(|given| given.len() == 6), "{found:?}");
 }

@@ -1,9 +1,10 @@
 //! Two stages by confidence (zhang2022, algorithm 1).
 
+use super::near::Pair;
+use super::stages::Stages;
 use super::{Given, Pairs};
 use crate::TrackState;
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::association::Assignment;
 
 pursuit_parameters::parameters! {
     /// Two stages by confidence: targets are given sure detections, then those still tracked weak ones; sure detections that are
@@ -20,50 +21,20 @@ pursuit_parameters::parameters! {
     }
 }
 
-/// Which targets and which detections meet in a stage, and how far they must overlap.
-struct Stage {
-    least_overlap: f64,
-    target: fn(confirmed: bool, state: TrackState) -> bool,
-    sure: bool,
-}
-
 /// Assigns by overlap, stage by stage, what the stage before has left.
 #[derive(Default)]
-pub(super) struct TwoStage(Assignment);
+pub(super) struct TwoStage(Stages);
 
 impl TwoStage {
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let params = &pairs.params.two_stage;
-        let stages = [
-            Stage { least_overlap: params.sure_overlap, target: |confirmed, _| confirmed, sure: true },
-            Stage {
-                least_overlap: params.weak_overlap,
-                target: |confirmed, state| confirmed && state == TrackState::Tracking,
-                sure: false,
-            },
-            Stage { least_overlap: params.candidate_overlap, target: |confirmed, _| !confirmed, sure: true },
-        ];
-        stages.iter().try_for_each(|stage| self.assign(stage, pairs, given))
-    }
-
-    fn assign(&mut self, stage: &Stage, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
-        let takes_part = |t: usize| {
-            let target = &pairs.targets[t];
-            (stage.target)(target.confirmed, target.state) && given.shares[t].is_empty()
-        };
-        let meets = |d: usize| {
-            let sure = pairs.detections[d].confidence >= pairs.params.two_stage.sure_from;
-            sure == stage.sure && given.of_any[d] == 0.0
-        };
-        let cost = |t: usize, d: usize| {
-            let overlap = if takes_part(t) && meets(d) && pairs.admitted(t, d) { pairs.overlap(t, d) } else { 0.0 };
-            if overlap > 0.0 && overlap >= stage.least_overlap { 1.0 - overlap } else { f64::INFINITY }
-        };
-        let alone = 1.0 - stage.least_overlap;
-        let assigned = self.0.solve(pairs.targets.len(), pairs.detections.len(), cost, |_| alone)?;
-        for (target, detection) in assigned.iter().enumerate() {
-            detection.iter().for_each(|d| given.give(target, *d));
-        }
-        Ok(())
+        let sure = |pair: &Pair| pairs.detections[pair.detection].confidence >= params.sure_from;
+        let confirmed = |pair: &Pair| pairs.targets[pair.target].confirmed;
+        let seen = |pair: &Pair| pairs.targets[pair.target].state == TrackState::Tracking;
+        let alike = |pair: &Pair, least: f64| (pair.overlap >= least && pair.overlap > 0.0).then_some(pair.overlap);
+        let (first, weak, new) = (params.sure_overlap, params.weak_overlap, params.candidate_overlap);
+        self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, first) } else { None })?;
+        self.0.stage(pairs, given, |p| if !sure(p) && confirmed(p) && seen(p) { alike(p, weak) } else { None })?;
+        self.0.stage(pairs, given, |p| if sure(p) && !confirmed(p) { alike(p, new) } else { None })
     }
 }

@@ -30,9 +30,9 @@ pursuit_parameters::parameters! {
     /// When what a detector finds becomes a target.
     pub struct BirthParams {
         /// The model.
-        pub model: BirthModel = BirthModel::Hits, source "ours";
+        pub model: BirthModel = BirthModel::Ratio, source "ours";
         /// Less likely detections continue targets, but start none.
-        pub from: f64 = 0.5, in 0.0..=1.0, source "ours";
+        pub from: f64 = 0.3, in 0.0..=1.0, source "ours";
         /// A detection that overlaps a target by more (IoU) is that target seen twice, and starts no other.
         pub crowding: f64 = 0.5, in 0.0..=1.0, source "ours";
         /// M of N.
@@ -73,7 +73,10 @@ impl Evidence {
     pub fn look(&mut self, detection: Option<&Detection>, params: &BirthParams) {
         match self {
             Self::Hits(hits) => hits.look(detection.is_some()),
-            Self::Ratio(nats) => nats.look(detection.map(|d| d.confidence), &(&params.ratio).into()),
+            Self::Ratio(nats) => {
+                let said = params.ratio.nats(detection.map(|d| d.confidence));
+                nats.add(said, &(&params.ratio).into());
+            }
             Self::Immediate => {}
         }
     }

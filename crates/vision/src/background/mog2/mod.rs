@@ -95,6 +95,14 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
         Ok(true)
     }
 
+    fn sample(&self, x: usize, y: usize) -> Option<P> {
+        let state = self.state.as_ref().filter(|s| x < s.size.width && y < s.size.height)?;
+        let mut pixel = [P::default()];
+        let means = state.means.iter().map(|m| m.get(y * state.size.width + x).copied().unwrap_or(0.0));
+        P::channels_mut(&mut pixel).iter_mut().zip(means).for_each(|(v, mean)| *v = (mean + 0.5) as u8);
+        Some(pixel[0])
+    }
+
     fn relearn(&mut self, frame: ImageView<'_, P>, gain: f64, keep: Option<ImageView<'_, u8>>) -> Result<()> {
         check_sizes(self.state.as_ref().map(|s| s.size), frame.size(), keep)?;
         let (size, variance) = (frame.size(), self.params.initial_variance as f32);

@@ -1,36 +1,35 @@
-//! Tensors by name from a safetensors file in half precision.
+//! Tensors by name from the safetensors files of the networks that are built in.
 
 use crate::{InferenceError, Result};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
+use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
 
-/// The weights of NanoTrack v3 (Apache-2.0; `weights/nanotrack_v3/ORIGIN.md`).
-const NANOTRACK_V3: &[u8] = include_bytes!("../../weights/nanotrack_v3/nanotrack_v3.safetensors");
-const NAME: &str = "nanotrack-v3";
-
-/// An opened file of weights.
+/// An opened file of weights: in single or half precision, or whole numbers of eight bits with a scale an output (`NAME.scale`).
 pub struct Weights<'a> {
+    /// What errors call the network.
+    network: &'static str,
     tensors: SafeTensors<'a>,
-}
-
-impl Weights<'static> {
-    /// Those built in.
-    pub fn nanotrack_v3() -> Result<Self> {
-        Weights::read(NANOTRACK_V3)
-    }
 }
 
 impl<'a> Weights<'a> {
     /// From the bytes of a safetensors file.
-    pub fn read(bytes: &'a [u8]) -> Result<Self> {
-        let tensors = SafeTensors::deserialize(bytes).map_err(|e| broken(&e.to_string()))?;
-        Ok(Self { tensors })
+    pub fn read(network: &'static str, bytes: &'a [u8]) -> Result<Self> {
+        let tensors = SafeTensors::deserialize(bytes).map_err(|e| broken(network, &e.to_string()))?;
+        Ok(Self { network, tensors })
     }
 
     /// The numbers called `NAME.weight`, whose shape must be `shape`, and as many called `NAME.bias` as it has outputs.
     pub fn layer(&self, name: &str, shape: &[usize]) -> Result<Layer> {
-        let weights = self.numbers(&format!("{name}.weight"), shape)?;
+        let mut weights = self.numbers(&format!("{name}.weight"), shape)?;
+        if self.tensors.tensor(&format!("{name}.weight")).is_ok_and(|t| t.dtype() == Dtype::I8) {
+            let scales = self.numbers(&format!("{name}.scale"), &shape[..1])?;
+            let of_output = weights.len() / scales.len().max(1);
+            for (filter, scale) in weights.chunks_exact_mut(of_output.max(1)).zip(scales) {
+                filter.iter_mut().for_each(|w| *w *= scale);
+            }
+        }
         let bias = self.numbers(&format!("{name}.bias"), &shape[..1])?;
         Ok(Layer { weights, bias })
     }
@@ -45,16 +44,39 @@ impl<'a> Weights<'a> {
         self.layer(name, &[channels, 1, side, side])
     }
 
-    fn numbers(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>> {
-        let tensor = self.tensors.tensor(name).map_err(|e| broken(&e.to_string()))?;
-        if tensor.dtype() != Dtype::F16 || tensor.shape() != shape {
-            let (dtype, found) = (tensor.dtype(), tensor.shape());
-            return Err(broken(&format!("`{name}` is {dtype:?} of shape {found:?} instead of F16 of {shape:?}")));
+    /// As [`layer`](Self::layer), for a full convolution of 3 × 3.
+    pub fn convolution(&self, name: &str, inputs: usize, outputs: usize) -> Result<Layer> {
+        self.layer(name, &[outputs, inputs, 3, 3])
+    }
+
+    /// The numbers called `name`, whose shape must be `shape`; those of eight bits as they are.
+    pub fn numbers(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>> {
+        let tensor = self.tensors.tensor(name).map_err(|e| self.broken(&e.to_string()))?;
+        let (dtype, found) = (tensor.dtype(), tensor.shape());
+        match decoded(&tensor) {
+            Some(numbers) if found == shape => Ok(numbers),
+            _ => Err(self.broken(&format!("`{name}` is {dtype:?} of shape {found:?} instead of numbers of {shape:?}"))),
         }
-        let halves: Vec<f16> = tensor.data().as_chunks::<2>().0.iter().map(|&b| f16::from_le_bytes(b)).collect();
-        let mut numbers = vec![0.0; halves.len()];
-        halves.convert_to_f32_slice(&mut numbers);
-        Ok(numbers)
+    }
+
+    fn broken(&self, why: &str) -> InferenceError {
+        broken(self.network, why)
+    }
+}
+
+/// The numbers of a tensor in one of the forms that are used here.
+fn decoded(tensor: &TensorView<'_>) -> Option<Vec<f32>> {
+    let data = tensor.data();
+    match tensor.dtype() {
+        Dtype::F32 => Some(data.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect()),
+        Dtype::F16 => {
+            let halves: Vec<f16> = data.as_chunks::<2>().0.iter().map(|&b| f16::from_le_bytes(b)).collect();
+            let mut numbers = vec![0.0; halves.len()];
+            halves.convert_to_f32_slice(&mut numbers);
+            Some(numbers)
+        }
+        Dtype::I8 => Some(data.iter().map(|b| f32::from(b.cast_signed())).collect()),
+        _ => None,
     }
 }
 
@@ -69,6 +91,13 @@ impl Layer {
     /// Inputs of a pointwise layer.
     pub fn inputs(&self) -> usize {
         self.weights.len() / self.bias.len()
+    }
+
+    /// W x + b of one pixel.
+    pub fn apply(&self, x: &[f32], out: &mut [f32]) {
+        for ((out, row), bias) in out.iter_mut().zip(self.weights.chunks_exact(self.inputs())).zip(&self.bias) {
+            *out = row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>() + bias;
+        }
     }
 
     /// The layer that does what `self` and then `next` do, with nothing between them: W = W₂W₁, b = W₂b₁ + b₂.
@@ -109,9 +138,9 @@ impl Layer {
     }
 }
 
-fn broken(why: &str) -> InferenceError {
+fn broken(network: &str, why: &str) -> InferenceError {
     InferenceError::Model {
-        what: NAME.into(),
+        what: network.into(),
         why: why.into(),
         mend: "make its weights again with `cargo xtask weights`".into(),
     }
@@ -146,15 +175,33 @@ mod tests {
         assert_eq!((part.weights.as_slice(), part.bias.as_slice()), (&other.weights[..], &[0.0; 2][..]));
     }
 
+    /// Two filters of two inputs in eight bits.
+    fn eight_bits() -> Vec<u8> {
+        let (scales, bias) = ([0.5f32, 0.25].map(f32::to_le_bytes), [1.0f32, -1.0].map(f32::to_le_bytes));
+        let view = |dtype, shape: &[usize], data| TensorView::new(dtype, shape.to_vec(), data).unwrap();
+        let tensors = [
+            ("mix.weight", view(Dtype::I8, &[2, 2, 1, 1], &[1, 254, 127, 0])),
+            ("mix.scale", view(Dtype::F32, &[2], scales.as_flattened())),
+            ("mix.bias", view(Dtype::F32, &[2], bias.as_flattened())),
+        ];
+        safetensors::serialize(tensors, None).unwrap()
+    }
+
+    #[test]
+    fn eight_bits_are_scaled_filter_by_filter() {
+        let bytes = eight_bits();
+        let layer = Weights::read("net", &bytes).unwrap().pointwise("mix", 2, 2).unwrap();
+        assert_eq!((layer.weights, layer.bias), (vec![0.5, -1.0, 31.75, 0.0], vec![1.0, -1.0]));
+    }
+
     #[test]
     fn weights_that_are_not_what_the_layers_need_are_refused() {
-        let weights = Weights::nanotrack_v3().unwrap();
-        let stem = weights.layer("backbone.stem", &[16, 3, 3, 3]).unwrap();
-        assert_eq!((stem.weights.len(), stem.bias.len()), (432, 16));
-        let wrong = weights.layer("backbone.stem", &[16, 3, 5, 5]).unwrap_err().to_string();
-        assert!(wrong.contains("backbone.stem.weight") && wrong.contains("xtask weights"), "{wrong}");
-        assert!(weights.layer("backbone.trunk", &[16, 3, 3, 3]).is_err());
-        let damaged = [&NANOTRACK_V3[..NANOTRACK_V3.len() - 1], &NANOTRACK_V3[..100], b"", &[0xff; 40]];
-        assert!(damaged.iter().all(|bytes| Weights::read(bytes).is_err()));
+        let bytes = eight_bits();
+        let weights = Weights::read("net", &bytes).unwrap();
+        let wrong = weights.layer("mix", &[2, 3, 1, 1]).unwrap_err().to_string();
+        assert!(wrong.contains("mix.weight") && wrong.contains("xtask weights"), "{wrong}");
+        assert!(weights.layer("stir", &[2, 2, 1, 1]).is_err());
+        let damaged = [&bytes[..bytes.len() - 1], &bytes[..100], b"", &[0xff; 40]];
+        assert!(damaged.iter().all(|bytes| Weights::read("net", bytes).is_err()));
     }
 }

@@ -1,13 +1,14 @@
 use super::{Activation, Columns, LANES, Map, is_wide, pointwise::accumulate, pointwise::biased, pointwise::store};
 use fearless_simd::{Level, Simd, dispatch};
+use std::ops::Range;
 
 /// Outputs computed together.
 const PANEL: usize = 8;
 const SIDE: usize = 3;
 
-/// The first layer: a full convolution of 3 × 3, stride 2, from few channels to many.
+/// A full convolution of 3 × 3, stride 2, from few channels to many, a bias and an activation.
 #[derive(Debug, Clone)]
-pub struct Stem {
+pub struct Convolution {
     outputs: usize,
     /// For each eight outputs, for each (row, channel, column) of the kernel, the eight weights.
     panels: Vec<[f32; PANEL]>,
@@ -17,7 +18,7 @@ pub struct Stem {
     taps: Vec<usize>,
 }
 
-impl Stem {
+impl Convolution {
     /// From weights in output, input, row, column order, for inputs laid out as `input` is.
     pub fn new(weights: &[f32], bias: &[f32], activation: Activation, input: &Map) -> Self {
         let (inputs, outputs) = (input.channels, bias.len());
@@ -43,8 +44,13 @@ impl Stem {
 
     /// Computes every row of `out`.
     pub fn run(&self, input: &Map, out: &mut Map) {
+        self.run_rows(input, out, 0..out.height);
+    }
+
+    /// Computes rows `rows` of `out`.
+    pub fn run_rows(&self, input: &Map, out: &mut Map, rows: Range<usize>) {
         dispatch!(Level::new(), simd => {
-            for y in 0..out.height {
+            for y in rows {
                 match is_wide(simd) {
                     true => row::<_, 2, 8>(simd, self, input, y, out),
                     false => row::<_, 1, 4>(simd, self, input, y, out),
@@ -56,35 +62,41 @@ impl Stem {
 
 /// `M` outputs of `P` segments at a time.
 #[inline(always)]
-pub(super) fn row<S: Simd, const P: usize, const M: usize>(simd: S, stem: &Stem, input: &Map, y: usize, out: &mut Map) {
+pub(super) fn row<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    layer: &Convolution,
+    input: &Map,
+    y: usize,
+    out: &mut Map,
+) {
     let whole = out.segments() / P * P;
     for s in (0..whole).step_by(P) {
-        segments::<S, P, M>(simd, stem, input, y, s, out);
+        segments::<S, P, M>(simd, layer, input, y, s, out);
     }
     for s in whole..out.segments() {
-        segments::<S, 1, M>(simd, stem, input, y, s, out);
+        segments::<S, 1, M>(simd, layer, input, y, s, out);
     }
 }
 
 #[inline(always)]
 fn segments<S: Simd, const P: usize, const M: usize>(
     simd: S,
-    stem: &Stem,
+    layer: &Convolution,
     input: &Map,
     y: usize,
     s: usize,
     out: &mut Map,
 ) {
     let source = input.padded_rows_from(2 * y);
-    for (n, (bias, panel)) in stem.bias.iter().zip(stem.panels.chunks_exact(stem.taps.len())).enumerate() {
+    for (n, (bias, panel)) in layer.bias.iter().zip(layer.panels.chunks_exact(layer.taps.len())).enumerate() {
         for m in (0..PANEL).step_by(M) {
             let first = n * PANEL + m;
             let sums: [[_; M]; P] = [biased(simd, bias, m); P];
             let sources = std::array::from_fn(|p| &source[(s + p) * LANES..]);
-            let sums = accumulate(simd, (panel, m), stem.taps.iter().copied(), sources, sums);
+            let sums = accumulate(simd, (panel, m), layer.taps.iter().copied(), sources, sums);
             for p in 0..P {
-                let count = stem.outputs.saturating_sub(first);
-                store(simd, out, (y, s + p), first, stem.activation.of_lanes(sums[p]), count);
+                let count = layer.outputs.saturating_sub(first);
+                store(simd, out, (y, s + p), first, layer.activation.of_lanes(sums[p]), count);
             }
         }
     }

@@ -1,0 +1,58 @@
+//! `pursuit eval … --protocol mot`.
+
+use super::{print, settings};
+use crate::args::Eval;
+use crate::console;
+use pursuit::RunError;
+use pursuit::associate::Associate;
+use pursuit::config::{MANY_PREFIX, parse_setting};
+use pursuit::evaluation::{CrowdOptions, CrowdResults, CrowdSequence, Given, evaluate_crowds};
+use std::process::ExitCode;
+
+/// Our own association with its defaults.
+const OURS: &str = "pursuit";
+
+/// Associates what is to be, and scores it beside the results given.
+pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
+    if args.against.is_some() {
+        return Err(RunError::usage(
+            "--against is of one target; score others' results beside with --results NAME=FOLDER",
+        )
+        .into());
+    }
+    let mut given = Vec::new();
+    let ours =
+        if args.trackers.is_empty() && args.given.is_empty() { vec![OURS.to_owned()] } else { args.trackers.clone() };
+    for name in &ours {
+        given.push(associated(args, name)?);
+    }
+    given.extend(args.given.iter().cloned());
+    let options = CrowdOptions {
+        datasets: args.datasets.clone(),
+        sequences: args.sequences.clone(),
+        given,
+        rules: args.rules.parse().map_err(RunError::Evaluation)?,
+        out: args.out.clone(),
+        report: !args.no_report,
+    };
+    let results: CrowdResults = evaluate_crowds(&options).map_err(RunError::Evaluation)?;
+    let text = match args.json {
+        true => serde_json::to_string_pretty(&results)? + "\n",
+        false => format!("{}\nresults in {}\n", results.text_table(), args.out.display()),
+    };
+    print(text.as_bytes())
+}
+
+/// The tracks of our association under `name`: `pursuit` has the defaults, other names are association models.
+fn associated(args: &Eval, name: &str) -> Result<Given, RunError> {
+    let mut parameters = settings(&args.settings)?;
+    if name != OURS {
+        let (key, value) = parse_setting(&format!("{MANY_PREFIX}.association.model={name}"))?;
+        parameters.insert(key, value);
+    }
+    let sequences = CrowdSequence::discover_all(&args.datasets, args.sequences.as_deref())?;
+    let out = args.out.join("tracks").join(name);
+    let options = Associate { parameters, ..Associate::default() };
+    options.sequences(&sequences, &out, console::stop_flag())?;
+    Ok(Given { name: name.to_owned(), path: out })
+}

@@ -1,0 +1,170 @@
+//! How well whoever moves is followed, by motion alone, on a clip with truth: stares, coverage and identities.
+//!
+//!     cargo run --profile suite -p pursuit-trackers --example movers -- CLIP TRUTH one|many [VARY] [KEY=VALUE …]
+//!
+//! TRUTH is `frame,x,y,w,h` with a title line (no line: nobody is there), or a MOT ground truth (`.txt`, frames from 1). VARY is
+//! one of the changes of [`vary`]; settings are those of the detector, `many.KEY` and `acquire.KEY` those of what follows.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "an instrument for developers may panic")]
+
+use pursuit_geometry::BBox;
+use pursuit_imaging::{Frame, Image, Pixels};
+use pursuit_media::{OpenOptions, open};
+use pursuit_parameters::Parameters;
+use pursuit_trackers::registry;
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
+use pursuit_tracking::{MultiTracker, Track, TrackState};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+type Truth = BTreeMap<u64, Vec<BBox>>;
+
+/// Frames this near to somebody's coming or going are open: nobody is sure whether there is somebody.
+const OPEN: u64 = 6;
+
+fn truth(path: &str) -> Truth {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut all = Truth::new();
+    for line in text.lines() {
+        let n: Vec<Option<f64>> =
+            line.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| !v.is_nan())).collect();
+        let mot = path.ends_with(".txt");
+        let numbers = n.len();
+        let (at, from) = if mot { (n[0].map(|f| f - 1.0), 2) } else { (n[0], numbers.saturating_sub(4)) };
+        let sides: Option<Vec<f64>> = n.get(from..from + 4).and_then(|s| s.iter().copied().collect());
+        if let (Some(at), Some(s)) = (at, sides.filter(|s| s[2] > 0.0)) {
+            all.entry(at as u64).or_default().push(BBox::from_ltwh(s[0], s[1], s[2], s[3]));
+        }
+    }
+    all
+}
+
+/// The clip as another camera would have seen it: `ramp` (exposure goes down to half and up again), `switch` (the light goes to
+/// 60 % and back), `shake` (by up to 2 px), `noise`, `dark`, `cut` (the first frame is shown again for 2 s from frame 400 on).
+fn vary(frame: Frame, how: &str, first: &mut Option<Frame>) -> Frame {
+    let k = frame.index();
+    first.get_or_insert_with(|| frame.clone());
+    let gain = match how {
+        "ramp" => 0.75 + 0.25 * (k as f64 * std::f64::consts::TAU / 150.0).cos(),
+        "switch" if (k / 100) % 2 == 1 => 0.6,
+        "dark" => 0.5,
+        _ => 1.0,
+    };
+    let hash = |a: u64| (a.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as i64;
+    let (dx, dy) = if how == "shake" { (hash(k) % 5 - 2, hash(k + 7_777) % 5 - 2) } else { (0, 0) };
+    let source = if how == "cut" && (400..450).contains(&k) { first.clone().unwrap() } else { frame.clone() };
+    if how == "none" {
+        return frame;
+    }
+    let image = source.color();
+    let (width, height) = (image.width(), image.height());
+    let at = |v: usize, d: i64, n: usize| (v as i64 + d).clamp(0, n as i64 - 1) as usize;
+    let changed = Image::from_fn(width, height, |x, y| {
+        let pixel = image.row(at(y, dy, height))[at(x, dx, width)];
+        let noise = if how == "noise" { hash(k * 7919 + (y * width + x) as u64) % 17 - 8 } else { 0 };
+        pixel.map(|v| (f64::from(v) * gain + noise as f64).clamp(0.0, 255.0) as u8)
+    });
+    Frame::new(k, frame.time_s(), Pixels::Rgb8(changed.unwrap().into()))
+}
+
+/// What follows, from the settings.
+fn targets(mode: &str, settings: &[String]) -> Box<dyn MultiTracker> {
+    let table = |prefix: &str| -> toml::Table {
+        let of = |s: &&String| {
+            if prefix.is_empty() {
+                !s.starts_with("many.") && !s.starts_with("acquire.")
+            } else {
+                s.starts_with(prefix)
+            }
+        };
+        settings.iter().filter(of).map(|s| &s[prefix.len()..]).collect::<Vec<_>>().join("\n").parse().unwrap()
+    };
+    let entry = registry::detector("motion").unwrap();
+    let detector = entry.detector(&table("")).unwrap();
+    let many = ManyParams::counting(entry.motion()).with("many", &table("many.")).unwrap();
+    if mode == "many" {
+        return Box::new(Associating::new(detector, many).unwrap());
+    }
+    let params = AcquisitionParams::default().with("acquire", &table("acquire.")).unwrap();
+    let recipe = registry::tracker(if mode == "one" { "person" } else { mode }).unwrap().default_recipe();
+    Box::new(Acquiring::new(detector, recipe, params).unwrap())
+}
+
+#[derive(Default)]
+struct Figures {
+    /// Boxes told as tracked, those of them in frames that are sure, and those that touch nobody (IoU < .1).
+    told: usize,
+    stares: usize,
+    /// Boxes of the truth, those with a told box of IoU ≥ .5, and the sum of the best overlaps.
+    truth: usize,
+    covered: usize,
+    overlap: f64,
+    ids: BTreeSet<u64>,
+}
+
+impl Figures {
+    fn count(&mut self, k: u64, tracks: &[Track], truth: &Truth, one: bool) {
+        let empty = Vec::new();
+        let here = truth.get(&k).unwrap_or(&empty);
+        let seen = tracks.iter().filter_map(|t| Some((t.id.0, t.estimate.as_ref()?)));
+        let said: Vec<_> = seen.filter(|(_, e)| e.state == TrackState::Tracking).map(|(id, e)| (id, e.bbox)).collect();
+        let near: Vec<&BBox> = (k.saturating_sub(OPEN)..=k + OPEN).filter_map(|k| truth.get(&k)).flatten().collect();
+        for (id, bbox) in &said {
+            self.told += 1;
+            self.ids.insert(*id);
+            self.stares += usize::from(near.iter().all(|t| t.iou(bbox) < 0.1));
+        }
+        let best = |t: &BBox| said.iter().map(|(_, b)| b.iou(t)).fold(0.0, f64::max);
+        let overlaps: Vec<f64> = here.iter().map(best).collect();
+        if one && !overlaps.is_empty() {
+            // Which one is followed is not ours to say.
+            let best = overlaps.iter().copied().fold(0.0, f64::max);
+            (self.truth, self.covered, self.overlap) =
+                (self.truth + 1, self.covered + usize::from(best >= 0.5), self.overlap + best);
+        } else {
+            self.truth += overlaps.len();
+            self.covered += overlaps.iter().filter(|o| **o >= 0.5).count();
+            self.overlap += overlaps.iter().sum::<f64>();
+        }
+    }
+}
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [clip, truth_path, mode, rest @ ..] = args.as_slice() else {
+        panic!("CLIP TRUTH one|many [VARY] [KEY=VALUE …]")
+    };
+    let (settings, how): (Vec<String>, Vec<String>) = rest.iter().cloned().partition(|s| s.contains('='));
+    let verbose = how.iter().any(|h| h == "verbose");
+    let how = how.iter().find(|h| *h != "verbose").map_or("none", String::as_str);
+    let truth = truth(truth_path);
+    let mut targets = targets(mode, &settings);
+    let mut source = open(clip, &OpenOptions { default_fps: 25.0, ..OpenOptions::default() }).unwrap();
+    let (mut figures, mut first, mut tracks, mut took, mut frames) =
+        (Figures::default(), None, Vec::new(), Duration::ZERO, 0u32);
+    while let Some(frame) = source.next_frame().unwrap() {
+        let frame = vary(frame, how, &mut first);
+        let _ = frame.color();
+        let began = Instant::now();
+        targets.step(&frame, &mut tracks).unwrap();
+        took += began.elapsed();
+        frames += 1;
+        if verbose {
+            for t in &tracks {
+                let Some(e) = &t.estimate else { continue };
+                let foreground = e.diagnostics.get("foreground").unwrap_or(0.0);
+                println!("{} {} {:?} {:?} {:.2} {foreground:.3}", frame.index(), t.id, e.state, e.bbox.ltwh(), e.score);
+            }
+        }
+        figures.count(frame.index(), &tracks, &truth, mode != "many");
+    }
+    let Figures { told, stares, truth, covered, overlap, ids } = figures;
+    let share = |a: f64, n: usize| a / n.max(1) as f64;
+    println!(
+        "{mode} {how} {settings:?}: told {told}, stares {stares} ({:.1} %), coverage {:.1} % of {truth}, mean overlap {:.3}, ids {}, {:.2} ms a frame",
+        100.0 * share(stares as f64, told),
+        100.0 * share(covered as f64, truth),
+        share(overlap, truth),
+        ids.len(),
+        1e3 * took.as_secs_f64() / f64::from(frames.max(1)),
+    );
+}
