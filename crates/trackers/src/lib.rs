@@ -55,18 +55,8 @@ const TRACKERS: &[TrackerEntry] = &[
         nanotrack::nanotrack,
         "a small Siamese network, nothing to install: robust to changes of shape, slower than filters"
     ),
-    tracker!(
-        "lightfc",
-        "lightfc",
-        lightfc::lightfc,
-        "a larger network, nothing to install: the most accurate by itself, and slower"
-    ),
-    tracker!(
-        "vittrack",
-        "vittrack",
-        vittrack::vittrack,
-        "a small transformer, nothing to install: knows best when the target is gone"
-    ),
+    tracker!("lightfc", "lightfc", lightfc::lightfc, "a larger network, nothing to install: slower than NanoTrack"),
+    tracker!("vittrack", "vittrack", vittrack::vittrack, "a small transformer, nothing to install"),
     tracker!(
         "fear-xs",
         "siamese",
