@@ -83,6 +83,7 @@ impl<L: Localizer> Searcher<L> {
             state: belief.state,
             view: self.localizer.view(&prior.bbox),
             sure_from: belief.policy.sure_from(),
+            elsewhere: belief.policy.looks_elsewhere(),
         }
     }
 
@@ -139,6 +140,12 @@ impl<L: Localizer> Searcher<L> {
             (Some(told), _) => self.take(frame, belief, told, found.as_ref(), verdict)?,
             (None, Some(found)) => self.believe(frame, belief, found, &situation, verdict)?,
             (None, None) => {}
+        }
+        match verdict.state {
+            TrackState::Tracking => self.proposer.sure(&belief.last_believed, frame.size()),
+            // What is coasted is looked for where it is expected.
+            TrackState::Occluded if !verdict.follow && found.is_some() => self.proposer.settle(&belief.motion.bbox()),
+            TrackState::Occluded | TrackState::Lost => {}
         }
         let mut estimate = belief.report(frame, prior, judgement, measurement);
         let followed = match verdict.state {

@@ -1,7 +1,8 @@
 //! What both witnesses say of one place.
 
 use super::FusionParams;
-use super::judge::{FILTER, JointEvidence, NETWORK};
+use super::expert::Remark;
+use super::judge::{EXPERT, FILTER, JointEvidence, JudgeParams, NETWORK};
 use pursuit_geometry::{BBox, Point};
 use pursuit_tracking::{Diagnostics, Doubt};
 
@@ -31,21 +32,69 @@ pub(super) struct Fusion {
     pub odds: f64,
     /// Middle and scale of the target in the filter's own terms, where the filter saw it.
     pub place: Option<(Point, f64)>,
+    /// What the expert sees, where it was asked.
+    pub expert: Option<Candidate>,
+    /// Whether the expert's box is the one believed.
+    pub expert_leads: bool,
+    /// Log odds that the expert is right where it differs, by this frame alone; 0 where they agree.
+    pub expert_odds: f64,
+    /// What is remembered of that.
+    pub remark: Option<Remark>,
 }
 
 impl Fusion {
+    /// Of a look in which nobody saw anything.
+    pub const NOTHING: Self = Self {
+        filter: None,
+        network: None,
+        agreed: false,
+        filter_leads: false,
+        odds: 0.0,
+        place: None,
+        expert: None,
+        expert_leads: false,
+        expert_odds: 0.0,
+        remark: None,
+    };
+
+    /// The expert's box where it is the one believed.
+    pub fn taken(&self) -> Option<&Candidate> {
+        self.expert.as_ref().filter(|_| self.expert_leads)
+    }
+
     /// The candidate believed.
     pub fn leading(&self) -> Option<&Candidate> {
-        if self.filter_leads { self.filter.as_ref() } else { self.network.as_ref() }
+        if self.expert_leads {
+            self.expert.as_ref()
+        } else if self.filter_leads {
+            self.filter.as_ref()
+        } else {
+            self.network.as_ref()
+        }
+    }
+
+    /// Has every candidate judged anew by `judge`, with what `hear` adds to what is known of it.
+    pub fn heard(&mut self, judge: &JudgeParams, hear: impl Fn(&mut JointEvidence)) {
+        for candidate in [&mut self.filter, &mut self.network, &mut self.expert].into_iter().flatten() {
+            hear(&mut candidate.evidence);
+            candidate.log_odds = judge.log_odds(&candidate.evidence);
+        }
     }
 
     /// Whether the filter, though both agree, goes on from its own box.
     pub fn filter_keeps(&self, params: &FusionParams) -> bool {
-        self.agreed && self.filter.is_some_and(|candidate| candidate.evidence.overlap >= params.own_from)
+        match (self.taken(), &self.filter) {
+            (Some(expert), Some(filter)) => filter.bbox.iou(&expert.bbox) >= params.own_from,
+            (None, Some(filter)) => self.agreed && filter.evidence.overlap >= params.own_from,
+            (_, None) => false,
+        }
     }
 
     /// The box to report.
     pub fn bbox(&self, params: &FusionParams) -> Option<BBox> {
+        if let Some(expert) = self.taken() {
+            return Some(expert.bbox);
+        }
         match (self.agreed, &self.filter, &self.network) {
             (true, Some(filter), Some(network)) => {
                 Some(joined(params, &filter.bbox, &network.bbox, filter.evidence.overlap))
@@ -67,9 +116,12 @@ impl Fusion {
     /// What each witness said, for the files.
     pub fn figures(&self) -> Diagnostics {
         let flag = |set: bool| f64::from(u8::from(set));
-        let mut said =
-            Diagnostics::from(FusionFigures { agreed: flag(self.agreed), filter_leads: flag(self.filter_leads) });
-        for (figures, candidate) in [(FILTER, &self.filter), (NETWORK, &self.network)] {
+        let mut said = Diagnostics::from(FusionFigures {
+            agreed: flag(self.agreed),
+            filter_leads: flag(self.filter_leads),
+            expert_leads: flag(self.expert_leads),
+        });
+        for (figures, candidate) in [(FILTER, &self.filter), (NETWORK, &self.network), (EXPERT, &self.expert)] {
             said.extend(candidate.iter().flat_map(|candidate| figures.iter().zip(candidate.figures())));
         }
         said
@@ -83,6 +135,8 @@ pursuit_tracking::figures! {
         agreed;
         /// Whether the filter's box is the one believed, 0 or 1.
         filter_leads;
+        /// Whether the expert's box is the one believed, 0 or 1.
+        expert_leads;
     }
 }
 
@@ -133,7 +187,7 @@ mod tests {
             (Some(faint), None, false, Doubt::Covered),
         ] {
             let (filter, network) = (filter.map(candidate), network.map(candidate));
-            let fusion = Fusion { filter, network, agreed, filter_leads: true, odds: 0.0, place: None };
+            let fusion = Fusion { filter, network, agreed, filter_leads: true, ..Fusion::NOTHING };
             assert_eq!(fusion.doubt(&params), want, "{fusion:?}");
         }
     }

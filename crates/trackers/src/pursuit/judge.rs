@@ -46,6 +46,8 @@ macro_rules! evidence {
         pub(super) const FILTER: &[Figure] = evidence!(@figures "filter_", "filter's", $(($term, $column, $taken, $($doc),+))+);
         /// The same of the network's box.
         pub(super) const NETWORK: &[Figure] = evidence!(@figures "network_", "network's", $(($term, $column, $taken, $($doc),+))+);
+        /// The same of the expert's box.
+        pub(super) const EXPERT: &[Figure] = evidence!(@figures "expert_", "expert's", $(($term, $column, $taken, $($doc),+))+);
     };
     (@figures $witness:literal, $whose:literal, $(($term:ident, $column:literal, $taken:ident, $($doc:literal),+))+) => {
         &[
@@ -67,21 +69,29 @@ macro_rules! evidence {
 }
 
 evidence! {
-    constant -5.3;
+    constant -5.77;
     /// Height of the filter's peak.
     peak as "peak": Ln, "Weight of ln of the filter's peak." = 0.0;
     /// Likeness to the initial template, −1 to 1.
-    likeness as "likeness": AsIs, "Weight of the likeness to the initial template." = 4.0;
+    likeness as "likeness": AsIs, "Weight of the likeness to the initial template." = 5.3;
     /// Mean likelihood of the colours in the box, 0 to 1.
     color as "color": Ln, "Weight of ln of the mean likelihood of the colours in the box." = 0.0;
     /// ln of s / (1 − s) of the network's score s there.
-    network as "score": AsIs, "Weight of the log odds of the network's score." = 0.4;
+    network as "score": AsIs, "Weight of the log odds of the network's score." = 0.26;
     /// Peak-to-sidelobe ratio of the filter's response.
     psr as "psr": Ln, "Weight of ln of the response's peak-to-sidelobe ratio." = 0.0;
     /// Overlap of the two witnesses' boxes.
-    overlap as "overlap": AsIs, "Weight of the overlap of the two witnesses' boxes." = 1.8;
+    overlap as "overlap": AsIs, "Weight of the overlap of the two witnesses' boxes." = 0.36;
     /// Distance from where it was expected, in target sizes.
     moved as "moved": Ln1p, "Weight of ln of 1 and the distance from where the target was expected." = 0.0;
+    /// ln of s / (1 − s) of LightFC's score s when it was asked last.
+    lightfc as "lightfc": AsIs, "Weight of the log odds of LightFC's score." = 1.15;
+    /// Overlap of LightFC's box with the other witnesses' when it was asked last.
+    lightfc_overlap as "lightfc_overlap": AsIs, "Weight of the overlap of LightFC's box with the other witnesses'." = 1.9;
+    /// ln of s / (1 − s) of VitTrack's score s where a lost target may be; 0 while it is followed.
+    vittrack as "vittrack": AsIs, "Weight of the log odds of VitTrack's score." = 0.0;
+    /// Overlap of VitTrack's box with the others' there; 0 while it is followed.
+    vittrack_overlap as "vittrack_overlap": AsIs, "Weight of the overlap of VitTrack's box with the others'." = 0.0;
 }
 
 #[cfg(test)]
@@ -99,12 +109,31 @@ mod tests {
             network: 0.25,
             overlap: 1.7,
             moved: -0.9,
+            lightfc: 0.6,
+            lightfc_overlap: 1.2,
+            vittrack: 0.3,
+            vittrack_overlap: -0.2,
         };
-        let evidence =
-            JointEvidence { peak: 0.5, likeness: 0.6, color: 0.7, network: 4.0, psr: 12.0, overlap: 0.8, moved: 0.3 };
+        let evidence = JointEvidence {
+            peak: 0.5,
+            likeness: 0.6,
+            color: 0.7,
+            network: 4.0,
+            psr: 12.0,
+            overlap: 0.8,
+            moved: 0.3,
+            lightfc: -2.0,
+            lightfc_overlap: 0.4,
+            vittrack: 1.5,
+            vittrack_overlap: 0.9,
+        };
         let want =
             -1.5 + 0.7 * 0.5_f64.ln() + 3.0 * 0.6 + 1.1 * 0.7_f64.ln() - 0.4 * 12.0_f64.ln() + 0.25 * 4.0 + 1.7 * 0.8
-                - 0.9 * 1.3_f64.ln();
+                - 0.9 * 1.3_f64.ln()
+                - 0.6 * 2.0
+                + 1.2 * 0.4
+                + 0.3 * 1.5
+                - 0.2 * 0.9;
         assert!((judge.log_odds(&evidence) - want).abs() < 1e-12);
         let silent = JointEvidence { peak: -0.1, psr: 0.0, color: 0.0, ..evidence };
         assert!(judge.log_odds(&silent).is_finite());
@@ -114,7 +143,7 @@ mod tests {
     fn columns_name_their_weights() {
         let score = FILTER.iter().find(|f| f.name == "filter_score").unwrap();
         assert_eq!(score.weight, Some(Weight { parameter: "judge.network", taken: Taken::AsIs }));
-        assert_eq!((FILTER.len(), NETWORK.len()), (4 + 7, 4 + 7));
+        assert_eq!((FILTER.len(), NETWORK.len()), (4 + 11, 4 + 11));
         assert_eq!((NETWORK[0].name, NETWORK[0].text), ("network_x", "Left edge of the network's box."));
     }
 }

@@ -3,12 +3,15 @@
 use super::PursuitParams;
 use super::arbitration::Arbitration;
 use super::convention::BoxConvention;
+use super::expert::{Expert, Opinion, Remark};
 use super::fusion::{Candidate, Fusion, FusionFigures};
-use super::judge::{FILTER, JointEvidence, NETWORK};
+use super::judge::{EXPERT, FILTER, JointEvidence, NETWORK};
 use super::offset::SearchOffset;
 use super::schedule::NetworkSchedule;
 use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
+use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackLocalizer;
+use crate::vittrack::VitTrackParams;
 use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -26,12 +29,16 @@ pub struct WitnessLocalizer {
     params: PursuitParams,
     filter: CorrelationLocalizer,
     network: NanoTrackLocalizer,
+    /// `None` where it is never asked.
+    expert: Option<Expert<LightFcParams>>,
+    /// `None` where it is never asked.
+    searcher: Option<Expert<VitTrackParams>>,
     convention: BoxConvention,
     filter_offset: SearchOffset,
     network_offset: SearchOffset,
-    /// As large as the target was when it was believed last: a sweep looks for that.
-    believed: SearchOffset,
     arbitration: Arbitration,
+    /// Smoothed log odds for the expert where it differs.
+    expert_claim: f64,
     schedule: NetworkSchedule,
 }
 
@@ -70,15 +77,20 @@ impl WitnessLocalizer {
         let convention = network
             .look(frame, &bbox)?
             .map_or_else(BoxConvention::default, |seen| BoxConvention::new(&params.fusion, &bbox, &seen.raw));
+        let (fusion, networks) = (&params.fusion, &params.networks);
+        let expert = (networks.lightfc_every > 0).then(|| Expert::new(&params.expert, fusion, frame, bbox));
+        let searcher = networks.vittrack.then(|| Expert::new(&params.searcher, fusion, frame, bbox));
         Ok(Self {
+            expert: expert.transpose()?,
+            searcher: searcher.transpose()?,
             params,
             filter,
             network,
             convention,
             filter_offset: SearchOffset::new(&bbox),
             network_offset: SearchOffset::new(&bbox),
-            believed: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
+            expert_claim: 0.0,
             schedule: NetworkSchedule::default(),
         })
     }
@@ -94,8 +106,21 @@ impl WitnessLocalizer {
     ) -> Candidate {
         let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
         let Evidence { peak, psr, likeness, color, .. } = filter;
-        let evidence =
-            JointEvidence { peak, likeness, color, network: logit(score.clamp(1e-6, 1.0 - 1e-6)), psr, overlap, moved };
+        let Remark { score: lightfc, overlap: lightfc_overlap } =
+            self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
+        let network = logit(score.clamp(1e-6, 1.0 - 1e-6));
+        let evidence = JointEvidence {
+            peak,
+            likeness,
+            color,
+            network,
+            psr,
+            overlap,
+            moved,
+            lightfc,
+            lightfc_overlap,
+            ..JointEvidence::default()
+        };
         Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
 
@@ -104,7 +129,7 @@ impl WitnessLocalizer {
         let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
         let peak = self.filter.sight(frame, &by_filter);
         if let Some(fused) = self.rested(peak.as_ref(), expected) {
-            return Ok((Some(fused), false));
+            return Ok((self.consult(frame, expected, Some(fused), None)?, false));
         }
         let timer = NetworkSchedule::timer(&self.params.fusion);
         let seen = self.network.look(frame, &by_network)?;
@@ -112,7 +137,70 @@ impl WitnessLocalizer {
         let location = seen.map(|seen| self.network.caught_up(seen, &by_network, frames, frame.size()));
         let fused = self.fuse(frame, expected, peak, location, &by_network)?;
         self.schedule.spend(timer);
-        Ok((fused, true))
+        Ok((self.consult(frame, expected, fused, Some(&by_network))?, true))
+    }
+
+    /// Asks those that are asked now and then, where they are due or what was found leaves a doubt.
+    fn consult(
+        &mut self,
+        frame: &Frame,
+        expected: &BBox,
+        fused: Option<Fusion>,
+        looked: Option<&BBox>,
+    ) -> Result<Option<Fusion>> {
+        let sure = logit(self.params.fusion.sure_from);
+        let doubt = fused.is_none_or(|f| !f.agreed || f.leading().is_none_or(|c| c.log_odds < sure));
+        let mut fused = fused;
+        let every = self.params.networks.lightfc_every;
+        let opinion = match &mut self.expert {
+            Some(expert) if expert.is_due(every, doubt) => expert.look(frame, expected)?,
+            _ => None,
+        };
+        if let Some(opinion) = opinion {
+            fused = Some(self.taken_over(frame, expected, fused.unwrap_or(Fusion::NOTHING), &opinion, looked)?);
+        }
+        Ok(fused)
+    }
+
+    /// The expert's box in place of `fused`, which the other witnesses saw; `looked` is where the network looked in this frame.
+    fn taken_over(
+        &mut self,
+        frame: &Frame,
+        expected: &BBox,
+        mut fused: Fusion,
+        opinion: &Opinion,
+        looked: Option<&BBox>,
+    ) -> Result<Fusion> {
+        let overlap = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| bbox.iou(&opinion.bbox));
+        let remark = Remark { score: opinion.score, overlap };
+        let boxes = (opinion.bbox, opinion.own);
+        let candidate = match fused.leading() {
+            Some(leading) if overlap >= self.params.fusion.agree_from => {
+                Candidate { bbox: opinion.bbox, own: opinion.own, ..*leading }
+            }
+            _ => {
+                let evidence = self.filter.evidence_at(frame, &opinion.own);
+                let score = looked.and_then(|about| self.network.score_at(about, opinion.own.center()));
+                let score = match score {
+                    Some(score) => score,
+                    None => self.network.look(frame, &opinion.own)?.map_or(0.0, |l| l.score),
+                };
+                self.candidate(boxes, evidence, score, overlap, expected)
+            }
+        };
+        (fused.expert, fused.remark) = (Some(candidate), Some(remark));
+        let other = fused.leading().copied();
+        if let Some(other) = other.filter(|_| overlap < self.params.fusion.agree_from) {
+            let params = &self.params.expert_arbitration;
+            fused.expert_odds = params.odds(fused.agreed, &candidate.evidence, &other.evidence, remark.score);
+            fused.expert_leads = fused.expert_odds + params.memory * self.expert_claim > 0.0;
+        } else {
+            fused.expert_leads = true;
+        }
+        fused.heard(&self.params.judge, |evidence| {
+            (evidence.lightfc, evidence.lightfc_overlap) = (remark.score, overlap);
+        });
+        Ok(fused)
     }
 
     /// What both say if the network need not be asked again.
@@ -125,11 +213,32 @@ impl WitnessLocalizer {
         remembered.agree(&self.params.fusion, filter, (seen.center, seen.scale))
     }
 
-    /// Asks the network at a place of a sweep, and the filter where the network saw the target.
+    /// Asks everybody about a place where a lost target may be.
     fn centred(&mut self, frame: &Frame, expected: &BBox) -> Result<Option<Fusion>> {
-        let Some(location) = self.network.look(frame, expected)? else { return Ok(None) };
-        let peak = self.filter.sight(frame, &self.convention.of(&location.bbox));
-        self.fuse(frame, expected, peak, Some(location), expected)
+        let expert = match &mut self.expert {
+            Some(expert) => expert.look_about(frame, expected)?,
+            None => None,
+        };
+        let second = match &mut self.searcher {
+            Some(searcher) => searcher.look_about(frame, expected)?,
+            None => None,
+        };
+        // The best eyes say where exactly it would be.
+        let about = expert.map_or(*expected, |opinion| opinion.own);
+        let Some(location) = self.network.look(frame, &about)? else { return Ok(None) };
+        let place = expert.map_or_else(|| self.convention.of(&location.bbox), |opinion| opinion.bbox);
+        let peak = self.filter.sight(frame, &place);
+        let Some(mut fused) = self.fuse(frame, expected, peak, Some(location), &about)? else { return Ok(None) };
+        if let Some(opinion) = expert {
+            fused = self.taken_over(frame, expected, fused, &opinion, Some(&about))?;
+        }
+        if let Some(opinion) = second {
+            let overlap = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| bbox.iou(&opinion.bbox));
+            fused.heard(&self.params.returns, |evidence| {
+                (evidence.vittrack, evidence.vittrack_overlap) = (opinion.score, overlap);
+            });
+        }
+        Ok(Some(fused))
     }
 
     fn fuse(
@@ -140,18 +249,17 @@ impl WitnessLocalizer {
         location: Option<Location>,
         about: &BBox,
     ) -> Result<Option<Fusion>> {
-        let alone = Fusion { filter: None, network: None, agreed: false, filter_leads: false, odds: 0.0, place: None };
         Ok(match (peak, location) {
             (None, None) => None,
             (Some(peak), Some(location)) => Some(self.fuse_both(frame, expected, &peak, &location, about)?),
             (Some(seen), None) => {
                 let bbox = self.filter.window().bbox(seen.center, seen.scale);
                 let filter = Some(self.candidate((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
-                Some(Fusion { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..alone })
+                Some(Fusion { filter, filter_leads: true, place: Some((seen.center, seen.scale)), ..Fusion::NOTHING })
             }
             (None, Some(location)) => {
                 let network = Some(self.of_network(frame, expected, &location, 0.0));
-                Some(Fusion { network, ..alone })
+                Some(Fusion { network, ..Fusion::NOTHING })
             }
         })
     }
@@ -180,7 +288,7 @@ impl WitnessLocalizer {
             let filter = self.candidate((bbox, bbox), peak.evidence, location.score, overlap, expected);
             let network = Some(Candidate { bbox: converted, own: location.bbox, ..filter });
             let filter = Some(filter);
-            return Ok(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place });
+            return Ok(Fusion { filter, network, agreed: true, filter_leads: true, place, ..Fusion::NOTHING });
         }
         let there = match self.network.score_at(about, bbox.center()) {
             Some(score) => score,
@@ -190,7 +298,7 @@ impl WitnessLocalizer {
         let network = self.of_network(frame, expected, location, overlap);
         let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);
         let filter_leads = self.arbitration.filter_leads(&self.params.arbitration, odds);
-        Ok(Fusion { filter: Some(filter), network: Some(network), agreed: false, filter_leads, odds, place })
+        Ok(Fusion { filter: Some(filter), network: Some(network), filter_leads, odds, place, ..Fusion::NOTHING })
     }
 
     fn measurement(&self, fused: &Fusion) -> Option<Measurement> {
@@ -208,11 +316,17 @@ impl WitnessLocalizer {
         if state == TrackState::Lost {
             return;
         }
-        let Self { params, filter_offset, network_offset, believed, arbitration, .. } = self;
-        if state == TrackState::Tracking {
-            believed.set(reported, reported);
-        }
+        let Self { params, filter_offset, network_offset, arbitration, expert, .. } = self;
         arbitration.remember(&params.arbitration, fused.odds);
+        if let (Some(expert), Some(candidate)) = (expert, &fused.expert) {
+            expert.place(&candidate.own, reported);
+        }
+        if let Some(candidate) = fused.taken() {
+            network_offset.set(&candidate.own, reported);
+            let keeps = fused.filter.as_ref().filter(|_| fused.filter_keeps(&params.fusion));
+            filter_offset.set(keeps.map_or(reported, |candidate| &candidate.own), reported);
+            return;
+        }
         if let Some(candidate) = &fused.network {
             // Of what both agree on, the network looks in the middle of what is reported, for the size it saw itself.
             let own = if fused.agreed { candidate.own.centered_at(reported.center()) } else { candidate.own };
@@ -241,20 +355,27 @@ impl WitnessLocalizer {
 impl Localizer for WitnessLocalizer {
     type Finding = WitnessFinding;
 
-    const FIGURES: &[&[Figure]] = &[FusionFigures::ALL, FILTER, NETWORK];
+    const FIGURES: &[&[Figure]] = &[FusionFigures::ALL, FILTER, NETWORK, EXPERT];
 
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, WitnessFinding)>> {
         let expected = &search.expected;
         let (fused, asked) = match search.look {
             Look::Near => self.near(frame, expected)?,
             Look::Sweep => {
-                let found = self.network.look(frame, &self.believed.at(expected))?;
-                return Ok(found.map(|l| {
-                    let measurement = Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) };
-                    (measurement, WitnessFinding { fused: None, asked: false })
+                let found = match &mut self.searcher {
+                    Some(searcher) => searcher.look_about(frame, expected)?.map(|o| (o.own, o.score)),
+                    None => {
+                        self.network.look(frame, expected)?.map(|l| (l.bbox, logit(l.score.clamp(1e-6, 1.0 - 1e-6))))
+                    }
+                };
+                return Ok(found.map(|(bbox, strength)| {
+                    (
+                        Measurement { strength, ..Measurement::new(bbox, 0.0) },
+                        WitnessFinding { fused: None, asked: false },
+                    )
                 }));
             }
-            Look::Centred => (self.centred(frame, &self.believed.at(expected))?, false),
+            Look::Centred => (self.centred(frame, expected)?, false),
         };
         Ok(fused.and_then(|fused| Some((self.measurement(&fused)?, WitnessFinding { fused: Some(fused), asked }))))
     }
@@ -268,7 +389,9 @@ impl Localizer for WitnessLocalizer {
         finding: &mut WitnessFinding,
     ) -> Result<()> {
         let Some(fused) = &mut finding.fused else { return Ok(()) };
-        if let (Some((center, scale)), Some(candidate), true) = (fused.place, &mut fused.filter, fused.filter_leads) {
+        if let (Some((center, scale)), Some(candidate), true) =
+            (fused.place, &mut fused.filter, fused.filter_leads || fused.expert_leads)
+        {
             let scale = self.filter.scale_at(frame, center, scale);
             candidate.bbox = self.filter.window().bbox(center, scale);
             candidate.own = candidate.bbox;
@@ -289,7 +412,9 @@ impl Localizer for WitnessLocalizer {
         let (fusion, peak) = (&self.params.fusion, leading.evidence.peak);
         match &fused.filter {
             Some(candidate) if fused.filter_keeps(fusion) => self.filter.learn(frame, &candidate.own, peak),
-            _ if fused.agreed || fused.filter_leads || sigmoid(leading.log_odds) >= fusion.teach_from => {
+            _ if (!fused.expert_leads && (fused.agreed || fused.filter_leads))
+                || sigmoid(leading.log_odds) >= fusion.teach_from =>
+            {
                 self.filter.learn(frame, &bbox, peak);
             }
             _ => {}
@@ -308,6 +433,13 @@ impl Localizer for WitnessLocalizer {
         let concluded = fused.filter(|_| outcome.state == TrackState::Tracking);
         let asked = outcome.found.is_some_and(|(_, finding)| finding.asked);
         self.schedule.note(&self.params.fusion, concluded, asked);
+        if let Some(expert) = &mut self.expert {
+            expert.note(fused.and_then(|fused| fused.remark));
+            if let Some(fused) = fused.filter(|fused| fused.expert.is_some()) {
+                let rate = self.params.expert_arbitration.rate;
+                self.expert_claim += rate * (fused.expert_odds - self.expert_claim);
+            }
+        }
         if let Some((reported, WitnessFinding { fused: Some(fused), .. })) = outcome.found {
             self.place_searches(fused, &reported, outcome.state);
         }
@@ -322,6 +454,6 @@ impl Localizer for WitnessLocalizer {
     }
 
     fn view(&self, expected: &BBox) -> Option<ViewSize> {
-        self.network.view(&self.believed.at(expected))
+        self.network.view(expected)
     }
 }

@@ -3,6 +3,7 @@
 
 mod arbitration;
 mod convention;
+mod expert;
 mod fusion;
 mod judge;
 mod light;
@@ -14,7 +15,7 @@ mod schedule;
 pub use judge::{JointEvidence, JudgeParams};
 pub use light::light;
 pub use localizer::WitnessLocalizer;
-pub use params::{ArbitrationParams, FilterParams, FusionParams, PursuitParams};
+pub use params::{ArbitrationParams, FilterParams, FusionParams, NetworksParams, PursuitParams};
 
 use crate::correlation::CorrelationLocalizer;
 use pursuit_geometry::BBox;
@@ -52,6 +53,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             wide_windows: 6,
             side_windows: 0,
             keep_inside: true,
+            whole_size: true,
             ..SearchParams::at_last_place()
         },
     };

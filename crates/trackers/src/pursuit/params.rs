@@ -1,11 +1,14 @@
 //! Parameters of `pursuit` and `pursuit-light`.
 
-use super::judge::JudgeParams;
+use super::judge::{JointEvidence, JudgeParams};
 use crate::correlation::{
     ColorParams, Likeness, PeakParams, ScaleFilterParams, ScoreParams, SolverParams, Subpixel, SweepBy, WindowParams,
     WindowShape,
 };
+use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackParams;
+use crate::vittrack::VitTrackParams;
+use pursuit_tracking::Taken;
 
 /// Area of the default patch: 40 cells of 4 pixels each way (galoogahi2017: 50; ours is as accurate and faster).
 const PATCH_PX: f64 = 160.0 * 160.0;
@@ -85,6 +88,16 @@ pursuit_parameters::parameters! {
 }
 
 pursuit_parameters::parameters! {
+    /// Which network is asked when.
+    pub struct NetworksParams {
+        /// LightFC is asked in every so many frames, and whenever there is a doubt, and its box is taken; 0: never.
+        pub lightfc_every: usize = 5, in 0..=1000, source "ours";
+        /// Whether VitTrack looks for a lost target, and judges what is found; else NanoTrack does.
+        pub vittrack: bool = true, source "ours";
+    }
+}
+
+pursuit_parameters::parameters! {
     /// Whom to follow where the witnesses disagree: a logistic regression of the differences between what is known of the
     /// filter's box and of the network's, fitted to the frames of real sequences where they disagree and one is right.
     pub struct ArbitrationParams {
@@ -108,6 +121,44 @@ pursuit_parameters::parameters! {
 }
 
 pursuit_parameters::parameters! {
+    /// Whether LightFC's box is taken where it differs from what the other witnesses take for the target: a logistic regression.
+    pub struct ExpertArbitrationParams {
+        /// Log odds for LightFC where nothing speaks for either.
+        pub bias: f64 = 1.6, in Bounds::default(), source "ours, fitted";
+        /// Added where filter and NanoTrack agree.
+        pub agreed: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the log odds of LightFC's score.
+        pub lightfc: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of the log odds of NanoTrack's score.
+        pub network: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of the likeness.
+        pub likeness: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of ln of the mean likelihood of the colours.
+        pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of the difference of ln of the filter's peak.
+        pub peak: f64 = 6.0, in Bounds::default(), source "ours, fitted";
+        /// How much what is remembered counts beside the frame at hand.
+        pub memory: f64 = 0.0, in 0.0.., source "ours";
+        /// Share of a frame in what is remembered.
+        pub rate: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+    }
+}
+
+impl ExpertArbitrationParams {
+    /// Log odds, by one frame, that LightFC's box is the right one of two.
+    pub fn odds(&self, agreed: bool, expert: &JointEvidence, other: &JointEvidence, lightfc: f64) -> f64 {
+        let ln = |v| Taken::Ln.of(v);
+        self.bias
+            + if agreed { self.agreed } else { 0.0 }
+            + self.lightfc * lightfc
+            + self.network * (expert.network - other.network)
+            + self.likeness * (expert.likeness - other.likeness)
+            + self.color * (ln(expert.color) - ln(other.color))
+            + self.peak * (ln(expert.peak) - ln(other.peak))
+    }
+}
+
+pursuit_parameters::parameters! {
     /// Parameters of the default tracker.
     pub struct PursuitParams {
         /// The witness that learns: a correlation filter.
@@ -118,11 +169,31 @@ pursuit_parameters::parameters! {
         };
         /// The witness that does not: a network.
         pub network: NanoTrackParams = NanoTrackParams::default();
+        /// The network that sees better, asked now and then.
+        pub expert: LightFcParams = LightFcParams::default();
+        /// The network that looks for a lost target.
+        pub searcher: VitTrackParams = VitTrackParams::default();
+        /// Which network is asked when.
+        pub networks: NetworksParams = NetworksParams::default();
         /// How they are brought together.
         pub fusion: FusionParams = FusionParams::default();
         /// Whom to follow where they disagree.
         pub arbitration: ArbitrationParams = ArbitrationParams::default();
+        /// Whether LightFC's box is taken where it differs.
+        pub expert_arbitration: ExpertArbitrationParams = ExpertArbitrationParams::default();
         /// The judge.
         pub judge: JudgeParams = JudgeParams::default();
+        /// The judge of what is found again: of one place against every other.
+        pub returns: JudgeParams = JudgeParams {
+            bias: -10.3,
+            likeness: 0.0,
+            network: 0.6,
+            overlap: 0.0,
+            lightfc: 0.0,
+            lightfc_overlap: 4.0,
+            vittrack: 1.6,
+            vittrack_overlap: 0.7,
+            ..JudgeParams::default()
+        };
     }
 }

@@ -123,7 +123,15 @@ impl Remembered {
         let beside = |sides: (f64, f64)| BBox::from_center_size(center, sides.0 * width, sides.1 * height);
         let network = Candidate { bbox: beside(sides), own: beside(own_sides), ..filter };
         let (filter, network) = (Some(filter), Some(network));
-        Some(Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place: Some(place) })
+        Some(Fusion {
+            filter,
+            network,
+            agreed: true,
+            filter_leads: true,
+            odds: 0.0,
+            place: Some(place),
+            ..Fusion::NOTHING
+        })
     }
 }
 
@@ -145,7 +153,7 @@ mod tests {
     fn agreed(log_odds: f64) -> Fusion {
         let network = Candidate { bbox: BBox::from_ltwh(13.0, 20.0, 24.0, 40.0), ..candidate(10.0, log_odds) };
         let (filter, network) = (Some(candidate(10.0, log_odds)), Some(network));
-        Fusion { filter, network, agreed: true, filter_leads: true, odds: 0.0, place: None }
+        Fusion { filter, network, agreed: true, filter_leads: true, ..Fusion::NOTHING }
     }
 
     #[test]

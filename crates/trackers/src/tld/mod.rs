@@ -37,7 +37,7 @@ fn policy() -> PolicyParams {
         learn_from: 0.70,
         lost_after_s: 0.5,
         // What it learns of a trajectory that looks unlike the target is the point of the method; validity guards it.
-        calibrated: CalibratedParams { learn_unsure_from: 0.30, lost_below: 0.02 },
+        calibrated: CalibratedParams { learn_unsure_from: 0.30, lost_below: 0.02, ..CalibratedParams::default() },
         ..PolicyParams::default()
     }
 }

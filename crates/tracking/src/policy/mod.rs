@@ -56,12 +56,18 @@ pub struct Policy {
     params: PolicyParams,
     /// Time that the target has not been seen, in seconds.
     unseen_s: f64,
+    /// Time since the target was sure, in seconds.
+    #[serde(default)]
+    doubt_s: f64,
+    /// What is left of the probation, in seconds.
+    #[serde(default)]
+    probation_s: f64,
 }
 
 impl Policy {
     /// A policy at its start.
     pub const fn new(params: PolicyParams) -> Self {
-        Self { params, unseen_s: 0.0 }
+        Self { params, unseen_s: 0.0, doubt_s: 0.0, probation_s: 0.0 }
     }
 
     /// Its parameters.
@@ -76,7 +82,15 @@ impl Policy {
 
     /// Forgets everything: a new target.
     pub fn restart(&mut self) {
-        self.unseen_s = 0.0;
+        (self.unseen_s, self.doubt_s, self.probation_s) = (0.0, 0.0, 0.0);
+    }
+
+    /// Whether the target was not sure for so long that it is to be looked for elsewhere too.
+    pub fn looks_elsewhere(&self) -> bool {
+        match self.params.model {
+            PolicyModel::Calibrated => self.doubt_s > self.params.calibrated.elsewhere_after_s,
+            PolicyModel::Gated | PolicyModel::Paper | PolicyModel::Always => false,
+        }
     }
 
     /// From this probability on a measurement leaves no doubt, so that nobody need look elsewhere.
@@ -91,19 +105,28 @@ impl Policy {
     pub fn judge(&mut self, evidence: &Evidence<'_>) -> Verdict {
         let confidence = evidence.found.map_or(0.0, |m| m.confidence);
         if evidence.found.is_some_and(|found| self.believes(found, evidence.state)) {
-            self.unseen_s = 0.0;
+            (self.unseen_s, self.doubt_s) = (0.0, 0.0);
+            let found = evidence.state == TrackState::Lost;
+            self.probation_s = if found {
+                self.params.calibrated.probation_s
+            } else {
+                (self.probation_s - evidence.prior.dt_s).max(0.0)
+            };
             let learn = match self.params.model {
-                PolicyModel::Calibrated | PolicyModel::Gated => confidence >= self.params.learn_from,
+                PolicyModel::Calibrated => confidence >= self.params.learn_from && self.probation_s == 0.0,
+                PolicyModel::Gated => confidence >= self.params.learn_from,
                 PolicyModel::Paper | PolicyModel::Always => true,
             };
             return Verdict { state: TrackState::Tracking, score: confidence, follow: true, learn };
         }
         self.wait(evidence, confidence);
+        let fails = self.probation_s > 0.0;
+        self.probation_s = 0.0;
         let p = &self.params;
         let lost = match p.model {
             PolicyModel::Always => false,
             PolicyModel::Calibrated | PolicyModel::Gated | PolicyModel::Paper => {
-                evidence.state == TrackState::Lost || self.unseen_s > p.lost_after_s
+                evidence.state == TrackState::Lost || self.unseen_s > p.lost_after_s || fails
             }
         };
         if lost {
@@ -112,7 +135,8 @@ impl Policy {
         }
         let (score, follow, learn) = match p.model {
             PolicyModel::Calibrated => {
-                (confidence.min(p.occluded_score), true, confidence >= p.calibrated.learn_unsure_from)
+                let follow = confidence >= p.calibrated.follow_from;
+                (confidence.min(p.occluded_score), follow, confidence >= p.calibrated.learn_unsure_from)
             }
             PolicyModel::Gated => (p.occluded_score / (1.0 + spread(evidence.prior)), false, false),
             PolicyModel::Paper | PolicyModel::Always => (confidence.min(p.occluded_score), false, false),
@@ -150,6 +174,7 @@ impl Policy {
     /// Counts the time of a frame in which the target was not seen.
     fn wait(&mut self, evidence: &Evidence<'_>, confidence: f64) {
         let dt_s = evidence.prior.dt_s;
+        self.doubt_s += dt_s;
         let outside = evidence.prior.bbox.clipped_to(evidence.frame).is_none();
         self.unseen_s += match self.params.model {
             PolicyModel::Gated if outside => dt_s * self.params.gated.outside_haste,

@@ -61,6 +61,12 @@ pursuit_parameters::parameters! {
         pub learn_unsure_from: f64 = 2.0, in 0.0..=2.0, source "ours";
         /// Time counts towards losing an occluded target while the probability is below this; 1: always.
         pub lost_below: f64 = 1.0, in 0.0..=1.0, source "ours";
+        /// What is less likely than this moves no box: the motion model says where the target is meanwhile.
+        pub follow_from: f64 = 0.0, in 0.0..=1.0, source "ours";
+        /// A target that was not sure for so long is looked for elsewhere as well, while the best guess is followed.
+        pub elsewhere_after_s: f64 = 1e6, in 0.0.., unit "s", source "ours";
+        /// For so long after it was found again nothing is learned of a target, and what is doubted is lost at once.
+        pub probation_s: f64 = 0.0, in 0.0.., unit "s", source "ours";
     }
 }
 

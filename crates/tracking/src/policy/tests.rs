@@ -29,7 +29,7 @@ fn policy(model: PolicyModel) -> Policy {
         learn_from: 0.25,
         lost_after_s: 0.15,
         occluded_score: 0.15,
-        calibrated: CalibratedParams { learn_unsure_from: 2.0, lost_below: 0.3 },
+        calibrated: CalibratedParams { learn_unsure_from: 2.0, lost_below: 0.3, ..CalibratedParams::default() },
         gated: GatedParams { far_from: 0.9, outside_haste: 2.0 },
         paper: PaperParams { psr_from: 7.0 },
     })
@@ -39,7 +39,7 @@ fn policy(model: PolicyModel) -> Policy {
 fn what_is_followed_in_doubt_is_learned_where_the_policy_says_so() {
     let doubtful = |model, confidence| {
         let policy = policy(model);
-        let calibrated = CalibratedParams { learn_unsure_from: 0.15, lost_below: 0.0 };
+        let calibrated = CalibratedParams { learn_unsure_from: 0.15, lost_below: 0.0, ..CalibratedParams::default() };
         let mut policy = Policy::new(PolicyParams { calibrated, ..policy.params().clone() });
         judge(&mut policy, TrackState::Occluded, confidence)
     };
@@ -155,4 +155,43 @@ fn what_is_neither_tracked_nor_in_the_picture_is_gone() {
     let outside = BBox::from_ltwh(-9.0, 10.0, 8.0, 8.0);
     assert_eq!(doubt(outside, TrackState::Occluded), Some(Doubt::Gone));
     assert_eq!(doubt(outside, TrackState::Tracking), None);
+}
+
+fn calibrated(change: impl Fn(&mut CalibratedParams)) -> Policy {
+    let mut params = policy(PolicyModel::Calibrated).params().clone();
+    params.lost_after_s = 10.0;
+    change(&mut params.calibrated);
+    Policy::new(params)
+}
+
+#[test]
+fn what_is_implausible_moves_no_box() {
+    let mut policy = calibrated(|p| p.follow_from = 0.12);
+    assert!(!judge(&mut policy, TrackState::Occluded, 0.11).follow);
+    assert!(judge(&mut policy, TrackState::Occluded, 0.12).follow);
+}
+
+#[test]
+fn long_doubt_asks_for_a_look_elsewhere() {
+    let mut policy = calibrated(|p| p.elsewhere_after_s = 0.25);
+    for (confidence, want) in [(0.15, false), (0.15, false), (0.15, true), (0.4, false), (0.1, false)] {
+        judge(&mut policy, TrackState::Occluded, confidence);
+        assert_eq!(policy.looks_elsewhere(), want, "{confidence}");
+    }
+    let mut patient = calibrated(|_| {});
+    (0..100).for_each(|_| drop(judge(&mut patient, TrackState::Occluded, 0.15)));
+    assert!(!patient.looks_elsewhere());
+}
+
+#[test]
+fn what_was_found_is_on_probation() {
+    let mut policy = calibrated(|p| p.probation_s = 0.25);
+    let found = judge(&mut policy, TrackState::Lost, 0.9);
+    assert_eq!((found.state, found.learn), (TrackState::Tracking, false));
+    assert!(!judge(&mut policy, TrackState::Tracking, 0.9).learn);
+    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Lost, "doubted on probation");
+    judge(&mut policy, TrackState::Lost, 0.9);
+    let learnt = [0.9, 0.9, 0.9].map(|confidence| judge(&mut policy, TrackState::Tracking, confidence).learn);
+    assert_eq!(learnt, [false, false, true]);
+    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded, "probation is over");
 }

@@ -1,15 +1,21 @@
 //! Where to look: near the prediction, elsewhere while unsure, all over the frame once the target is lost.
 
 mod params;
+mod tentative;
 
 pub use params::{GateParams, SearchModel, SearchParams, WideningParams};
 
 use crate::{BoxCovariance, Gate, Look, Measurement, Prior, Search, TrackState, ViewSize};
+use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point, Size};
 use serde::{Deserialize, Serialize};
+use tentative::{MOST, Tentative};
 
 /// Most columns, and most rows, of the grid of windows that a sweep over the frame goes through.
 const MOST_LINES: usize = 64;
+
+/// Share of a new size in the size that is remembered.
+const SIZE_RATE: f64 = 0.1;
 
 /// What a proposer goes by.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +30,8 @@ pub struct Situation<'a> {
     pub view: Option<ViewSize>,
     /// From this probability on nobody need look elsewhere.
     pub sure_from: f64,
+    /// Whether the target was not sure for so long that it may be elsewhere.
+    pub elsewhere: bool,
 }
 
 /// What a search found; `F` is the localizer's own [`Finding`](crate::Localizer::Finding).
@@ -50,8 +58,17 @@ pub struct Proposer {
     latest: f64,
     /// The window of the sweep looked at last.
     cursor: usize,
+    /// Passes over the frame so far.
+    pass: usize,
     /// How long the target has not been seen, in seconds.
     unseen_s: f64,
+    /// Its size when it was seen whole.
+    whole: (f64, f64),
+    /// Places that may show it.
+    tentative: Vec<Tentative>,
+    /// The windows of a pass over the frame, in the order in which they are looked at.
+    #[serde(skip)]
+    order: Vec<usize>,
 }
 
 /// How far the search of one frame has come, and what it found.
@@ -60,11 +77,13 @@ pub struct Progress<F> {
     round: Round,
     near: Option<Observation<F>>,
     swept: Option<Observation<F>>,
+    /// What was seen at the places that may show the target.
+    again: [Option<Observation<F>>; MOST],
 }
 
 impl<F> Default for Progress<F> {
     fn default() -> Self {
-        Self { round: Round::First, near: None, swept: None }
+        Self { round: Round::First, near: None, swept: None, again: std::array::from_fn(|_| None) }
     }
 }
 
@@ -74,6 +93,11 @@ impl<F> Progress<F> {
         match self.round {
             Round::Near => self.near = best,
             Round::Sweep | Round::Centred => self.swept = best,
+            Round::Again(place) => {
+                if let Some(seen) = self.again.get_mut(place) {
+                    *seen = best;
+                }
+            }
             Round::First | Round::Done => {}
         }
     }
@@ -85,6 +109,8 @@ enum Round {
     First,
     /// Near the prediction.
     Near,
+    /// At one of the places that may show the target.
+    Again(usize),
     /// At some windows over the frame.
     Sweep,
     /// Again, centred on the best of them.
@@ -96,7 +122,17 @@ enum Round {
 impl Proposer {
     /// A proposer for a target that is at `bbox` now.
     pub fn new(params: SearchParams, bbox: &BBox) -> Self {
-        let mut proposer = Self { params, last: (0.0, 0.0), latest: 1.0, cursor: 0, unseen_s: 0.0 };
+        let mut proposer = Self {
+            params,
+            last: (0.0, 0.0),
+            latest: 1.0,
+            cursor: 0,
+            pass: 0,
+            unseen_s: 0.0,
+            whole: (bbox.width(), bbox.height()),
+            tentative: Vec::new(),
+            order: Vec::new(),
+        };
         proposer.settle(bbox);
         proposer
     }
@@ -119,6 +155,21 @@ impl Proposer {
     /// Remembers where the target was seen.
     pub fn settle(&mut self, bbox: &BBox) {
         self.last = (bbox.center().x, bbox.center().y);
+    }
+
+    /// The target is seen for certain at `bbox`. A box that reaches the border of `frame` may show a part of it.
+    pub fn sure(&mut self, bbox: &BBox, frame: Size) {
+        self.tentative.clear();
+        self.order.clear();
+        let (bounds, margin) = (frame.bounds(), 2.0);
+        let whole = bbox.left() > margin
+            && bbox.top() > margin
+            && bbox.right() < bounds.right() - margin
+            && bbox.bottom() < bounds.bottom() - margin;
+        if whole {
+            let towards = |old: f64, new: f64| old + SIZE_RATE * (new - old);
+            self.whole = (towards(self.whole.0, bbox.width()), towards(self.whole.1, bbox.height()));
+        }
     }
 
     /// The camera's motion moved the picture by `(dx, dy)` pixels.
@@ -165,7 +216,7 @@ impl Proposer {
             searches.extend(places.iter().map(|place| self.at(*place)));
         }
         progress.round = match progress.round {
-            Round::First if self.is_wide(situation.state) => self.sweep(situation, self.params.wide_windows, searches),
+            Round::First if self.is_wide(situation.state) => self.elsewhere(0, situation, searches),
             Round::First => {
                 searches.push(self.near(situation));
                 if self.takes_in_all(situation) {
@@ -173,6 +224,8 @@ impl Proposer {
                 }
                 Round::Near
             }
+            Round::Near if self.params.tentative > 0 && situation.elsewhere => self.elsewhere(0, situation, searches),
+            Round::Again(place) => self.elsewhere(place + 1, situation, searches),
             Round::Near if self.is_unsure(progress, situation.sure_from) && !self.looks_once(situation) => {
                 self.sweep(situation, self.params.side_windows, searches)
             }
@@ -188,7 +241,8 @@ impl Proposer {
     /// What was found in this frame, after the last round. While the target is followed, what is seen elsewhere counts only
     /// if there is no doubt about it.
     pub fn finish<F>(&mut self, situation: &Situation<'_>, progress: Progress<F>) -> Option<Observation<F>> {
-        let Progress { near, swept, .. } = progress;
+        let Progress { near, swept, again, .. } = progress;
+        let swept = if self.params.tentative > 0 { self.weigh(situation, swept, again) } else { swept };
         let seen = situation.state == TrackState::Tracking;
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
         let mut found = if self.is_wide(situation.state) {
@@ -206,6 +260,74 @@ impl Proposer {
             *bbox = bbox.centered_at(inside(bbox.center(), situation.frame));
         }
         found
+    }
+
+    /// Looks at the tentative place of that number, or else at windows over the frame.
+    fn elsewhere(&mut self, place: usize, situation: &Situation<'_>, searches: &mut Vec<Search>) -> Round {
+        let Some(tentative) = self.tentative.get(place) else {
+            return self.sweep(situation, self.params.wide_windows, searches);
+        };
+        let keep_inside = self.params.keep_inside;
+        let region = tentative.bbox.scaled(self.params.reach);
+        searches.push(Search { expected: tentative.bbox, region, gate: None, look: Look::Centred, keep_inside });
+        Round::Again(place)
+    }
+
+    /// What the looks of a frame say of the places that may show the target: the one believed by now, with the probability that
+    /// all its looks give it.
+    fn weigh<F>(
+        &mut self,
+        situation: &Situation<'_>,
+        swept: Option<Observation<F>>,
+        mut again: [Option<Observation<F>>; MOST],
+    ) -> Option<Observation<F>> {
+        let params = &self.params;
+        let mut place = 0;
+        let mut held = [false; MOST];
+        for (tentative, (seen, held)) in self.tentative.iter_mut().zip(again.iter_mut().zip(&mut held)) {
+            *held = tentative.look(params, seen.as_ref());
+        }
+        let apart = |a: &BBox, b: &BBox| a.iou(b) < 0.3;
+        for i in 0..self.tentative.len().min(MOST) {
+            // Of two places that have become one the first is kept.
+            let doubled = (0..i).any(|j| held[j] && !apart(&self.tentative[i].bbox, &self.tentative[j].bbox));
+            held[i] &= !doubled;
+        }
+        self.tentative.retain(|_| {
+            place += 1;
+            held.get(place - 1).copied().unwrap_or(false)
+        });
+        let mut kept = 0;
+        for i in 0..MOST {
+            if held[i] {
+                again.swap(i, kept);
+                kept += 1;
+            }
+        }
+        if let Some(swept) = swept
+            && self.tentative.len() < params.tentative
+            && self.tentative.iter().all(|t| apart(&t.bbox, &swept.measurement.bbox))
+        {
+            let tentative = Tentative::new(params, &swept);
+            if tentative.odds > -params.believe_at / 2.0 {
+                if let Some(slot) = again.get_mut(self.tentative.len()) {
+                    *slot = Some(swept);
+                }
+                self.tentative.push(tentative);
+            }
+        }
+        let best =
+            (0..self.tentative.len()).max_by(|&a, &b| self.tentative[a].odds.total_cmp(&self.tentative[b].odds))?;
+        let odds = self.tentative[best].odds;
+        let mut found = again.get_mut(best)?.take()?;
+        let believed = odds >= params.believe_at;
+        found.measurement.confidence = if believed {
+            found.measurement.confidence.max(sigmoid(odds))
+        } else {
+            // What is not yet believed is no find, whatever its last look said.
+            found.measurement.confidence.min(situation.sure_from / 2.0)
+        };
+        Some(found)
     }
 
     fn is_wide(&self, state: TrackState) -> bool {
@@ -284,22 +406,43 @@ impl Proposer {
 
     /// The next `windows` windows of the sweep over the frame.
     fn sweep(&mut self, situation: &Situation<'_>, windows: usize, searches: &mut Vec<Search>) -> Round {
-        let (bounds, expected) = (situation.frame.bounds(), situation.prior.bbox);
+        let (bounds, prior) = (situation.frame.bounds(), situation.prior.bbox);
         let keep_inside = self.params.keep_inside;
         let Some(view) = situation.view else {
-            searches.push(Search { expected, region: bounds, gate: None, look: Look::Sweep, keep_inside });
+            searches.push(Search { expected: prior, region: bounds, gate: None, look: Look::Sweep, keep_inside });
             return Round::Centred;
         };
+        let (expected, grown) = self.sought(&prior);
+        let view = ViewSize { width: view.width * grown, height: view.height * grown };
         // Windows overlap by half: what lies near the edge of one is weakened by the localizer's own window.
         let lines = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, MOST_LINES);
         let (columns, rows) = (lines(bounds.width(), view.width), lines(bounds.height(), view.height));
-        for _ in 0..windows.min(columns * rows) {
-            self.cursor = (self.cursor + 1) % (columns * rows);
-            let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-            let center = Point::new(
-                bounds.left() + share(self.cursor % columns, columns) * bounds.width(),
-                bounds.top() + share(self.cursor / columns, rows) * bounds.height(),
-            );
+        let all = columns * rows;
+        let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let center = |window: usize| {
+            Point::new(
+                bounds.left() + share(window % columns, columns) * bounds.width(),
+                bounds.top() + share(window / columns, rows) * bounds.height(),
+            )
+        };
+        let hurried = match self.params.pass_frames {
+            0 => windows,
+            frames => windows.max(all.div_ceil(frames).min(self.params.most_windows)),
+        };
+        let ordered = self.params.whole_size;
+        if ordered && self.order.len() != all {
+            // The places nearest to where it was last come first.
+            let last = Point::new(self.last.0, self.last.1);
+            self.order.clear();
+            self.order.extend(0..all);
+            self.order.sort_by(|&a, &b| center(a).distance(last).total_cmp(&center(b).distance(last)));
+        }
+        for _ in 0..hurried.min(all) {
+            let next = self.cursor + 1;
+            self.pass += usize::from(next >= all);
+            self.cursor = next % all;
+            let window = if ordered { self.order.get(self.cursor).copied().unwrap_or(0) } else { self.cursor };
+            let center = center(window);
             let region = BBox::from_center_size(center, view.width, view.height);
             searches.push(Search {
                 expected: expected.centered_at(center),
@@ -312,12 +455,26 @@ impl Proposer {
         Round::Sweep
     }
 
+    /// The size at which the frame is gone over, as a box, and how much larger that is than `prior`.
+    fn sought(&self, prior: &BBox) -> (BBox, f64) {
+        if !self.params.whole_size {
+            return (*prior, 1.0);
+        }
+        let factor = match (self.params.sizes, self.pass % self.params.sizes.max(1)) {
+            (_, 1) => 2.0,
+            (3, 2) => 0.5,
+            _ => 1.0,
+        };
+        let sought = BBox::from_center_size(prior.center(), factor * self.whole.0, factor * self.whole.1);
+        (sought, (sought.area() / prior.area().max(1e-9)).sqrt())
+    }
+
     /// A second look, centred on the best of a sweep.
     fn centred(&self, situation: &Situation<'_>, best: &BBox) -> Option<Search> {
         let (center, view) = (best.center(), situation.view?);
         let region = BBox::from_center_size(center, view.width, view.height);
-        let (expected, keep_inside) = (situation.prior.bbox.centered_at(center), self.params.keep_inside);
-        Some(Search { expected, region, gate: None, look: Look::Centred, keep_inside })
+        let expected = if self.params.whole_size { *best } else { situation.prior.bbox.centered_at(center) };
+        Some(Search { expected, region, gate: None, look: Look::Centred, keep_inside: self.params.keep_inside })
     }
 }
 

@@ -32,6 +32,22 @@ pursuit_parameters::parameters! {
         pub side_windows: usize = 0, in 0..=1000, source "ours", of SIDEWAYS;
         /// Least probability from which what such a window shows is believed, where that is more than leaves no doubt.
         pub side_from: f64 = 0.0, in 0.0..=1.0, source "ours", of SIDEWAYS;
+        /// Whether a lost target is looked for at the size that it had when it was seen whole, away from the border.
+        pub whole_size: bool = false, source "ours", of WIDE;
+        /// Sizes at which the frame is gone over, one after the other: 1, or 3: once as large, twice, half.
+        pub sizes: usize = 1, in 1..=3, source "ours", of WIDE;
+        /// Frames that going over the frame once may take, where the windows that are looked at would take longer; 0: as long as it takes.
+        pub pass_frames: usize = 0, in 0..=1000, source "ours", of WIDE;
+        /// Most windows looked at per frame for the sake of `pass_frames`.
+        pub most_windows: usize = 24, in 1..=1000, source "ours", of WIDE;
+        /// Places that are looked at again in the next frames before one is believed to show the lost target; 0: one look is enough.
+        pub tentative: usize = 0, in 0..=3, source "ours", of WIDE;
+        /// Log odds that a place must gather over its looks.
+        pub believe_at: f64 = 4.6, in 0.0..=50.0, unit "log odds", source "wald1945: ln((1 − β)/α), α = β = 0.01";
+        /// Log odds that one look must exceed to speak for a place.
+        pub neutral: f64 = 0.0, in -20.0..=20.0, unit "log odds", source "ours";
+        /// Share of what one look says that is new beside the look of the frame before.
+        pub news: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
         /// Greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of

@@ -11,7 +11,14 @@ fn prior() -> Prior {
 }
 
 fn situation(prior: &Prior, state: TrackState) -> Situation<'_> {
-    Situation { frame: FRAME, prior, state, view: Some(ViewSize { width: 100.0, height: 50.0 }), sure_from: 0.8 }
+    Situation {
+        frame: FRAME,
+        prior,
+        state,
+        view: Some(ViewSize { width: 100.0, height: 50.0 }),
+        sure_from: 0.8,
+        elsewhere: false,
+    }
 }
 
 fn proposer(params: SearchParams) -> Proposer {
@@ -228,4 +235,76 @@ fn everywhere_is_one_look_at_the_frame_for_those_that_take_it_in() {
     }
     let near = run(&mut proposer, &situation(&prior, TrackState::Tracking), |_| Some(0.9)).1;
     assert_eq!(near.unwrap().search.region, prior.bbox.scaled(2.5));
+}
+
+#[test]
+fn a_find_must_hold_over_several_looks() {
+    let prior = prior();
+    let params = SearchParams { tentative: 2, news: 1.0, believe_at: 4.0, neutral: 0.0, ..SearchParams::default() };
+    let mut proposer = proposer(params);
+    let lost = situation(&prior, TrackState::Lost);
+    // ln of 0.88 / 0.12 is 2: three looks make more than 4, and one or two do not.
+    let confidences = [(); 3].map(|()| run(&mut proposer, &lost, |_| Some(0.88)).1.map(|f| f.measurement.confidence));
+    assert!(confidences[0].unwrap() < 0.5 && confidences[2].unwrap() > 0.98, "{confidences:?}");
+    // A second look at once, of a place of its own.
+    let (looks, _) = run(&mut proposer, &lost, |_| Some(0.5));
+    assert_eq!(looks[0].0, Look::Centred);
+    assert!(looks.iter().any(|l| l.0 == Look::Sweep));
+}
+
+#[test]
+fn a_place_that_shows_nothing_is_dropped() {
+    let prior = prior();
+    let params = SearchParams { tentative: 1, news: 1.0, believe_at: 4.0, ..SearchParams::default() };
+    let mut proposer = proposer(params);
+    let lost = situation(&prior, TrackState::Lost);
+    run(&mut proposer, &lost, |_| Some(0.7));
+    assert_eq!(run(&mut proposer, &lost, |_| Some(0.05)).0[0].0, Look::Centred);
+    assert_eq!(run(&mut proposer, &lost, |_| None).0[0].0, Look::Sweep, "the place was dropped");
+}
+
+#[test]
+fn doubt_that_lasts_looks_elsewhere_beside_following() {
+    let prior = prior();
+    let params = SearchParams { tentative: 1, news: 1.0, believe_at: 3.0, ..SearchParams::default() };
+    let mut proposer = proposer(params);
+    let doubted = Situation { elsewhere: true, ..situation(&prior, TrackState::Occluded) };
+    let answer = |s: &Search| Some(if s.look == Look::Near { 0.4 } else { 0.9 });
+    let (looks, found) = run(&mut proposer, &doubted, answer);
+    assert_eq!((looks[0].0, found.unwrap().search.look), (Look::Near, Look::Near), "one look elsewhere is not enough");
+    assert_eq!(run(&mut proposer, &doubted, answer).1.unwrap().search.look, Look::Centred);
+}
+
+#[test]
+fn it_is_looked_for_as_large_as_it_was_whole() {
+    let prior = prior();
+    let mut proposer =
+        proposer(SearchParams { whole_size: true, sizes: 3, wide_windows: 100, ..SearchParams::default() });
+    for _ in 0..100 {
+        proposer.sure(&BBox::from_ltwh(80.0, 30.0, 40.0, 20.0), FRAME);
+        // Cut by the border: no size to remember.
+        proposer.sure(&BBox::from_ltwh(0.0, 30.0, 10.0, 20.0), FRAME);
+    }
+    let lost = situation(&prior, TrackState::Lost);
+    let mut widths = Vec::new();
+    for _ in 0..4 {
+        let (mut searches, mut progress) = (Vec::new(), Progress::<()>::default());
+        proposer.propose(&lost, &[], &mut progress, &mut searches);
+        widths.push(searches[searches.len() / 2].expected.width().round());
+    }
+    widths.dedup();
+    assert!(widths.contains(&40.0) && widths.contains(&80.0) && widths.contains(&20.0), "{widths:?}");
+}
+
+#[test]
+fn a_hurried_pass_starts_where_it_was_last() {
+    let prior = prior();
+    let params = SearchParams { whole_size: true, wide_windows: 1, pass_frames: 4, ..SearchParams::default() };
+    let mut proposer = proposer(params);
+    proposer.settle(&BBox::from_center_size(Point::new(190.0, 10.0), 20.0, 20.0));
+    let lost = situation(&prior, TrackState::Lost);
+    let mut looks = Vec::new();
+    (0..4).for_each(|_| looks.extend(run(&mut proposer, &lost, |_| None).0));
+    let distance = |l: &LookAt| Point::new(l.1, l.2).distance(Point::new(190.0, 10.0));
+    assert!(looks.len() >= 16 && distance(&looks[0]) < 60.0, "{looks:?}");
 }
