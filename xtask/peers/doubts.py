@@ -17,6 +17,7 @@ import tempfile
 
 BOXES = ("right", "near", "away", "absent")
 WORDS = ("tracking", "covered", "changed", "confused", "gone", "none")
+STATES = ("tracking", "unsure", "occluded", "lost")
 
 
 def truth(clip):
@@ -46,7 +47,7 @@ def main():
     parser.add_argument("--tracker", default="pursuit")
     a = parser.parse_args()
     clips = [c for d in a.data for c in sorted(d.iterdir()) if (c / "frames.csv").exists() or c.suffix == ".mp4"]
-    said = collections.Counter()
+    said, states = collections.Counter(), collections.Counter()
     for clip in clips:
         with tempfile.TemporaryDirectory() as out:
             program = [os.environ["PURSUIT"], "-q", "track", str(clip), "--tracker", a.tracker, "--no-video", "--format", "jsonl", "--out", out]
@@ -56,12 +57,16 @@ def main():
                 record = json.loads(line)
                 if record["frame"] in targets:
                     word = "tracking" if record["state"] == "tracking" else record["doubt"] or "none"
-                    said[judged(record["box"], targets[record["frame"]]), word] += 1
+                    box = judged(record["box"], targets[record["frame"]])
+                    said[box, word] += 1
+                    states[box, record["state"]] += 1
     if not said:
         sys.exit("there are no annotated sequences")
-    print(f"{a.tracker}, {len(clips)} sequences, frames\n{'box':8}" + "".join(f"{w:>10}" for w in WORDS))
-    for box in BOXES:
-        print(f"{box:8}" + "".join(f"{said[box, w]:10}" for w in WORDS))
+    print(f"{a.tracker}, {len(clips)} sequences, frames")
+    for words, counts in ((STATES, states), (WORDS, said)):
+        print(f"{'box':8}" + "".join(f"{w:>10}" for w in words))
+        for box in BOXES:
+            print(f"{box:8}" + "".join(f"{counts[box, w]:10}" for w in words))
     right, absent = sum(said["right", w] for w in WORDS), sum(said["absent", w] for w in WORDS)
     wrong = sum(said[box, w] for box in ("near", "away") for w in WORDS)
     claimed = said["near", "tracking"] + said["away", "tracking"]

@@ -157,7 +157,7 @@ fn a_run_leaves_what_the_contract_says() {
     assert_eq!(rows.len(), 41);
     for (i, row) in rows.iter().enumerate() {
         assert_eq!(row["frame"], i.to_string());
-        assert!(["tracking", "occluded", "lost"].contains(&row["state"].as_str()));
+        assert!(["tracking", "unsure", "occluded", "lost"].contains(&row["state"].as_str()));
         if row["state"] == "tracking" {
             assert!(["x", "y", "w", "h", "score", "meas_x"].iter().all(|c| row[*c].parse::<f64>().is_ok()), "{row:?}");
             assert!(row["x"].split_once('.').is_some_and(|(_, decimals)| decimals.len() >= 3));

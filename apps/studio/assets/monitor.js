@@ -17,6 +17,9 @@ export const LAYERS = [
   { name: "proposals", label: "Detected", color: "#c8b6ff", dash: [3, 2], on: true },
   { name: "words", label: "State and score", color: "", dash: [], on: true },
 ];
+/** The words' colour by state, and the estimated box's dash. */
+const WORDS = { tracking: "#8fd0ff", unsure: "#f0a8d4", occluded: "#ffc04d", lost: "#ff9a6b" };
+const DASHES = { unsure: [10, 4], lost: [2, 6] };
 /** Frames of the trail. */
 const TRAIL = 90;
 /** A drag below this many pixels of the picture is a click. */
@@ -170,7 +173,7 @@ export class Monitor {
       if (this.layers.search && record.searched) this.box(record.searched, "search", unit);
       const believed = record.state !== "lost";
       // Below the others, which are thinner: where all agree, each can be seen.
-      if (this.layers.estimated) this.box(record.box, "estimated", unit, record.state === "lost" ? [2, 6] : [], record.target === this.selected);
+      if (this.layers.estimated) this.box(record.box, "estimated", unit, DASHES[/** @type {"lost"} */ (record.state)] ?? [], record.target === this.selected);
       if (this.layers.predicted && record.predicted && believed) this.box(record.predicted, "predicted", unit);
       if (this.layers.measured && record.measured && believed) this.box(record.measured, "measured", unit);
       if (this.layers.covariance && record.covariance && believed) this.ellipse(record.box, record.covariance, unit);
@@ -225,7 +228,7 @@ export class Monitor {
     const y = t > size * 1.6 ? t - size * 1.55 : Math.min(t + h + size * .2, this.canvas.height - size * 1.4);
     c.fillStyle = "rgba(0,0,0,.72)";
     c.fillRect(x, y, wide, size * 1.35);
-    c.fillStyle = record.state === "tracking" ? "#8fd0ff" : record.state === "occluded" ? "#ffc04d" : "#ff9a6b";
+    c.fillStyle = WORDS[/** @type {"tracking"} */ (record.state)] ?? WORDS.lost;
     c.fillText(text, x + size * .3, y + size);
   }
 }

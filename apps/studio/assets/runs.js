@@ -63,9 +63,9 @@ export class Runs {
   /** @param {string} folder @param {any} run @returns {HTMLElement[]} */
   tracking(folder, run) {
     const { tracker, detector } = run.recipe;
-    const { tracking, occluded, lost } = run.states;
+    const { tracking, unsure = 0, occluded, lost } = run.states;
     const facts = [["Input", run.input.name], ["Picture", `${run.input.width} × ${run.input.height}`], ["State", run.error ? `${run.status}: ${run.error}` : run.status],
-      ["Frames", String(run.frame_count)], ["Tracking, occluded, lost", `${tracking}, ${occluded}, ${lost}`], ["Begun by", detector ?? "boxes"],
+      ["Frames", String(run.frame_count)], ["Tracking, unsure, occluded, lost", `${tracking}, ${unsure}, ${occluded}, ${lost}`], ["Begun by", detector ?? "boxes"],
       ["Mean overlap with the truth", number(run.accuracy?.mean_iou)], ["Written by", `pursuit ${run.version}`]];
     const open = button("Open this run", () => { this.parts.dialog.close(); this.take(folder); });
     return [make("h3", `A run of ${tracker}`), table("The run", ["", ""], facts), open];

@@ -3,7 +3,9 @@
 /** @typedef {[number, string, number, number[], number|null, boolean]} RowRecord target, state, score, box, innovation, whether followed backward */
 /** @typedef {[number, number, RowRecord[]]} Row frame, time, records */
 
-const COLORS = { tracking: "--tracking", occluded: "--occluded", lost: "--lost" };
+const COLORS = { tracking: "--tracking", unsure: "--unsure", occluded: "--occluded", lost: "--lost" };
+/** Share of the band's height that each state has: told apart without colours. */
+const TALL = { tracking: 1, unsure: .8, occluded: .6, lost: .35 };
 /** Height of the band that shows a target's state, and of the corrections' marks, in pixels. */
 const BAND = 7, MARKS = 12;
 
@@ -141,7 +143,7 @@ export class Timeline {
       const record = records.find((r) => r[0] === target);
       if (!record) continue;
       c.fillStyle = ink(COLORS[/** @type {"lost"} */ (record[1])]);
-      const tall = record[1] === "tracking" ? BAND : record[1] === "occluded" ? BAND * .6 : BAND * .35;
+      const tall = BAND * (TALL[/** @type {"lost"} */ (record[1])] ?? 1);
       const wide = Math.max(x(frame + 1) - x(frame) + .5, 1);
       c.fillRect(x(frame), top + BAND - tall, wide, tall);
       if (!record[5]) continue;

@@ -58,7 +58,7 @@ impl Estimate {
         self.inner.time_s
     }
 
-    /// Where the target is believed to be: corrected when tracking, predicted when occluded, last believed when lost.
+    /// Where the target is believed to be: corrected when tracking or unsure, predicted when occluded, last believed when lost.
     #[getter]
     fn r#box(&self) -> Ltwh {
         ltwh(self.inner.bbox)
@@ -70,7 +70,7 @@ impl Estimate {
         self.inner.score
     }
 
-    /// "tracking" (measured in this frame), "occluded" (predicted, searched near) or "lost" (not to be steered by).
+    /// "tracking" (measured in this frame), "unsure" (in sight, not for certain), "occluded" (hidden or not found, searched near) or "lost" (not to be steered by).
     #[getter]
     fn state(&self) -> &'static str {
         self.inner.state.as_str()

@@ -79,7 +79,8 @@ def test_results_as_tables_and_pictures():
     track = pursuit.track("scene:drift?duration=1", tracker="mosse")
     table = track.to_numpy()
     assert table.dtype.names[:4] == ("frame", "time_s", "target", "state") and len(table) == 30
-    assert track.boxes().shape == (30, 4) and track.states()["tracking"] == 30
+    assert track.boxes().shape == (30, 4)
+    assert track.states() == {"tracking": 30, "unsure": 0, "occluded": 0, "lost": 0}
     html = track._repr_html_()
     assert "data:image/png;base64," in html and "30 tracking" in html
     pandas = pytest.importorskip("pandas")

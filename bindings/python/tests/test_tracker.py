@@ -37,6 +37,14 @@ def test_a_target_that_is_not_there_is_said_to_be_gone(square):
     assert (last.state, last.doubt) == ("lost", "gone")
 
 
+def test_what_is_followed_in_doubt_is_unsure(square):
+    images, boxes = square
+    doubting = pursuit.Tracker("kcf", policy={"occluded_below": 1.0, "seen_from": 1.0})
+    estimates = follow(doubting, images[:10], boxes[0])
+    assert [e.state for e in estimates[1:]] == ["unsure"] * 9
+    assert all(e.measurement is not None and overlap(e.box, b) > 0.5 for e, b in zip(estimates, boxes))
+
+
 def test_layouts_give_the_same_answer():
     images, boxes = moving_square(color=True)
     images = [np.ascontiguousarray(i) for i in images]

@@ -134,7 +134,7 @@ mod tests {
 
     /// Unknown, visible (the start), visible ×3, absent ×2, unknown, visible, and two frames beyond the footage.
     fn case() -> (Sequence, Trajectory, RunRecord) {
-        use TrackState::{Lost, Occluded, Tracking};
+        use TrackState::{Lost, Occluded, Tracking, Unsure};
         let truth = [
             Truth::Unknown,
             here(),
@@ -152,7 +152,7 @@ mod tests {
             (1, 0.0, Tracking, 1.0),
             (2, 2.0, Tracking, 0.9),
             (3, 0.0, Lost, 0.2),
-            (4, 5.0, Occluded, 0.4),
+            (4, 5.0, Unsure, 0.4),
             (5, 0.0, Tracking, 0.6),
             (6, 0.0, Occluded, 0.3),
             (7, 0.0, Tracking, 0.8),

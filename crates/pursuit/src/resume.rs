@@ -175,10 +175,17 @@ mod tests {
         let header = crate::sinks::TRAJECTORY_COLUMNS.join(",");
         let row =
             |frame: u32, target: u32, state: &str| format!("{frame},0.5,{target},{state},1,2,3,4,0.5,,,,,5,6,7,8,1\n");
-        let rows = [row(0, 1, "tracking"), row(0, 2, "lost"), row(1, 1, "occluded"), row(2, 1, "tracking")].concat();
+        let rows = [
+            row(0, 1, "tracking"),
+            row(0, 2, "lost"),
+            row(1, 1, "occluded"),
+            row(1, 2, "unsure"),
+            row(2, 1, "tracking"),
+        ]
+        .concat();
         std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
         let kept = Kept::read(&path, 1).unwrap();
-        assert_eq!((kept.frames, kept.states), (2, StateCounts { tracking: 1, occluded: 1, lost: 1 }));
+        assert_eq!((kept.frames, kept.states), (2, StateCounts { tracking: 1, unsure: 1, occluded: 1, lost: 1 }));
         let (frame, second) = kept.first[1].clone();
         let second = second.unwrap();
         assert_eq!((frame, second.state, second.bbox.ltwh()), (1, TrackState::Occluded, (1.0, 2.0, 3.0, 4.0)));

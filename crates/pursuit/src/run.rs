@@ -153,7 +153,9 @@ impl HostFacts {
 pub struct StateCounts {
     /// Frames in which the target was measured.
     pub tracking: u64,
-    /// Frames in which it was coasted.
+    /// Frames in which it was in sight, but not for certain.
+    pub unsure: u64,
+    /// Frames in which it was hidden or coasted.
     pub occluded: u64,
     /// Frames in which it was lost, or not yet found.
     pub lost: u64,
@@ -164,6 +166,7 @@ impl StateCounts {
     pub(crate) const fn with(self, other: Self) -> Self {
         Self {
             tracking: self.tracking + other.tracking,
+            unsure: self.unsure + other.unsure,
             occluded: self.occluded + other.occluded,
             lost: self.lost + other.lost,
         }
@@ -173,6 +176,7 @@ impl StateCounts {
     pub const fn add(&mut self, state: TrackState) {
         match state {
             TrackState::Tracking => self.tracking += 1,
+            TrackState::Unsure => self.unsure += 1,
             TrackState::Occluded => self.occluded += 1,
             TrackState::Lost => self.lost += 1,
         }

@@ -78,7 +78,7 @@ fn boxes_given_come_before_the_truth() {
     let (_folder, finished) = run(&format!("{DRIFT}boxes = [[100, 80, 30, 30], [20, 20, 30, 30]]\nto = 3"));
     assert_eq!(finished.facts.recipe.boxes, [[100.0, 80.0, 30.0, 30.0], [20.0, 20.0, 30.0, 30.0]]);
     let states = finished.facts.states;
-    assert_eq!(states.tracking + states.occluded + states.lost, 8);
+    assert_eq!(states.tracking + states.unsure + states.occluded + states.lost, 8);
 }
 
 const BALL: &str =

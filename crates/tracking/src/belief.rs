@@ -121,17 +121,24 @@ impl Belief {
     }
 
     /// What the policy says of what was found, and why the target is not tracked if it is not; `hidden` is asked why one is
-    /// not seen that should be in the picture.
+    /// not seen that should be in the picture. `follows` says whether what is found in doubt moves the box where the policy says
+    /// so: where it does not, the box coasts.
     pub(crate) fn judge(
         &mut self,
         frame: Size,
         prior: &Prior,
         found: Option<&Measurement>,
+        follows: bool,
         hidden: impl FnOnce() -> Option<Doubt>,
     ) -> (Verdict, Option<Doubt>) {
         let evidence = Evidence { frame, prior, found, state: self.state };
-        let verdict = within_reach(self.policy.judge(&evidence), frame, prior, found);
-        (verdict, evidence.doubt(verdict.state, hidden))
+        let mut verdict = within_reach(self.policy.judge(&evidence), frame, prior, found);
+        let doubt = evidence.doubt(verdict.state, hidden);
+        let visible = follows && found.is_some_and(|f| f.bbox.clipped_to(frame).is_some());
+        if verdict.state == TrackState::Unsure && (!visible || is_hidden(doubt)) {
+            verdict.state = TrackState::Occluded;
+        }
+        (verdict, doubt)
     }
 
     /// Corrects the motion by a measurement that is the target. It stands for those of `shared`, where there are any, which
@@ -169,7 +176,10 @@ impl Belief {
         let lost = verdict.state == TrackState::Lost;
         Estimate {
             time_s: frame.into().time_s,
-            bbox: if verdict.state == TrackState::Occluded { self.motion.bbox() } else { self.last_believed },
+            bbox: match verdict.state {
+                TrackState::Unsure | TrackState::Occluded => self.motion.bbox(),
+                TrackState::Tracking | TrackState::Lost => self.last_believed,
+            },
             score: verdict.score.clamp(0.0, 1.0),
             state: verdict.state,
             doubt,
@@ -216,15 +226,24 @@ impl Belief {
 }
 
 /// What no policy may say: that a target outside of the picture was measured there, or that one coasted out of the
-/// picture's neighbourhood (long unseen, or after a gap in time) is merely occluded. Nobody can search for it there, and
+/// picture's neighbourhood (long unseen, or after a gap in time) is merely unsure or occluded. Nobody can search for it there, and
 /// nobody should steer by it.
 fn within_reach(verdict: Verdict, frame: Size, prior: &Prior, found: Option<&Measurement>) -> Verdict {
     let outside = found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
     let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
     let reach = frame.bounds().expanded(frame.width.max(frame.height) as f64);
-    let astray = state == TrackState::Occluded && !reach.contains(prior.bbox.center());
+    let doubted = matches!(state, TrackState::Unsure | TrackState::Occluded);
+    let astray = doubted && !reach.contains(prior.bbox.center());
     let state = if astray { TrackState::Lost } else { state };
     if state == verdict.state { verdict } else { Verdict { state, score: 0.0, follow: false, learn: false } }
+}
+
+/// Whether this reason says that the target cannot be seen where it is.
+const fn is_hidden(doubt: Option<Doubt>) -> bool {
+    match doubt {
+        Some(Doubt::Covered | Doubt::Gone) => true,
+        Some(Doubt::Changed | Doubt::Confused) | None => false,
+    }
 }
 
 /// Says of an error of the motion model whose it is.

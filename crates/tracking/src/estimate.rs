@@ -3,26 +3,42 @@ use nalgebra::Matrix4;
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 
-/// Whether the target is being measured, coasted or given up for the time being.
+/// Whether the target is measured, followed in doubt, coasted, or given up for the time being.
+///
+/// A target that is not `Tracking` is `Unsure` where the box follows what was found inside the picture and nothing says that it
+/// is hidden ([`Doubt::Covered`]) or gone ([`Doubt::Gone`]), and `Occluded` where one of both is said, or the box goes on by
+/// prediction alone because nothing was found or what was found is too far off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrackState {
     /// Measured in this frame.
     Tracking,
-    /// Not seen; the box is predicted and the search goes on near it.
+    /// Something is in front, or nothing is found; the box is predicted, or follows what little is found, and the search goes on near it.
     Occluded,
     /// Not seen for long; the box is the last one believed, not to be steered by; the search is wide.
     Lost,
+    /// In sight, but not for certain: the box follows what is most likely the target.
+    // The last one: saved states hold the place among these.
+    Unsure,
 }
 
 impl TrackState {
-    /// The word used in files: `tracking`, `occluded` or `lost`.
+    /// All of them, from the surest on.
+    pub const ALL: [Self; 4] = [Self::Tracking, Self::Unsure, Self::Occluded, Self::Lost];
+
+    /// The word used in files: `tracking`, `unsure`, `occluded` or `lost`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Tracking => "tracking",
+            Self::Unsure => "unsure",
             Self::Occluded => "occluded",
             Self::Lost => "lost",
         }
+    }
+
+    /// The state of this word; `None` where it is none of theirs.
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.as_str() == word)
     }
 }
 
@@ -97,11 +113,11 @@ pub struct NextSample {
 pub struct Estimate {
     /// Time of the frame, in seconds.
     pub time_s: f64,
-    /// Where the target is believed to be: corrected when tracking, predicted when occluded, last believed when lost.
+    /// Where the target is believed to be: corrected when tracking or unsure, predicted when occluded, last believed when lost.
     pub bbox: BBox,
     /// The probability, in `[0, 1]`, that [`bbox`](Self::bbox) overlaps the target by at least one half.
     pub score: f64,
-    /// Whether the target was measured, is coasted, or is lost.
+    /// Whether the target was measured, is followed in doubt, is coasted, or is lost.
     pub state: TrackState,
     /// Why it is not tracked; `None` while it is, and where the method cannot tell.
     pub doubt: Option<Doubt>,
@@ -138,5 +154,26 @@ impl Estimate {
             next: None,
             diagnostics: Diagnostics::default(),
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_state_is_known_by_its_word() {
+        assert!(TrackState::ALL.into_iter().all(|s| TrackState::from_word(s.as_str()) == Some(s)));
+        assert!(TrackState::from_word("Unsure").is_none() && TrackState::from_word("").is_none());
+    }
+
+    #[test]
+    fn states_saved_without_the_word_unsure_are_read() {
+        for (saved, state) in [(0, TrackState::Tracking), (1, TrackState::Occluded), (2, TrackState::Lost)] {
+            assert_eq!(postcard::from_bytes::<TrackState>(&[saved]).unwrap(), state);
+        }
+        let bytes = postcard::to_stdvec(&TrackState::Unsure).unwrap();
+        assert_eq!(postcard::from_bytes::<TrackState>(&bytes).unwrap(), TrackState::Unsure);
     }
 }

@@ -142,7 +142,7 @@ pub trait Localizer: Send {
 
     /// Places besides the prediction that are worth a look in `frame`, into `places` (boxes of the size expected there), of
     /// localizers that hold hypotheses of their own; called once a frame before anything is looked at, with the state before
-    /// it. Looked at while the target is occluded. Changes nothing that is saved.
+    /// it. Looked at while the target is not `tracking`. Changes nothing that is saved.
     ///
     /// # Errors
     /// When the hypotheses cannot be carried to this frame.
@@ -151,7 +151,7 @@ pub trait Localizer: Send {
         Ok(())
     }
 
-    /// Why a target is not seen that is expected at `expected`, of localizers that can tell; asked where it is taken for occluded, after
+    /// Why a target is not seen that is expected at `expected`, of localizers that can tell; asked where it is neither tracked nor lost, after
     /// everything was looked at. `finding` is what was found and not believed.
     fn doubt(&self, frame: &Frame, expected: &BBox, finding: Option<&Self::Finding>) -> Option<Doubt> {
         let _ = (frame, expected, finding);

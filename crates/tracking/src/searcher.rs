@@ -134,7 +134,7 @@ impl<L: Localizer> Searcher<L> {
         let (seen, finding) = (found.as_ref().map(|f| &f.measurement), found.as_ref().map(|f| &f.finding));
         let measurement = told.map(|t| t.measurement).or(seen);
         let hidden = || self.localizer.doubt(frame, &prior.bbox, finding);
-        let judgement = belief.judge(frame.size(), prior, measurement, hidden);
+        let judgement = belief.judge(frame.size(), prior, measurement, told.is_none(), hidden);
         let verdict = judgement.0;
         match (told, &found) {
             (Some(told), _) => self.take(frame, belief, told, found.as_ref(), verdict)?,
@@ -150,7 +150,9 @@ impl<L: Localizer> Searcher<L> {
         let mut estimate = belief.report(frame, prior, judgement, measurement);
         let followed = match verdict.state {
             TrackState::Tracking => measurement.map(|_| estimate.bbox),
-            TrackState::Occluded | TrackState::Lost => measurement.map(|m| m.bbox).filter(|_| verdict.follow),
+            TrackState::Unsure | TrackState::Occluded | TrackState::Lost => {
+                measurement.map(|m| m.bbox).filter(|_| verdict.follow)
+            }
         };
         let seen = seen.map(|m| m.bbox).zip(finding);
         let outcome =

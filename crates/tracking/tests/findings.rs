@@ -8,13 +8,15 @@ use pursuit_tracking::{
     TrackerRecipe, Weighed,
 };
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 thread_local! {
     /// The stages that used a finding, and the number of the place that it was of.
     static USED: RefCell<Vec<(&'static str, usize)>> = const { RefCell::new(Vec::new()) };
     /// How sure each of the three places looks, and the prediction.
     static LOOKS: RefCell<[f64; 4]> = const { RefCell::new([0.0; 4]) };
+    /// Why it says that the target is not seen.
+    static WHY: Cell<Option<Doubt>> = const { Cell::new(Some(Doubt::Changed)) };
 }
 
 fn used(stage: &'static str, place: usize) {
@@ -71,7 +73,7 @@ impl Localizer for Three {
 
     fn doubt(&self, _: &Frame, _: &BBox, place: Option<&usize>) -> Option<Doubt> {
         used("doubt", *place?);
-        Some(Doubt::Changed)
+        WHY.get()
     }
 
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_, usize>) -> Result<()> {
@@ -125,6 +127,26 @@ fn a_doubt_is_of_the_best_look() {
     let mut tracker = unseen();
     LOOKS.set([0.1, 0.4, 0.3, 0.2]);
     let estimate = tracker.update(&frame(2)).unwrap();
-    assert_eq!((estimate.state, estimate.doubt), (TrackState::Occluded, Some(Doubt::Changed)));
+    assert_eq!((estimate.state, estimate.doubt), (TrackState::Unsure, Some(Doubt::Changed)));
     assert_eq!(USED.take(), ["refine", "doubt", "observe"].map(|stage| (stage, 1)));
+}
+
+#[test]
+fn what_is_hidden_by_its_reason_is_occluded_and_followed() {
+    let mut boxes = Vec::new();
+    for (why, state) in [
+        (Some(Doubt::Covered), TrackState::Occluded),
+        (Some(Doubt::Gone), TrackState::Occluded),
+        (Some(Doubt::Confused), TrackState::Unsure),
+        (None, TrackState::Unsure),
+    ] {
+        WHY.set(why);
+        let mut tracker = unseen();
+        LOOKS.set([0.1, 0.4, 0.3, 0.2]);
+        let estimate = tracker.update(&frame(2)).unwrap();
+        assert_eq!((estimate.state, estimate.doubt), (state, why));
+        boxes.push(estimate.bbox);
+    }
+    assert!(boxes[0].iou(&Three(40.0).place(1)) > 0.99, "{}", boxes[0]);
+    assert!(boxes.iter().all(|b| *b == boxes[0]), "the word moves no box: {boxes:?}");
 }

@@ -59,9 +59,15 @@ fn unsure_measurements_move_the_box_but_teach_nothing() {
     let mut tracker = start("");
     show(Some((at(103.0, 100.0), 0.3)), None);
     let estimate = tracker.update(&frame(1)).unwrap();
-    assert_eq!((estimate.state, estimate.score), (TrackState::Occluded, 0.3));
+    assert_eq!((estimate.state, estimate.score), (TrackState::Unsure, 0.3));
     assert!((estimate.bbox.center().x - 113.0).abs() < 0.1);
     assert!(asked().iter().all(|a| !matches!(a, Asked::Adapt(_))));
+    // What lies outside the picture moves it too, but is in nobody's sight.
+    let mut outside = start("");
+    show(Some((at(WIDTH as f64 + 5.0, 100.0), 0.3)), None);
+    let estimate = outside.update(&frame(1)).unwrap();
+    assert_eq!((estimate.state, estimate.score), (TrackState::Occluded, 0.3));
+    assert!(estimate.bbox.left() > 300.0, "{}", estimate.bbox);
     // A policy that does not follow coasts.
     let mut gated = start("policy.model = 'gated'\nsearch.model = 'gate'");
     seen(&mut *gated, 8, 5.0);
@@ -76,7 +82,7 @@ fn a_method_may_ask_to_learn_in_doubt() {
     let mut tracker = start("policy.calibrated.learn_unsure_from = 0.3\npolicy.occluded_below = 0.4");
     for (k, confidence, teaches) in [(1, 0.29, false), (2, 0.3, true)] {
         show(Some((at(103.0, 100.0), confidence)), None);
-        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Occluded);
+        assert_eq!(tracker.update(&frame(k)).unwrap().state, TrackState::Unsure);
         let taught: Vec<_> = asked().into_iter().filter(|a| matches!(a, Asked::Adapt(_))).collect();
         // At the box measured, not at the one coasted.
         assert_eq!(taught, if teaches { vec![Asked::Adapt(at(103.0, 100.0))] } else { Vec::new() });
@@ -96,7 +102,7 @@ fn the_localizer_is_told_what_became_of_every_frame() {
     tracker.update(&frame(3)).unwrap();
     let refined = |x| Some(at(x, 100.0).scaled(1.5));
     let told =
-        [(refined(102.0), TrackState::Tracking), (refined(104.0), TrackState::Occluded), (None, TrackState::Occluded)];
+        [(refined(102.0), TrackState::Tracking), (refined(104.0), TrackState::Unsure), (None, TrackState::Occluded)];
     assert_eq!(concluded(), told, "once a frame, and not for a mere look");
 }
 
@@ -265,7 +271,7 @@ fn groups_change_while_running_and_nothing_else_does() {
     tracker.change(&table("policy.occluded_below = 0.95\npolicy.seen_from = 0.95")).unwrap();
     show(Some((at(145.0, 100.0), 0.9)), None);
     let estimate = tracker.update(&frame(9)).unwrap();
-    assert_eq!(estimate.state, TrackState::Occluded);
+    assert_eq!(estimate.state, TrackState::Unsure);
     assert!((estimate.prediction.unwrap().center().x - 155.0).abs() < 0.5);
     // Another motion model starts at rest from the box believed.
     tracker.change(&table("motion.model = 'none'\nsearch.model = 'near'")).unwrap();
@@ -387,7 +393,7 @@ fn the_end_of_a_frame_says_what_was_followed() {
     let mut tracker = start("");
     // In doubt: the box measured, not the one believed.
     show(Some((at(103.0, 100.0), 0.3)), None);
-    assert_eq!(tracker.update(&frame(1)).unwrap().state, TrackState::Occluded);
+    assert_eq!(tracker.update(&frame(1)).unwrap().state, TrackState::Unsure);
     assert_eq!(passed(), (None, Some((at(103.0, 100.0), at(103.0, 100.0)))));
     show(None, None);
     tracker.update(&frame(2)).unwrap();

@@ -231,7 +231,9 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             _ => writeln!(text)?,
         }
     }
-    writeln!(text, "states    {} tracking, {} occluded, {} lost", states.tracking, states.occluded, states.lost)?;
+    let counts = [states.tracking, states.unsure, states.occluded, states.lost];
+    let [tracking, unsure, occluded, lost] = counts;
+    writeln!(text, "states    {tracking} tracking, {unsure} unsure, {occluded} occluded, {lost} lost")?;
     if update.count > 0 {
         writeln!(
             text,

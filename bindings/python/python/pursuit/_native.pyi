@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Box = tuple[float, float, float, float]
 Frame = NDArray[np.uint8] | NDArray[np.uint16] | str | os.PathLike[str]
-State = Literal["tracking", "occluded", "lost"]
+State = Literal["tracking", "unsure", "occluded", "lost"]
 Floats = NDArray[np.float64]
 BatchClip = tuple[str, str, str | None, str]
 

@@ -105,7 +105,7 @@ class Track:
 
     def states(self):
         """How many frames ended in each state, a dict."""
-        counts = dict.fromkeys(("tracking", "occluded", "lost"), 0)
+        counts = dict.fromkeys(("tracking", "unsure", "occluded", "lost"), 0)
         for e in self.run().estimates:
             counts[e.state] += 1
         return counts

@@ -181,27 +181,29 @@ mod tests {
 
     #[test]
     fn every_figure_is_the_mean_it_says() {
-        use TrackState::{Lost, Occluded, Tracking};
+        use TrackState::{Lost, Occluded, Tracking, Unsure};
         let unbelieved = Estimate { measurement: None, ..estimate(Tracking, 0.0) };
         let a = after(&[
             (truth(), Some(estimate(Tracking, 0.0))),
             (truth(), Some(estimate(Tracking, 2.0))),
             (truth(), Some(estimate(Tracking, 5.0))), // overlap 1/3: tracking, yet not followed
             (truth(), Some(estimate(Occluded, 0.0))), // counts by its box, is not followed
+            (truth(), Some(estimate(Unsure, 0.0))),   // likewise
             (truth(), Some(estimate(Lost, 0.0))),     // on the target, yet said to be lost: no box
             (truth(), None),
             (truth(), Some(unbelieved)),
             (Truth::Absent, Some(estimate(Tracking, 0.0))),
             (Truth::Absent, Some(estimate(Occluded, 0.0))),
+            (Truth::Absent, Some(estimate(Unsure, 0.0))),
             (Truth::Absent, Some(estimate(Lost, 0.0))),
             (Truth::Absent, None),
             (Truth::Unknown, Some(estimate(Tracking, 0.0))),
         ])
         .unwrap();
-        assert_eq!((a.visible_frames, a.absent_frames, a.false_alive), (7, 4, 0.25));
+        assert_eq!((a.visible_frames, a.absent_frames, a.false_alive), (8, 5, 0.2));
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-        near(a.followed, 3.0 / 7.0);
-        near(a.mean_iou, (1.0 + 8.0 / 12.0 + 5.0 / 15.0 + 1.0 + 1.0) / 7.0);
+        near(a.followed, 3.0 / 8.0);
+        near(a.mean_iou, (1.0 + 8.0 / 12.0 + 5.0 / 15.0 + 1.0 + 1.0 + 1.0) / 8.0);
         // Over the three frames with a believed measurement: predictions at (3, 4), (5, 4), (8, 4).
         near(a.mean_predicted_iou, (42.0 / 158.0 + 30.0 / 170.0 + 12.0 / 188.0) / 3.0);
         near(a.rmse_estimate_px, ((4.0 + 25.0) / 3.0f64).sqrt());
@@ -216,7 +218,9 @@ mod tests {
         assert!(!is_hit(&truth(), &output(4.9, TrackState::Tracking)));
         assert!(!is_hit(&Truth::Absent, &output(5.0, TrackState::Tracking)));
         assert_eq!(overlap(&truth(), Some(&output(5.0, TrackState::Lost))), 0.0);
-        assert_eq!(overlap(&truth(), Some(&output(5.0, TrackState::Occluded))), 0.5);
+        for in_doubt in [TrackState::Unsure, TrackState::Occluded] {
+            assert_eq!(overlap(&truth(), Some(&output(5.0, in_doubt))), 0.5);
+        }
         assert_eq!(believed(Some(&output(5.0, TrackState::Lost))), None);
         assert_eq!(believed(None), None);
     }

@@ -348,7 +348,7 @@ impl Controller for Follower {
     fn see(&mut self, _now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()> {
         let Some(aim) = forecast.at(stamp_s) else { return Ok(()) };
         match aim.state {
-            TrackState::Occluded => return Ok(()),
+            TrackState::Unsure | TrackState::Occluded => return Ok(()),
             TrackState::Lost => {
                 self.given_up = true;
                 return Ok(());

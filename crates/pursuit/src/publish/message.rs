@@ -69,9 +69,12 @@ impl Sample {
         }
     }
 
-    /// Whether the target is taken to be there: measured, or hidden for the moment.
+    /// Whether the target is taken to be there: measured, followed in doubt, or hidden for the moment.
     pub fn is_present(&self) -> bool {
-        matches!(self.state, Some(TrackState::Tracking | TrackState::Occluded))
+        match self.state {
+            Some(TrackState::Tracking | TrackState::Unsure | TrackState::Occluded) => true,
+            Some(TrackState::Lost) | None => false,
+        }
     }
 
     /// The JSON of a frame.
@@ -215,6 +218,10 @@ mod tests {
         let found_again = value(sample.change_json(Some(TrackState::Lost)));
         assert_eq!((&found_again["previous"], &found_again["state"]), (&"lost".into(), &"tracking".into()));
         assert_eq!(found_again["present"], true);
+        let unsure = Sample::of(&record(Some(Estimate { state: TrackState::Unsure, ..estimate() })), 1.0e9);
+        let unsure = value(unsure.change_json(Some(TrackState::Occluded)));
+        assert_eq!((&unsure["previous"], &unsure["state"]), (&"occluded".into(), &"unsure".into()));
+        assert_eq!(unsure["present"], true);
         let gone = value(Sample::gone(3, 8, 0.32, 1.0e9).change_json(Some(TrackState::Occluded)));
         assert_eq!((&gone["state"], &gone["present"], &gone["box"]), (&"gone".into(), &false.into(), &Value::Null));
     }

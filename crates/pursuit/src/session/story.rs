@@ -20,12 +20,15 @@ impl Story {
             }
             let what = match (before.flatten(), state) {
                 (None, Some(_)) => "found",
-                (Some(TrackState::Tracking), Some(TrackState::Occluded)) => "hidden",
+                (Some(TrackState::Tracking | TrackState::Occluded), Some(TrackState::Unsure)) => "unsure",
+                (Some(TrackState::Tracking | TrackState::Unsure), Some(TrackState::Occluded)) => "hidden",
                 (Some(_), Some(TrackState::Lost)) => "lost",
                 (Some(TrackState::Lost), Some(_)) => "found again",
                 (Some(_), Some(TrackState::Tracking)) => "seen again",
                 (Some(_), None) => "given up",
-                (None, None) | (Some(TrackState::Occluded), Some(TrackState::Occluded)) => continue,
+                (None, None)
+                | (Some(TrackState::Unsure), Some(TrackState::Unsure))
+                | (Some(TrackState::Occluded), Some(TrackState::Occluded)) => continue,
             };
             let place = record.estimate.as_ref().map(|e| format!(" at {}", e.bbox)).unwrap_or_default();
             say(format!("frame {}, {:.2} s: target {} {what}{place}", record.frame, record.time_s, record.target));
@@ -50,7 +53,7 @@ mod tests {
 
     #[test]
     fn every_change_is_told_once() {
-        use TrackState::{Lost, Occluded, Tracking};
+        use TrackState::{Lost, Occluded, Tracking, Unsure};
         let mut story = Story::default();
         let mut told = Vec::new();
         let states = [
@@ -63,6 +66,11 @@ mod tests {
             Some(Lost),
             Some(Tracking),
             Some(Occluded),
+            Some(Unsure),
+            Some(Unsure),
+            Some(Occluded),
+            Some(Tracking),
+            Some(Unsure),
             Some(Tracking),
             None,
         ];
@@ -72,7 +80,8 @@ mod tests {
         let at = format!(" at {}", BBox::from_ltwh(1.0, 2.0, 3.0, 4.0));
         let line = |frame: u64, what: &str| format!("frame {frame}, 0.50 s: target 1 {what}{at}");
         let mut wanted = vec![line(2, "found"), line(4, "hidden"), line(5, "lost"), line(7, "found again")];
-        wanted.extend([line(8, "hidden"), line(9, "seen again"), "frame 10, 0.50 s: target 1 given up".to_owned()]);
+        wanted.extend([line(8, "hidden"), line(9, "unsure"), line(11, "hidden"), line(12, "seen again")]);
+        wanted.extend([line(13, "unsure"), line(14, "seen again"), "frame 15, 0.50 s: target 1 given up".to_owned()]);
         assert_eq!(told, wanted);
     }
 

@@ -68,12 +68,7 @@ fn record(row: &csv::StringRecord) -> Option<Record> {
     let number = |column: usize| row.get(column)?.parse::<f64>().ok().filter(|v| v.is_finite());
     let bbox = |at: usize| Some(BBox::from_ltwh(number(at)?, number(at + 1)?, number(at + 2)?, number(at + 3)?));
     let time_s = number(1)?;
-    let state = match row.get(3)? {
-        "tracking" => TrackState::Tracking,
-        "occluded" => TrackState::Occluded,
-        "lost" => TrackState::Lost,
-        _ => return None,
-    };
+    let state = TrackState::from_word(row.get(3)?)?;
     let estimate = bbox(4).map(|own| Estimate {
         state,
         prediction: bbox(9),

@@ -10,6 +10,7 @@ const MEASURED: Rgb8 = [40, 220, 60];
 const PREDICTED: Rgb8 = [240, 50, 50];
 const ESTIMATE: Rgb8 = [255, 255, 255];
 const COASTING: Rgb8 = [255, 190, 40];
+const UNSURE: Rgb8 = [235, 130, 200];
 /// With more targets than this, each has its number alone: more words would cover the others.
 const MOST_WITH_WORDS: usize = 8;
 
@@ -63,12 +64,15 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, record: &Record, detail
         canvas.rectangle(measured, &Stroke::new(MEASURED, width));
         canvas.dot(measured.center(), 1.5 * width, MEASURED, 1.0);
     }
-    let color = if estimate.state == TrackState::Tracking { own } else { COASTING };
-    let stroke = Stroke::new(color, 0.75 * width);
-    canvas.rectangle(
-        &estimate.bbox,
-        &if estimate.state == TrackState::Lost { stroke.dashed(3.0 * width, 2.0 * width) } else { stroke },
-    );
+    // Each state has a pattern besides its colour, for those who see colours otherwise.
+    let stroke = |color| Stroke::new(color, 0.75 * width);
+    let (color, stroke) = match estimate.state {
+        TrackState::Tracking => (own, stroke(own)),
+        TrackState::Unsure => (UNSURE, stroke(UNSURE).dashed(8.0 * width, 3.0 * width)),
+        TrackState::Occluded => (COASTING, stroke(COASTING)),
+        TrackState::Lost => (COASTING, stroke(COASTING).dashed(3.0 * width, 2.0 * width)),
+    };
+    canvas.rectangle(&estimate.bbox, &stroke);
     let words = match (detail.many, detail.words) {
         (false, false) => return,
         (true, false) => record.target.to_string(),
@@ -136,6 +140,27 @@ mod tests {
     fn candidates_of_a_lost_target_are_not_drawn() {
         let lost = colors(&[record(1, 20.0, TrackState::Lost)], OverlayStyle::Full);
         assert!(lost.contains(&COASTING) && !lost.contains(&MEASURED) && !lost.contains(&PREDICTED), "{lost:?}");
+    }
+
+    #[test]
+    fn an_unsure_box_has_a_colour_of_its_own_and_gaps() {
+        let shown = |state, many: u64| {
+            let records: Vec<_> = (1..=many).map(|t| record(t, 60.0 * t as f64, state)).collect();
+            colors(&records, OverlayStyle::Minimal)
+        };
+        for many in [1, 3] {
+            let (unsure, occluded) = (shown(TrackState::Unsure, many), shown(TrackState::Occluded, many));
+            assert!(unsure.contains(&UNSURE) && !unsure.contains(&COASTING), "{many}: {unsure:?}");
+            assert!(occluded.contains(&COASTING) && !occluded.contains(&UNSURE), "{many}: {occluded:?}");
+        }
+        // One line of the box's left side: solid where it is occluded, broken where it is unsure.
+        let drawn = |state| {
+            let frame = Frame::new(0, 0.0, Image::filled(640, 200, [0_u8; 3]).unwrap());
+            let picture =
+                draw(&frame, 1, &[record(1, 100.0, state)], &Trails::default(), OverlayStyle::Minimal).unwrap();
+            (62..88).filter(|&y| picture.view().get(100, y).is_some_and(|p| p[0] > 100)).count()
+        };
+        assert!(drawn(TrackState::Unsure) < drawn(TrackState::Occluded));
     }
 
     #[test]

@@ -33,7 +33,7 @@ pursuit_parameters::parameters! {
         pub death: DeathParams = DeathParams::default();
         /// How targets move between detections.
         pub motion: MotionParams = detected_motion();
-        /// When an undetected target counts as occluded, and when as lost.
+        /// When an undetected target counts as unsure or occluded, and when as lost.
         pub policy: PolicyParams = detected_policy();
     }
     renamed {

@@ -326,7 +326,7 @@ fn at_border(bbox: &BBox, frame: Size) -> bool {
 /// The policy's judgement of a target without appearance, and what it does to the belief.
 fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
     let measurement = told.map(|t| t.measurement);
-    let judgement = belief.judge(stamp.size, prior, measurement, || None);
+    let judgement = belief.judge(stamp.size, prior, measurement, false, || None);
     if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
         belief.believe(told.measurement, told.shared, false).map_err(|e| failed(stamp.index, e))?;
     }

@@ -1,4 +1,4 @@
-//! Policies: when a target counts as seen, occluded, lost; what is followed; what is learned.
+//! Policies: when a target counts as seen, unsure, occluded, lost; what is followed; what is learned.
 //!
 //! Three decisions stand apart: what to say (`state`, `score`), whether an unsure measurement moves the box (`follow`), and
 //! whether appearance learns (`learn`).
@@ -31,8 +31,8 @@ impl Evidence<'_> {
         let outside = self.prior.bbox.clipped_to(self.frame).is_none();
         match concluded {
             TrackState::Tracking => None,
-            TrackState::Occluded if !outside => hidden(),
-            TrackState::Occluded | TrackState::Lost => Some(Doubt::Gone),
+            TrackState::Unsure | TrackState::Occluded if !outside => hidden(),
+            TrackState::Unsure | TrackState::Occluded | TrackState::Lost => Some(Doubt::Gone),
         }
     }
 }
@@ -40,7 +40,7 @@ impl Evidence<'_> {
 /// A policy's judgement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Verdict {
-    /// The state of this frame. `Tracking` means that the measurement is believed.
+    /// The state of this frame. `Tracking` means that the measurement is believed, `Unsure` that one is followed that is not.
     pub state: TrackState,
     /// The probability, in `[0, 1]`, that the box reported overlaps the target by one half.
     pub score: f64,
@@ -141,7 +141,8 @@ impl Policy {
             PolicyModel::Gated => (p.occluded_score / (1.0 + spread(evidence.prior)), false, false),
             PolicyModel::Paper | PolicyModel::Always => (confidence.min(p.occluded_score), false, false),
         };
-        Verdict { state: TrackState::Occluded, score, follow, learn }
+        let state = if follow && evidence.found.is_some() { TrackState::Unsure } else { TrackState::Occluded };
+        Verdict { state, score, follow, learn }
     }
 
     /// Whether what was found is the target.
@@ -154,7 +155,7 @@ impl Policy {
                 found.confidence
                     >= match state {
                         TrackState::Tracking => p.occluded_below,
-                        TrackState::Occluded => p.seen_from,
+                        TrackState::Unsure | TrackState::Occluded => p.seen_from,
                         TrackState::Lost => p.found_from,
                     }
             }

@@ -19,17 +19,17 @@ pursuit_parameters::parameters! {
     pub struct PolicyParams {
         /// The rule.
         pub model: PolicyModel = PolicyModel::Calibrated, source "ours";
-        /// A target that is seen counts as occluded below this probability.
+        /// A target that is seen counts as unsure or occluded below this probability.
         pub occluded_below: f64 = 0.4, in 0.0..=1.0, source "ours", of BY_PROBABILITY;
-        /// An occluded target counts as seen again from this probability.
+        /// An unsure or occluded target counts as seen again from this probability.
         pub seen_from: f64 = 0.5, in 0.0..=1.0, source "ours", of BY_PROBABILITY;
         /// A lost target counts as found from this probability.
         pub found_from: f64 = 0.5, in 0.0..=1.0, source "ours", of BY_PROBABILITY;
         /// Appearance is learned from this probability.
         pub learn_from: f64 = 0.4, in 0.0..=1.0, source "ours", of BY_PROBABILITY;
-        /// A target occluded for longer is lost, and searched for all over.
+        /// A target unsure or occluded for longer is lost, and searched for all over.
         pub lost_after_s: f64 = 1.0, in 0.0.., unit "s", source "ours", of LOSING;
-        /// Most that the score of an occluded target may be: what looks good enough to stay seen but not to be seen again is
+        /// Most that the score of an unsure or occluded target may be: what looks good enough to stay seen but not to be seen again is
         /// right less often than its probability says (14 to 47 % of such frames where the probability was 41 % on average).
         pub occluded_score: f64 = 0.35, in 0.0..=1.0, source "ours", of LOSING;
         /// By the probability alone.
@@ -59,7 +59,7 @@ pursuit_parameters::parameters! {
         /// What is followed in doubt, without being called seen, is learned from this probability. Of methods that check for
         /// themselves what they learn (kalal2012); above 1: never.
         pub learn_unsure_from: f64 = 2.0, in 0.0..=2.0, source "ours";
-        /// Time counts towards losing an occluded target while the probability is below this; 1: always.
+        /// Time counts towards losing an unsure or occluded target while the probability is below this; 1: always.
         pub lost_below: f64 = 1.0, in 0.0..=1.0, source "ours";
         /// What is less likely than this moves no box: the motion model says where the target is meanwhile.
         pub follow_from: f64 = 0.0, in 0.0..=1.0, source "ours";

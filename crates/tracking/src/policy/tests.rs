@@ -44,7 +44,7 @@ fn what_is_followed_in_doubt_is_learned_where_the_policy_says_so() {
         judge(&mut policy, TrackState::Occluded, confidence)
     };
     let verdict = doubtful(PolicyModel::Calibrated, 0.15);
-    assert_eq!((verdict.state, verdict.follow, verdict.learn), (TrackState::Occluded, true, true));
+    assert_eq!((verdict.state, verdict.follow, verdict.learn), (TrackState::Unsure, true, true));
     assert!(!doubtful(PolicyModel::Calibrated, 0.14).learn);
     assert!(!doubtful(PolicyModel::Gated, 0.15).learn, "what is not followed is not learned");
     // What is seen goes by its own threshold.
@@ -57,22 +57,39 @@ fn seen_occluded_lost_and_found() {
     let seen = judge(&mut policy, TrackState::Tracking, 0.22);
     assert_eq!(seen, Verdict { state: TrackState::Tracking, score: 0.22, follow: true, learn: false });
     assert!(judge(&mut policy, TrackState::Tracking, 0.25).learn);
-    let occluded = judge(&mut policy, TrackState::Tracking, 0.1);
-    assert_eq!(occluded, Verdict { state: TrackState::Occluded, score: 0.1, follow: true, learn: false });
-    let lost = judge(&mut policy, TrackState::Occluded, 0.29);
+    let unsure = judge(&mut policy, TrackState::Tracking, 0.1);
+    assert_eq!(unsure, Verdict { state: TrackState::Unsure, score: 0.1, follow: true, learn: false });
+    let lost = judge(&mut policy, TrackState::Unsure, 0.29);
     assert_eq!(lost, Verdict { state: TrackState::Lost, score: 0.0, follow: false, learn: false });
     assert_eq!(judge(&mut policy, TrackState::Lost, 0.59).state, TrackState::Lost);
     assert_eq!(judge(&mut policy, TrackState::Lost, 0.6).state, TrackState::Tracking);
     // Seen in between, the time not seen starts over.
-    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded);
-    assert_eq!(judge(&mut policy, TrackState::Occluded, 0.3).state, TrackState::Tracking);
-    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded);
+    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Unsure);
+    assert_eq!(judge(&mut policy, TrackState::Unsure, 0.3).state, TrackState::Tracking);
+    assert_eq!(judge_at(&mut policy, TrackState::Tracking, None, inside()).state, TrackState::Occluded);
 }
 
 #[test]
-fn scores_of_occluded_targets_are_capped() {
+fn what_is_followed_is_unsure_and_what_coasts_occluded() {
+    let found = |model| judge(&mut policy(model), TrackState::Tracking, 0.1).state;
+    let missed = |model| judge_at(&mut policy(model), TrackState::Tracking, None, inside()).state;
+    assert_eq!(found(PolicyModel::Calibrated), TrackState::Unsure);
+    assert_eq!(missed(PolicyModel::Calibrated), TrackState::Occluded);
+    for coasts in [PolicyModel::Gated, PolicyModel::Paper, PolicyModel::Always] {
+        assert_eq!(missed(coasts), TrackState::Occluded, "{coasts:?}");
+    }
+    assert_eq!(found(PolicyModel::Gated), TrackState::Occluded, "what is found and not followed moves nothing");
+    // To be seen again, both must prove the same.
+    for state in [TrackState::Unsure, TrackState::Occluded] {
+        assert_eq!(judge(&mut policy(PolicyModel::Calibrated), state, 0.29).state, TrackState::Unsure);
+        assert_eq!(judge(&mut policy(PolicyModel::Calibrated), state, 0.3).state, TrackState::Tracking);
+    }
+}
+
+#[test]
+fn scores_of_doubted_targets_are_capped() {
     let mut policy = policy(PolicyModel::Calibrated);
-    assert_eq!(judge(&mut policy, TrackState::Occluded, 0.29).score, 0.15);
+    assert_eq!(judge(&mut policy, TrackState::Unsure, 0.29).score, 0.15);
     assert_eq!(judge_at(&mut policy, TrackState::Tracking, None, inside()).score, 0.0);
 }
 
@@ -83,12 +100,12 @@ fn a_target_that_may_be_there_is_not_given_up() {
     let mut state = TrackState::Tracking;
     for _ in 0..10 {
         state = judge(&mut policy, state, 0.3).state;
-        assert_eq!(state, TrackState::Occluded);
+        assert_eq!(state, TrackState::Unsure);
     }
-    assert_eq!(judge(&mut policy, state, 0.29).state, TrackState::Occluded);
+    assert_eq!(judge(&mut policy, state, 0.29).state, TrackState::Unsure);
     assert_eq!(judge(&mut policy, state, 0.29).state, TrackState::Lost);
     policy.restart();
-    assert_eq!(judge(&mut policy, TrackState::Occluded, 0.29).state, TrackState::Occluded);
+    assert_eq!(judge(&mut policy, TrackState::Unsure, 0.29).state, TrackState::Unsure);
 }
 
 #[test]
@@ -129,7 +146,7 @@ fn the_papers_rule_asks_for_a_clear_peak_and_always_asks_nothing() {
     let verdict = judge_at(&mut paper, TrackState::Tracking, Some(&found(6.9)), inside());
     assert_eq!((verdict.state, verdict.follow, verdict.learn), (TrackState::Occluded, false, false));
     let mut always = policy(PolicyModel::Always);
-    for state in [TrackState::Tracking, TrackState::Occluded, TrackState::Lost] {
+    for state in [TrackState::Tracking, TrackState::Unsure, TrackState::Occluded, TrackState::Lost] {
         let verdict = judge(&mut always, state, 0.0);
         assert_eq!((verdict.state, verdict.learn), (TrackState::Tracking, true));
         assert_eq!(judge_at(&mut always, state, None, inside()).state, TrackState::Occluded);
@@ -150,6 +167,7 @@ fn what_is_neither_tracked_nor_in_the_picture_is_gone() {
         evidence.doubt(concluded, || Some(Doubt::Confused))
     };
     assert_eq!(doubt(inside(), TrackState::Occluded), Some(Doubt::Confused), "the method says why");
+    assert_eq!(doubt(inside(), TrackState::Unsure), Some(Doubt::Confused));
     assert_eq!(doubt(inside(), TrackState::Tracking), None);
     assert_eq!(doubt(inside(), TrackState::Lost), Some(Doubt::Gone));
     let outside = BBox::from_ltwh(-9.0, 10.0, 8.0, 8.0);

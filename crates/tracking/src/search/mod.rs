@@ -393,7 +393,10 @@ impl Proposer {
         }
         let covariance = situation.prior.innovation_covariance?;
         let slack = p.gate.slack * situation.prior.bbox.area().sqrt();
-        let shrunk = if situation.state == TrackState::Occluded { covariance * p.gate.unseen } else { covariance };
+        let shrunk = match situation.state {
+            TrackState::Unsure | TrackState::Occluded => covariance * p.gate.unseen,
+            TrackState::Tracking | TrackState::Lost => covariance,
+        };
         Some(Gate { covariance: shrunk + BoxCovariance::identity() * (slack * slack), chi2: p.gate_chi2 })
     }
 
