@@ -145,7 +145,7 @@ impl<L: Localizer> Searcher<L> {
             TrackState::Tracking => self.proposer.sure(&belief.last_believed, frame.size()),
             // What is coasted is looked for where it is expected.
             TrackState::Occluded if !verdict.follow && found.is_some() => self.proposer.settle(&belief.motion.bbox()),
-            TrackState::Occluded | TrackState::Lost => {}
+            TrackState::Unsure | TrackState::Occluded | TrackState::Lost => {}
         }
         let mut estimate = belief.report(frame, prior, judgement, measurement);
         let followed = match verdict.state {

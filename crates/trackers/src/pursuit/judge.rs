@@ -86,12 +86,12 @@ evidence! {
     moved as "moved": Ln1p, "Weight of ln of 1 and the distance from where the target was expected." = 0.0;
     /// ln of s / (1 − s) of LightFC's score s when it was asked last.
     lightfc as "lightfc": AsIs, "Weight of the log odds of LightFC's score." = 1.15;
+    /// Likeness less what is usual while the target is sure.
+    likeness_fall as "likeness_fall": AsIs, "Weight of the likeness less what is usual." = 0.0;
+    /// Log odds of LightFC's score less what is usual while the target is sure.
+    lightfc_fall as "lightfc_fall": AsIs, "Weight of the log odds of LightFC's score less what is usual." = 0.0;
     /// Overlap of LightFC's box with the other witnesses' when it was asked last.
     lightfc_overlap as "lightfc_overlap": AsIs, "Weight of the overlap of LightFC's box with the other witnesses'." = 1.9;
-    /// ln of s / (1 − s) of VitTrack's score s where a lost target may be; 0 while it is followed.
-    vittrack as "vittrack": AsIs, "Weight of the log odds of VitTrack's score." = 0.0;
-    /// Overlap of VitTrack's box with the others' there; 0 while it is followed.
-    vittrack_overlap as "vittrack_overlap": AsIs, "Weight of the overlap of VitTrack's box with the others'." = 0.0;
 }
 
 #[cfg(test)]
@@ -111,8 +111,8 @@ mod tests {
             moved: -0.9,
             lightfc: 0.6,
             lightfc_overlap: 1.2,
-            vittrack: 0.3,
-            vittrack_overlap: -0.2,
+            likeness_fall: 0.8,
+            lightfc_fall: 0.5,
         };
         let evidence = JointEvidence {
             peak: 0.5,
@@ -124,16 +124,17 @@ mod tests {
             moved: 0.3,
             lightfc: -2.0,
             lightfc_overlap: 0.4,
-            vittrack: 1.5,
-            vittrack_overlap: 0.9,
+            likeness_fall: -0.2,
+            lightfc_fall: -1.5,
         };
         let want =
             -1.5 + 0.7 * 0.5_f64.ln() + 3.0 * 0.6 + 1.1 * 0.7_f64.ln() - 0.4 * 12.0_f64.ln() + 0.25 * 4.0 + 1.7 * 0.8
                 - 0.9 * 1.3_f64.ln()
                 - 0.6 * 2.0
                 + 1.2 * 0.4
-                + 0.3 * 1.5
-                - 0.2 * 0.9;
+                - 0.8 * 0.2
+                - 0.5 * 1.5;
+
         assert!((judge.log_odds(&evidence) - want).abs() < 1e-12);
         let silent = JointEvidence { peak: -0.1, psr: 0.0, color: 0.0, ..evidence };
         assert!(judge.log_odds(&silent).is_finite());

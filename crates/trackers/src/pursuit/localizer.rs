@@ -11,7 +11,6 @@ use super::schedule::NetworkSchedule;
 use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
 use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackLocalizer;
-use crate::vittrack::VitTrackParams;
 use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -22,6 +21,11 @@ use pursuit_tracking::{
 };
 use serde::{Deserialize, Serialize};
 
+/// What is seen of a target that is at least so likely tells what is usual.
+const USUAL_FROM: f64 = 0.9;
+/// Share of a frame in what is usual.
+const USUAL_RATE: f64 = 0.05;
+
 /// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(remote = "WitnessLocalizer")]
@@ -31,14 +35,16 @@ pub struct WitnessLocalizer {
     network: NanoTrackLocalizer,
     /// `None` where it is never asked.
     expert: Option<Expert<LightFcParams>>,
-    /// `None` where it is never asked.
-    searcher: Option<Expert<VitTrackParams>>,
     convention: BoxConvention,
     filter_offset: SearchOffset,
     network_offset: SearchOffset,
     arbitration: Arbitration,
     /// Smoothed log odds for the expert where it differs.
     expert_claim: f64,
+    /// Whether the last frame left a doubt.
+    doubted: bool,
+    /// Likeness and log odds of LightFC's score while the target is sure, smoothed.
+    usual: Option<(f64, f64)>,
     schedule: NetworkSchedule,
 }
 
@@ -79,10 +85,8 @@ impl WitnessLocalizer {
             .map_or_else(BoxConvention::default, |seen| BoxConvention::new(&params.fusion, &bbox, &seen.raw));
         let (fusion, networks) = (&params.fusion, &params.networks);
         let expert = (networks.lightfc_every > 0).then(|| Expert::new(&params.expert, fusion, frame, bbox));
-        let searcher = networks.vittrack.then(|| Expert::new(&params.searcher, fusion, frame, bbox));
         Ok(Self {
             expert: expert.transpose()?,
-            searcher: searcher.transpose()?,
             params,
             filter,
             network,
@@ -91,6 +95,8 @@ impl WitnessLocalizer {
             network_offset: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
             expert_claim: 0.0,
+            doubted: false,
+            usual: None,
             schedule: NetworkSchedule::default(),
         })
     }
@@ -119,7 +125,8 @@ impl WitnessLocalizer {
             moved,
             lightfc,
             lightfc_overlap,
-            ..JointEvidence::default()
+            likeness_fall: self.usual.map_or(0.0, |usual| likeness - usual.0),
+            lightfc_fall: self.usual.map_or(0.0, |usual| lightfc - usual.1),
         };
         Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
@@ -199,6 +206,7 @@ impl WitnessLocalizer {
         }
         fused.heard(&self.params.judge, |evidence| {
             (evidence.lightfc, evidence.lightfc_overlap) = (remark.score, overlap);
+            evidence.lightfc_fall = self.usual.map_or(0.0, |usual| remark.score - usual.1);
         });
         Ok(fused)
     }
@@ -219,10 +227,6 @@ impl WitnessLocalizer {
             Some(expert) => expert.look_about(frame, expected)?,
             None => None,
         };
-        let second = match &mut self.searcher {
-            Some(searcher) => searcher.look_about(frame, expected)?,
-            None => None,
-        };
         // The best eyes say where exactly it would be.
         let about = expert.map_or(*expected, |opinion| opinion.own);
         let Some(location) = self.network.look(frame, &about)? else { return Ok(None) };
@@ -232,12 +236,7 @@ impl WitnessLocalizer {
         if let Some(opinion) = expert {
             fused = self.taken_over(frame, expected, fused, &opinion, Some(&about))?;
         }
-        if let Some(opinion) = second {
-            let overlap = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| bbox.iou(&opinion.bbox));
-            fused.heard(&self.params.returns, |evidence| {
-                (evidence.vittrack, evidence.vittrack_overlap) = (opinion.score, overlap);
-            });
-        }
+        fused.heard(&self.params.returns, |_| {});
         Ok(Some(fused))
     }
 
@@ -360,19 +359,18 @@ impl Localizer for WitnessLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, WitnessFinding)>> {
         let expected = &search.expected;
         let (fused, asked) = match search.look {
-            Look::Near => self.near(frame, expected)?,
+            Look::Near => {
+                let (mut fused, asked) = self.near(frame, expected)?;
+                if let Some(fused) = fused.as_mut().filter(|_| self.doubted) {
+                    fused.heard(&self.params.doubted, |_| {});
+                }
+                (fused, asked)
+            }
             Look::Sweep => {
-                let found = match &mut self.searcher {
-                    Some(searcher) => searcher.look_about(frame, expected)?.map(|o| (o.own, o.score)),
-                    None => {
-                        self.network.look(frame, expected)?.map(|l| (l.bbox, logit(l.score.clamp(1e-6, 1.0 - 1e-6))))
-                    }
-                };
-                return Ok(found.map(|(bbox, strength)| {
-                    (
-                        Measurement { strength, ..Measurement::new(bbox, 0.0) },
-                        WitnessFinding { fused: None, asked: false },
-                    )
+                let found = self.network.look(frame, expected)?;
+                return Ok(found.map(|l| {
+                    let measurement = Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) };
+                    (measurement, WitnessFinding { fused: None, asked: false })
                 }));
             }
             Look::Centred => (self.centred(frame, expected)?, false),
@@ -431,6 +429,12 @@ impl Localizer for WitnessLocalizer {
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_, WitnessFinding>) -> Result<()> {
         let fused = outcome.found.and_then(|(_, finding)| finding.fused.as_ref());
         let concluded = fused.filter(|_| outcome.state == TrackState::Tracking);
+        self.doubted = outcome.state != TrackState::Tracking;
+        if let Some(sure) = concluded.and_then(Fusion::leading).filter(|c| c.log_odds >= logit(USUAL_FROM)) {
+            let (likeness, lightfc) = (sure.evidence.likeness, sure.evidence.lightfc);
+            let old = self.usual.unwrap_or((likeness, lightfc));
+            self.usual = Some((old.0 + USUAL_RATE * (likeness - old.0), old.1 + USUAL_RATE * (lightfc - old.1)));
+        }
         let asked = outcome.found.is_some_and(|(_, finding)| finding.asked);
         self.schedule.note(&self.params.fusion, concluded, asked);
         if let Some(expert) = &mut self.expert {

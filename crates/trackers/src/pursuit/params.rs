@@ -7,7 +7,6 @@ use crate::correlation::{
 };
 use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackParams;
-use crate::vittrack::VitTrackParams;
 use pursuit_tracking::Taken;
 
 /// Area of the default patch: 40 cells of 4 pixels each way (galoogahi2017: 50; ours is as accurate and faster).
@@ -92,8 +91,6 @@ pursuit_parameters::parameters! {
     pub struct NetworksParams {
         /// LightFC is asked in every so many frames, and whenever there is a doubt, and its box is taken; 0: never.
         pub lightfc_every: usize = 5, in 0..=1000, source "ours";
-        /// Whether VitTrack looks for a lost target, and judges what is found; else NanoTrack does.
-        pub vittrack: bool = true, source "ours";
     }
 }
 
@@ -171,8 +168,6 @@ pursuit_parameters::parameters! {
         pub network: NanoTrackParams = NanoTrackParams::default();
         /// The network that sees better, asked now and then.
         pub expert: LightFcParams = LightFcParams::default();
-        /// The network that looks for a lost target.
-        pub searcher: VitTrackParams = VitTrackParams::default();
         /// Which network is asked when.
         pub networks: NetworksParams = NetworksParams::default();
         /// How they are brought together.
@@ -183,16 +178,26 @@ pursuit_parameters::parameters! {
         pub expert_arbitration: ExpertArbitrationParams = ExpertArbitrationParams::default();
         /// The judge.
         pub judge: JudgeParams = JudgeParams::default();
+        /// The judge of a target that was doubted in the frame before: what is followed then is another thing more often.
+        pub doubted: JudgeParams = JudgeParams {
+            bias: -3.9,
+            likeness: 3.0,
+            network: 0.35,
+            overlap: -0.1,
+            lightfc: 1.95,
+            lightfc_overlap: 0.0,
+            ..JudgeParams::default()
+        };
         /// The judge of what is found again: of one place against every other.
         pub returns: JudgeParams = JudgeParams {
-            bias: -10.3,
+            bias: -3.33,
             likeness: 0.0,
-            network: 0.6,
+            network: 0.59,
             overlap: 0.0,
             lightfc: 0.0,
-            lightfc_overlap: 4.0,
-            vittrack: 1.6,
-            vittrack_overlap: 0.7,
+            lightfc_overlap: 0.0,
+            likeness_fall: 3.5,
+            lightfc_fall: 0.57,
             ..JudgeParams::default()
         };
     }
