@@ -47,6 +47,7 @@ mod trajectory_plots;
 mod view;
 
 pub use config::RunConfig;
+pub use start::StartFrom;
 pub use demo::Demo;
 pub use error::RunError;
 pub use features::{FEATURES, NO_OVERLAY};

@@ -2,12 +2,13 @@ use super::detected_motion;
 use super::params::MotionDetectorParams;
 use super::scene::{Found, Scene, Sight};
 use pursuit_geometry::{BBox, Size};
-use pursuit_imaging::{Frame, Rgb8};
+use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
     Detection, Detector, DetectorRecipe, Diagnostics, Figure, Figures, Followed, Result, TrackingError,
 };
 use pursuit_vision::VisionError;
+use std::sync::Arc;
 
 impl DetectorRecipe for MotionDetectorParams {
     const FIGURES: &[&[Figure]] = &[SceneFigures::ALL, LightFigures::ALL];
@@ -92,6 +93,14 @@ impl Detector for MotionDetector {
         match &self.scene {
             Some(Kind::Gray(scene)) => scene.standing_out(bbox, &self.params),
             Some(Kind::Color(scene)) => scene.standing_out(bbox, &self.params),
+            None => None,
+        }
+    }
+
+    fn foreground(&mut self) -> Option<Arc<Image<u8>>> {
+        match &mut self.scene {
+            Some(Kind::Gray(scene)) => scene.foreground(&self.params),
+            Some(Kind::Color(scene)) => scene.foreground(&self.params),
             None => None,
         }
     }

@@ -113,6 +113,8 @@ pursuit_parameters::parameters! {
         /// Whether the camera's exposure is followed in every frame, by a gain and an offset a channel between the background in
         /// sight and the frame.
         pub exposure: bool = true, source "ours";
+        /// How far a camera that shakes may shift the picture; 0: it stands still.
+        pub shake: f64 = 0.015, in 0.0..=0.1, unit "of the longer side", source "ours";
     }
 }
 
@@ -167,6 +169,7 @@ impl MotionDetectorParams {
             tolerance: self.light.tolerance.min(255) as u8,
             settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
             exposure: self.light.exposure,
+            shake: self.light.shake,
         }
     }
 

@@ -13,6 +13,7 @@ use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
 use pursuit_vision::region_features::RegionFeatures;
 use pursuit_vision::regions::RegionFinder;
 use pursuit_vision::{PixelWindow, VisionError};
+use std::sync::Arc;
 
 type Model<P> = Box<dyn BackgroundModel<P> + Send>;
 
@@ -57,6 +58,8 @@ pub(super) struct Scene<P> {
     sampled_s: f64,
     /// What stood out of the last frame, cleaned.
     mask: Image<u8>,
+    /// The same, for others to see.
+    shown: Arc<Image<u8>>,
     protect: Image<u8>,
     background: Image<P>,
     boxes: Vec<BBox>,
@@ -80,6 +83,7 @@ impl<P: Channels> Scene<P> {
             time_s: f64::NEG_INFINITY,
             sampled_s: f64::NEG_INFINITY,
             mask: blank()?,
+            shown: Arc::new(blank()?),
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
             boxes: Vec::new(),
@@ -101,11 +105,29 @@ impl<P: Channels> Scene<P> {
 
     /// Share of `bbox` that stood out of the background in the last frame; `None` before it has settled, and outside of the picture.
     pub fn standing_out(&self, bbox: &BBox, params: &MotionDetectorParams) -> Option<f64> {
-        let window = PixelWindow::of(bbox, self.mask.size()).filter(|_| self.frames > params.settled_frames)?;
+        let (dx, dy) = self.model.shift();
+        let bbox = bbox.translated(-dx, -dy);
+        let window = PixelWindow::of(&bbox, self.mask.size()).filter(|_| self.frames > params.settled_frames)?;
         let columns = window.x..window.x + window.width;
         let row = |y: usize| self.mask.row(y)[columns.clone()].iter().filter(|v| **v != 0).count();
         let out: usize = (window.y..window.y + window.height).map(row).sum();
         Some(out as f64 / (window.width * window.height).max(1) as f64)
+    }
+
+    /// What stood out of the background in the last frame; `None` before it has settled. Made anew only where somebody keeps the last.
+    pub fn foreground(&mut self, params: &MotionDetectorParams) -> Option<Arc<Image<u8>>> {
+        if self.frames <= params.settled_frames {
+            return None;
+        }
+        match Arc::get_mut(&mut self.shown) {
+            Some(shown) => shift(&self.mask, self.model.shift(), shown).ok()?,
+            None => {
+                let mut shown = self.mask.clone();
+                shift(&self.mask, self.model.shift(), &mut shown).ok()?;
+                self.shown = Arc::new(shown);
+            }
+        }
+        Some(self.shown.clone())
     }
 
     /// Looks at the next frame; the foreground of the last frame inside the boxes `followed` is not learnt.
@@ -117,8 +139,10 @@ impl<P: Channels> Scene<P> {
         params: &MotionDetectorParams,
     ) -> Result<Sight, VisionError> {
         let rate = self.rate(time_s, params);
+        // Everything here is in pixels of the background; a camera that shakes shifts the frame against it.
+        let (dx, dy) = self.model.shift();
         self.boxes.clear();
-        self.boxes.extend(followed);
+        self.boxes.extend(followed.map(|b| b.translated(-dx, -dy)));
         let protects = !self.boxes.is_empty() && self.mask.size() == frame.size();
         if protects {
             protect_foreground(self.mask.view(), &self.boxes, &mut self.protect)?;
@@ -138,6 +162,11 @@ impl<P: Channels> Scene<P> {
         let judged = if self.frames > params.settled_frames { self.judge(now.view(), params) } else { Ok(()) };
         self.now = Some(std::mem::replace(&mut self.last, now));
         judged?;
+        let (dx, dy) = self.model.shift();
+        for found in self.found.iter_mut().filter(|_| (dx, dy) != (0.0, 0.0)) {
+            found.features.bounds = found.features.bounds.translated(dx, dy);
+            found.features.centroid = Point::new(found.features.centroid.x + dx, found.features.centroid.y + dy);
+        }
         Ok(Sight { changed: report.changed, step: report.step, ghosts: self.ghosts.len() })
     }
 
@@ -223,6 +252,23 @@ impl<P: Channels> Scene<P> {
 fn copy<P: Channels>(from: ImageView<'_, P>, to: &mut Image<P>) -> Result<(), VisionError> {
     to.resize_for_overwrite(from.size(), P::default())?;
     from.rows().enumerate().for_each(|(y, row)| to.row_mut(y).copy_from_slice(row));
+    Ok(())
+}
+
+/// Copies a mask to where the frame shows it, to whole pixels.
+fn shift(mask: &Image<u8>, (dx, dy): (f64, f64), to: &mut Image<u8>) -> Result<(), VisionError> {
+    if (dx, dy) == (0.0, 0.0) {
+        return copy(mask.view(), to);
+    }
+    let (dx, dy) = (dx.round() as isize, dy.round() as isize);
+    to.resize_for_overwrite(mask.size(), 0)?;
+    to.as_mut_slice().fill(0);
+    for y in 0..mask.height() {
+        let Some(from) = y.checked_add_signed(-dy).filter(|y| *y < mask.height()) else { continue };
+        let n = mask.width().saturating_sub(dx.unsigned_abs());
+        let (left, right) = (dx.max(0) as usize, (-dx).max(0) as usize);
+        to.row_mut(y)[left..left + n].copy_from_slice(&mask.row(from)[right..right + n]);
+    }
     Ok(())
 }
 
