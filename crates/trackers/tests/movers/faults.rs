@@ -63,6 +63,7 @@ impl Fault {
     }
 
     /// How many people there are.
+    #[allow(dead_code, reason = "the instrument beside the tests does not ask")]
     pub const fn people(self) -> usize {
         match self {
             Self::Crossing => 2,

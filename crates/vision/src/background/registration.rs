@@ -71,7 +71,7 @@ impl<P: Channels> Registration<P> {
             age: REFRESH,
             still: UNSTEADY,
             shift: (0.0, 0.0),
-            usual: MOST,
+            usual: 2.0,
         })
     }
 
@@ -330,7 +330,7 @@ mod tests {
         Image::from_fn(160, 120, |x, y| {
             let (x, y) = (x as f64 - dx, y as f64 - dy);
             let v = 38.0 + 180.0 * value_noise((x, y), 7.0, |t| t * t * (3.0 - 2.0 * t), |i, j| lattice(i, j, 3));
-            [v, 0.8 * v, 255.0 - v].map(|v| (gain * v).clamp(0.0, 255.0) as u8)
+            [v, 0.8 * v, 0.9 * v].map(|v| (gain * v).clamp(0.0, 255.0) as u8)
         })
         .unwrap()
     }

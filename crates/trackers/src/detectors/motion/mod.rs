@@ -8,6 +8,7 @@
 mod detector;
 mod ghost;
 mod groups;
+mod held;
 mod params;
 mod scene;
 

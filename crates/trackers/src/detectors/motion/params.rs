@@ -25,12 +25,16 @@ pursuit_parameters::parameters! {
         pub background: BackgroundKind = BackgroundKind::Mog2, source "zivkovic2006";
         /// How long the background is remembered: time constant of `mog2` and `running-average`, span of the samples of `median`.
         pub history_s: f64 = 20.0, in above(0.0).at_most(86_400.0), unit "s", source "OpenCV: 500 frames, at 25 a second";
+        /// What stands out of the background is not learnt before it has done so for this long, nor while it is followed.
+        pub hold_s: f64 = 5.0, in 0.0..=86_400.0, unit "s", source "ours";
         /// A pixel has changed when a channel differs by more: from the background (but of `mog2`), from the frame before.
         pub threshold: usize = 25, in 1..=254, unit "codes", source "ours";
         /// Of `mog2`: squared distance from a Gaussian, in variances, up to which a value is background.
         pub background_distance: f64 = 36.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 16";
         /// Of `mog2`: squared distance, in variances, up to which a value belongs to a Gaussian.
         pub match_distance: f64 = 25.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 9";
+        /// Of `mog2`: the Gaussians that together weigh this are background.
+        pub background_ratio: f64 = 0.9, in 0.0..=1.0, source "OpenCV";
         /// Of `mog2`: how dark a shadow may be against the background. 1: shadows are foreground.
         pub shadow_ratio: f64 = 0.75, in above(0.0).at_most(1.0), source "ours; OpenCV: 0.5";
         /// Radius of the opening that removes noise.
@@ -68,6 +72,8 @@ pursuit_parameters::parameters! {
     pub struct GhostParams {
         /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
         pub ratio: f64 = 1.6, in above(1.0), source "ours";
+        /// … and this many times those that the background has beside it.
+        pub own: f64 = 1.3, in 0.0.., source "ours";
         /// Edges weaker than this, summed over the channels, are noise in both.
         pub noise: f64 = 6.0, in above(0.0), unit "codes", source "ours";
         /// Edges are looked for between pixels so far to either side: a mask is seldom exact to the pixel.
@@ -80,6 +86,8 @@ pursuit_parameters::parameters! {
     pub struct GroupingParams {
         /// A target of whose expected box this share lies in a region has a part in it.
         pub share: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// Of several, one that is expected to be less than this share of the largest has no part in it: it is a part of another.
+        pub peer: f64 = 0.4, in 0.0..=1.0, source "ours";
         /// Pixels farther from the expected centre than this are nobody's.
         pub reach: f64 = 0.7, in above(0.0), unit "widths and heights", source "ours";
         /// A part of less than this share of the expected box's area is no sight of the target.
@@ -177,6 +185,7 @@ impl MotionDetectorParams {
         Mog2Params {
             background_distance: self.background_distance,
             match_distance: self.match_distance,
+            background_ratio: self.background_ratio,
             shadow_ratio: (self.shadow_ratio < 1.0).then_some(self.shadow_ratio),
             ..Mog2Params::default()
         }

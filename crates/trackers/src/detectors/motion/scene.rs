@@ -2,6 +2,7 @@
 
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
+use super::held::Held;
 use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
@@ -62,6 +63,7 @@ pub(super) struct Scene<P> {
     shown: Arc<Image<u8>>,
     protect: Image<u8>,
     background: Image<P>,
+    held: Held,
     boxes: Vec<BBox>,
     parts: Vec<Part>,
     finder: RegionFinder,
@@ -86,6 +88,7 @@ impl<P: Channels> Scene<P> {
             shown: Arc::new(blank()?),
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
+            held: Held::default(),
             boxes: Vec::new(),
             parts: Vec::new(),
             finder: RegionFinder::default(),
@@ -138,19 +141,22 @@ impl<P: Channels> Scene<P> {
         followed: impl Iterator<Item = BBox>,
         params: &MotionDetectorParams,
     ) -> Result<Sight, VisionError> {
+        let dt_s = if self.time_s.is_finite() { (time_s - self.time_s).max(0.0) } else { 0.0 };
         let rate = self.rate(time_s, params);
         // Everything here is in pixels of the background; a camera that shakes shifts the frame against it.
         let (dx, dy) = self.model.shift();
         self.boxes.clear();
         self.boxes.extend(followed.map(|b| b.translated(-dx, -dy)));
-        let protects = !self.boxes.is_empty() && self.mask.size() == frame.size();
+        let protects = self.mask.size() == frame.size();
         if protects {
             protect_foreground(self.mask.view(), &self.boxes, &mut self.protect)?;
+            self.held.protect(&self.mask, params.hold_s, &mut self.protect);
         }
         let learning = Learning { rate, protect: protects.then(|| self.protect.view()) };
         let report = self.model.apply(frame, &learning, &mut self.mask)?;
         self.frames += 1;
         self.clean(params)?;
+        self.held.count(&self.mask, dt_s);
         self.found.clear();
         self.ghosts.clear();
         // What follows compares the frame with the background and with the frame before, all in one exposure.
@@ -208,12 +214,15 @@ impl<P: Channels> Scene<P> {
         self.ghosts.clear();
         for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
+            let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
+            let edges = (self.outline.as_slice(), self.mask.view(), features.centroid);
+            // What moves is no ghost.
             if tells_ghosts
-                && ghostliness(&params.ghost, &self.outline, frame, self.background.view()) > params.ghost.ratio
+                && stirred < params.stirred
+                && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio
             {
                 self.ghosts.push(features.bounds);
             } else {
-                let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
                 self.found.push(Found { features, stirred, part: false });
             }
         }

@@ -5,6 +5,7 @@ mod fed;
 mod saved;
 
 use super::association::{Association, Shares};
+use super::whole;
 use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
 use crate::belief::Stamp;
@@ -219,7 +220,16 @@ impl Associating {
     fn associate(&mut self, stamp: Stamp, detections: &[Detection]) -> Result<()> {
         let claimants: Option<Vec<_>> = self.targets.iter().map(Target::claimant).collect();
         let associated = self.association.associate(&claimants.unwrap_or_default(), detections, stamp.size);
-        associated.map_err(|e| failed(stamp.index, e))
+        associated.map_err(|e| failed(stamp.index, e))?;
+        if self.knows_scene() {
+            whole::grow(&mut self.association, &mut self.targets, detections, &self.params.whole);
+        }
+        Ok(())
+    }
+
+    /// Whether the detector models the scene, so that what it finds are regions of it.
+    fn knows_scene(&self) -> bool {
+        self.detector.as_ref().is_some_and(|d| d.watches())
     }
 
     /// Phase 3: every target takes what it was given, or does without.
@@ -233,10 +243,14 @@ impl Associating {
             updated
         };
         if self.targets.iter().filter(|t| t.appearance.is_some()).count() > 1 {
-            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).try_for_each(one)
+            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).try_for_each(one)?;
         } else {
-            self.targets.iter_mut().zip(shares).try_for_each(one)
+            self.targets.iter_mut().zip(shares).try_for_each(one)?;
         }
+        if self.knows_scene() {
+            whole::count_parts(&mut self.targets, detections, &self.params.whole);
+        }
+        Ok(())
     }
 
     /// Phase 4: what is left starts candidates, candidates are confirmed, and what was not seen for long is given up.
