@@ -25,6 +25,8 @@ pursuit_parameters::parameters! {
         pub background: BackgroundKind = BackgroundKind::Mog2, source "zivkovic2006";
         /// How long the background is remembered: time constant of `mog2` and `running-average`, span of the samples of `median`.
         pub history_s: f64 = 20.0, in above(0.0).at_most(86_400.0), unit "s", source "OpenCV: 500 frames, at 25 a second";
+        /// For so long at first everything is learnt that is not followed.
+        pub learn_s: f64 = 2.0, in 0.0..=86_400.0, unit "s", source "ours";
         /// What stands out of the background is not learnt before it has done so for this long, nor while it is followed.
         pub hold_s: f64 = 5.0, in 0.0..=86_400.0, unit "s", source "ours";
         /// A pixel has changed when a channel differs by more: from the background (but of `mog2`), from the frame before.
@@ -34,7 +36,7 @@ pursuit_parameters::parameters! {
         /// Of `mog2`: squared distance, in variances, up to which a value belongs to a Gaussian.
         pub match_distance: f64 = 25.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 9";
         /// Of `mog2`: the Gaussians that together weigh this are background.
-        pub background_ratio: f64 = 0.9, in 0.0..=1.0, source "OpenCV";
+        pub background_ratio: f64 = 0.7, in 0.0..=1.0, source "ours; OpenCV: 0.9";
         /// Of `mog2`: how dark a shadow may be against the background. 1: shadows are foreground.
         pub shadow_ratio: f64 = 0.75, in above(0.0).at_most(1.0), source "ours; OpenCV: 0.5";
         /// Radius of the opening that removes noise.
@@ -56,6 +58,8 @@ pursuit_parameters::parameters! {
         pub settled_frames: usize = 5, in 1..=10_000, unit "frames", source "ours";
         /// Ghosts: background that a thing uncovers.
         pub ghost: GhostParams = GhostParams::default();
+        /// Another light on the background.
+        pub shade: ShadeParams = ShadeParams::default();
         /// Several targets in one region.
         pub grouping: GroupingParams = GroupingParams::default();
         /// What starts a target.
@@ -78,6 +82,24 @@ pursuit_parameters::parameters! {
         pub noise: f64 = 6.0, in above(0.0), unit "codes", source "ours";
         /// Edges are looked for between pixels so far to either side: a mask is seldom exact to the pixel.
         pub reach_px: usize = 2, in 1..=64, unit "px", source "ours";
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// How another light on the background is told from a thing before it: by the grain of the background, the differences between
+    /// neighbouring pixels.
+    pub struct ShadeParams {
+        /// How alike the grain of the frame must be to that of the background (the cosine of the angle between both). Above 1: nothing
+        /// is taken for another light.
+        pub alike: f64 = 0.6, in 0.0..=2.0, source "ours";
+        /// Least grain, as root mean square: what is plainer tells nothing.
+        pub grain: f64 = 3.0, in 0.0..=255.0, unit "codes", source "ours";
+        /// The side of the blocks in which it is looked for.
+        pub block: f64 = 0.02, in above(0.0).at_most(1.0), unit "frame heights", source "ours";
+        /// Least gain of the light.
+        pub darkest: f64 = 0.2, in 0.0..=1.0, source "ours";
+        /// Greatest gain of the light.
+        pub brightest: f64 = 1.8, in 1.0..=100.0, source "ours";
     }
 }
 

@@ -3,6 +3,7 @@
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
 use super::held::Held;
+use super::shade::Shade;
 use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
@@ -63,7 +64,12 @@ pub(super) struct Scene<P> {
     shown: Arc<Image<u8>>,
     protect: Image<u8>,
     background: Image<P>,
+    /// Whether the background is one.
+    known: bool,
+    shade: Shade,
     held: Held,
+    /// How long it has been looked at.
+    seen_s: f64,
     boxes: Vec<BBox>,
     parts: Vec<Part>,
     finder: RegionFinder,
@@ -88,7 +94,10 @@ impl<P: Channels> Scene<P> {
             shown: Arc::new(blank()?),
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
+            known: false,
+            shade: Shade::default(),
             held: Held::default(),
+            seen_s: 0.0,
             boxes: Vec::new(),
             parts: Vec::new(),
             finder: RegionFinder::default(),
@@ -150,13 +159,22 @@ impl<P: Channels> Scene<P> {
         let protects = self.mask.size() == frame.size();
         if protects {
             protect_foreground(self.mask.view(), &self.boxes, &mut self.protect)?;
-            self.held.protect(&self.mask, params.hold_s, &mut self.protect);
+            // At first it is not known which of two is the background: what was there first, or what stands out of it.
+            if self.seen_s > params.learn_s {
+                self.held.protect(&self.mask, params.hold_s, &mut self.protect);
+            }
         }
         let learning = Learning { rate, protect: protects.then(|| self.protect.view()) };
         let report = self.model.apply(frame, &learning, &mut self.mask)?;
         self.frames += 1;
+        self.find_background(params)?;
+        let lit = self.model.relit().unwrap_or(frame);
+        if self.known {
+            self.shade.remove(&params.shade, lit, self.background.view(), &mut self.mask);
+        }
         self.clean(params)?;
         self.held.count(&self.mask, dt_s);
+        self.seen_s += dt_s;
         self.found.clear();
         self.ghosts.clear();
         // What follows compares the frame with the background and with the frame before, all in one exposure.
@@ -205,19 +223,25 @@ impl<P: Channels> Scene<P> {
         Ok(())
     }
 
+    /// Fetches the background, where there is one and anything stands out of it.
+    fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
+        let wanted = params.background != BackgroundKind::ThreeFrame
+            && self.mask.as_slice().iter().any(|v| *v == FOREGROUND);
+        self.known = wanted && self.model.model().background(&mut self.background)?;
+        Ok(())
+    }
+
     /// Keeps what the matching rule admits, and learns ghosts.
     fn judge(&mut self, frame: ImageView<'_, P>, params: &MotionDetectorParams) -> Result<(), VisionError> {
         let ranges = params.rule.ranges(frame.size());
         let least = *ranges.area_px.start() / params.parts;
-        let known = self.model.model().background(&mut self.background)?;
-        let tells_ghosts = known && params.background != BackgroundKind::ThreeFrame;
         self.ghosts.clear();
         for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
             let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
             let edges = (self.outline.as_slice(), self.mask.view(), features.centroid);
             // What moves is no ghost.
-            if tells_ghosts
+            if self.known
                 && stirred < params.stirred
                 && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio
             {
