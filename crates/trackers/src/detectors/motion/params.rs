@@ -124,6 +124,10 @@ pursuit_parameters::parameters! {
         pub known: f64 = 0.3, in 0.0..=1.0, source "ours";
         /// A region of which more than this share lies within a target's box is a part of it, or its shadow.
         pub part: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// So is one that is smaller than this share of the box …
+        pub small: f64 = 0.35, in 0.0..=1.0, source "ours";
+        /// … and no farther from it than this.
+        pub near: f64 = 0.1, in 0.0.., unit "of the box's sides", source "ours";
         /// What the confidence in something new that does not move is worth.
         pub still: f64 = 0.49, in 0.0..=1.0, source "ours";
     }
