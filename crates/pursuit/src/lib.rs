@@ -47,7 +47,6 @@ mod trajectory_plots;
 mod view;
 
 pub use config::RunConfig;
-pub use start::StartFrom;
 pub use demo::Demo;
 pub use error::RunError;
 pub use features::{FEATURES, NO_OVERLAY};
@@ -59,6 +58,7 @@ pub use pursuit_media::View;
 pub use pursuit_tracking::{Doubt, Estimate, Recipe, TrackState, Tracker};
 pub use record::Record;
 pub use session::{Command, Outcome, Progress, Remote, Session};
+pub use start::StartFrom;
 pub use track::{Finished, Run};
 pub use view::{Resize, part_of};
 

@@ -119,7 +119,11 @@ fn main() {
         }
     }
     let (took, frames) = (run.took.as_secs_f64(), run.said.len().max(1));
-    println!("{clip} {mode} {how} {settings:?}: {}, {:.2} ms a frame", run.figures().line(), 1e3 * took / frames as f64);
+    println!(
+        "{clip} {mode} {how} {settings:?}: {}, {:.2} ms a frame",
+        run.figures().line(),
+        1e3 * took / frames as f64
+    );
 }
 
 /// What is followed, and what was said so far.

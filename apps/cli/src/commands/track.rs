@@ -219,10 +219,7 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
     writeln!(text, "tracker   {}", facts.recipe.tracker)?;
     if let ("truth", Some(frame)) = (facts.recipe.start, facts.recipe.start_frame) {
         let [left, top, width, height] = facts.recipe.boxes.first().copied().unwrap_or_default();
-        writeln!(
-            text,
-            "start     the truth's first box, in frame {frame}: {left:.1},{top:.1},{width:.1},{height:.1}"
-        )?;
+        writeln!(text, "start     the truth's first box, in frame {frame}: {left:.1},{top:.1},{width:.1},{height:.1}")?;
     }
     if let Some(depth) = &facts.input.depth {
         let pairs = &depth.pairing;

@@ -131,8 +131,12 @@ impl RunConfig {
     pub(crate) fn check_start(&self) -> Result<(), RunError> {
         let problem = match self.start {
             None => return Ok(()),
-            Some(StartFrom::Truth | StartFrom::Detector) if !self.boxes.is_empty() => "boxes start the run already; leave `--start` or `--box` out",
-            Some(StartFrom::Truth) if self.follows_all() => "the truth's box is one target; leave `--start truth` or `--many` out",
+            Some(StartFrom::Truth | StartFrom::Detector) if !self.boxes.is_empty() => {
+                "boxes start the run already; leave `--start` or `--box` out"
+            }
+            Some(StartFrom::Truth) if self.follows_all() => {
+                "the truth's box is one target; leave `--start truth` or `--many` out"
+            }
             Some(StartFrom::Truth) => return Ok(()),
             Some(StartFrom::Detector) if self.detects() => return Ok(()),
             Some(StartFrom::Detector) => "no detector is named; add one, `--detect motion`",

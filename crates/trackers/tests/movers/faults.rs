@@ -26,7 +26,7 @@ pub enum Fault {
     Slow,
     /// Two people meet, who are there from the first frame.
     Crossing,
-    /// Shadows on the floor are nearly black.
+    /// Shadows on the floor take two thirds of the light.
     Shadow,
     /// The floor reflects.
     Reflection,
@@ -77,7 +77,7 @@ impl Fault {
             Self::Stands => "person?stands=90&fps=10&duration=100",
             Self::Slow => "person?speed=0.3&stands=1&duration=30&fps=15",
             Self::Crossing => "people?count=2&duration=10",
-            Self::Shadow => "person?shadow=0.85",
+            Self::Shadow => "person?shadow=0.65",
             Self::Noise => "person?noise=9",
             Self::None
             | Self::Ramp
@@ -191,9 +191,14 @@ impl Staged {
         for y in 10..90 {
             for x in 40..150 {
                 let away = 3.0 * (2.3 * time_s + 0.05 * y as f64).sin() + 1.5 * (5.1 * time_s).sin();
-                let leaf =
-                    value_noise((x as f64 + away, y as f64), 6.0, |t| t, |i, j| lattice(i, j, self.seed.wrapping_add(9)));
-                image.row_mut(y)[x] = [(60.0 + 70.0 * leaf) as u8, (90.0 + 110.0 * leaf) as u8, (40.0 + 50.0 * leaf) as u8];
+                let leaf = value_noise(
+                    (x as f64 + away, y as f64),
+                    6.0,
+                    |t| t,
+                    |i, j| lattice(i, j, self.seed.wrapping_add(9)),
+                );
+                image.row_mut(y)[x] =
+                    [(60.0 + 70.0 * leaf) as u8, (90.0 + 110.0 * leaf) as u8, (40.0 + 50.0 * leaf) as u8];
             }
         }
         image

@@ -113,7 +113,7 @@ fn two_meet_who_were_there_first() {
 
 #[test]
 #[ignore = "release: renders and follows whole scenes"]
-fn shadows_are_nearly_black() {
+fn shadows_take_two_thirds_of_the_light() {
     holds(Fault::Shadow);
 }
 

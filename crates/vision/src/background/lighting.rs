@@ -32,7 +32,15 @@ pub struct LightingParams {
 
 impl Default for LightingParams {
     fn default() -> Self {
-        Self { changed: 0.4, explained: 0.6, replaced: 0.8, tolerance: 20, settled_frames: 5, exposure: true, shake: 0.015 }
+        Self {
+            changed: 0.4,
+            explained: 0.6,
+            replaced: 0.8,
+            tolerance: 20,
+            settled_frames: 5,
+            exposure: true,
+            shake: 0.015,
+        }
     }
 }
 

@@ -280,7 +280,8 @@ impl<P: Channels> Registration<P> {
                 }
                 let own = [row[x]];
                 let mut own = P::channels(&own).iter().enumerate();
-                let near = own.all(|(c, v)| *v >= least[c].saturating_sub(SLACK) && *v <= most[c].saturating_add(SLACK));
+                let near =
+                    own.all(|(c, v)| *v >= least[c].saturating_sub(SLACK) && *v <= most[c].saturating_add(SLACK));
                 if near {
                     *told = BACKGROUND;
                 }

@@ -14,7 +14,8 @@ mod scene;
 mod shade;
 
 pub use params::{
-    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, ShadeParams, StartParams,
+    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, ShadeParams,
+    StartParams,
 };
 
 use pursuit_tracking::motion::MotionParams;

@@ -91,9 +91,9 @@ pursuit_parameters::parameters! {
     pub struct ShadeParams {
         /// How alike the grain of the frame must be to that of the background (the cosine of the angle between both). Above 1: nothing
         /// is taken for another light.
-        pub alike: f64 = 0.6, in 0.0..=2.0, source "ours";
+        pub alike: f64 = 0.4, in 0.0..=2.0, source "ours";
         /// Least grain, as root mean square: what is plainer tells nothing.
-        pub grain: f64 = 3.0, in 0.0..=255.0, unit "codes", source "ours";
+        pub grain: f64 = 1.5, in 0.0..=255.0, unit "codes", source "ours";
         /// The side of the blocks in which it is looked for.
         pub block: f64 = 0.02, in above(0.0).at_most(1.0), unit "frame heights", source "ours";
         /// Least gain of the light.

@@ -3,12 +3,12 @@
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
 use super::held::Held;
-use super::shade::Shade;
 use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
+use super::shade::Shade;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
 use pursuit_vision::background::{
-    BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
+    BACKGROUND, BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
     TemporalMedian, ThreeFrame, Watched, learning_rate, protect_foreground,
 };
 use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
@@ -167,6 +167,8 @@ impl<P: Channels> Scene<P> {
         let learning = Learning { rate, protect: protects.then(|| self.protect.view()) };
         let report = self.model.apply(frame, &learning, &mut self.mask)?;
         self.frames += 1;
+        let out = self.mask.as_slice().iter().filter(|v| **v != BACKGROUND).count();
+        let changed = out as f64 / self.mask.size().area().max(1) as f64;
         self.find_background(params)?;
         let lit = self.model.relit().unwrap_or(frame);
         if self.known {
@@ -191,7 +193,7 @@ impl<P: Channels> Scene<P> {
             found.features.bounds = found.features.bounds.translated(dx, dy);
             found.features.centroid = Point::new(found.features.centroid.x + dx, found.features.centroid.y + dy);
         }
-        Ok(Sight { changed: report.changed, step: report.step, ghosts: self.ghosts.len() })
+        Ok(Sight { changed, step: report.step, ghosts: self.ghosts.len() })
     }
 
     /// The weight of a frame: that of a mean over all frames at first, then what the time constant says.
@@ -225,8 +227,8 @@ impl<P: Channels> Scene<P> {
 
     /// Fetches the background, where there is one and anything stands out of it.
     fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
-        let wanted = params.background != BackgroundKind::ThreeFrame
-            && self.mask.as_slice().iter().any(|v| *v == FOREGROUND);
+        let wanted =
+            params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().iter().any(|v| *v == FOREGROUND);
         self.known = wanted && self.model.model().background(&mut self.background)?;
         Ok(())
     }

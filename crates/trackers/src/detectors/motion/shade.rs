@@ -126,7 +126,8 @@ mod tests {
 
     fn left_of(frame: &Image<u8>, background: &Image<u8>) -> usize {
         let mut mask =
-            Image::from_fn(96, 64, |x, y| if (20..70).contains(&x) && (10..50).contains(&y) { 255 } else { 0 }).unwrap();
+            Image::from_fn(96, 64, |x, y| if (20..70).contains(&x) && (10..50).contains(&y) { 255 } else { 0 })
+                .unwrap();
         Shade::default().remove(&ShadeParams::default(), frame.view(), background.view(), &mut mask);
         mask.as_slice().iter().filter(|v| **v != 0).count()
     }

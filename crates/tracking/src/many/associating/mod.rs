@@ -5,8 +5,8 @@ mod fed;
 mod saved;
 
 use super::association::{Association, Shares};
-use super::whole;
 use super::target::{Sighting, Standing, Target, View, failed};
+use super::whole;
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
 use crate::belief::Stamp;
 use crate::motion::CameraShift;
