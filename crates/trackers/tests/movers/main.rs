@@ -41,11 +41,11 @@ fn followed(fault: Fault, seed: u64, one: bool) -> Figures {
     figures
 }
 
-/// Over three seeds: at most 2 % of what is told stares, at least 85 % is followed, and nobody has more than one id too many.
+/// Over two seeds: at most 2 % of what is told stares, at least 85 % is followed, and nobody has more than one id too many.
 fn holds(fault: Fault) {
     for one in [true, false] {
         let (mut told, mut stares, mut truth, mut covered) = (0, 0, 0, 0);
-        for seed in 11..14 {
+        for seed in 11..13 {
             let figures = followed(fault, seed, one);
             println!("{} {seed} one={one}: {}", fault.name(), figures.line());
             assert!(figures.ids.len() <= fault.people() + 1, "{fault:?} {seed}: {}", figures.line());
