@@ -169,6 +169,15 @@ impl<P: Channels> Registration<P> {
         let known = (whole(before.0), whole(before.1));
         let known = (known, self.cost(frame, known));
         let mut best = self.descended(frame, if known.1 < STEP * none.1 { known } else { none });
+        // A descent ends in front of the next edge: it sets out from all around as well.
+        for from in [(-3, 0), (3, 0), (0, -3), (0, 3), (-3, -3), (3, -3), (-3, 3), (3, 3)] {
+            let from: (isize, isize) = from;
+            if best.0 != (0, 0) || best.1 > 1.1 * self.usual {
+                let at = (from.0.clamp(-self.reach, self.reach), from.1.clamp(-self.reach, self.reach));
+                let other = self.descended(frame, (at, self.cost(frame, at)));
+                best = if other.1 < STEP * best.1 { other } else { best };
+            }
+        }
         if best.1 > 1.3 * self.usual + 1.0 {
             // Too far for a descent: edges are narrow.
             for dy in (-self.reach..=self.reach).step_by(2) {
