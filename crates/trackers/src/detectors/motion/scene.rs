@@ -227,8 +227,7 @@ impl<P: Channels> Scene<P> {
 
     /// Fetches the background, where there is one and anything stands out of it.
     fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
-        let wanted =
-            params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().iter().any(|v| *v == FOREGROUND);
+        let wanted = params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().contains(&FOREGROUND);
         self.known = wanted && self.model.model().background(&mut self.background)?;
         Ok(())
     }
