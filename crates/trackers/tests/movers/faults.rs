@@ -40,6 +40,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
+    #[allow(dead_code, reason = "the tests name each")]
     pub const ALL: &[Self] = &[
         Self::None,
         Self::Ramp,
