@@ -1,6 +1,6 @@
 use crate::convert::{gray_to_rgb, rgb_to_gray, stretch};
 use crate::shared::check_size;
-use crate::{CameraPose, Image, ImageView, Pixels, Result, Rgb8, SharedImage};
+use crate::{CameraPose, Image, ImageView, ImagingError, Pixels, Result, Rgb8, SharedImage};
 use pursuit_geometry::Size;
 use std::sync::{Arc, OnceLock};
 
@@ -28,6 +28,7 @@ pub struct Frame {
     camera: Option<CameraPose>,
     pixels: Pixels,
     depth_mm: Option<SharedImage<u16>>,
+    foreground: Option<Arc<Image<u8>>>,
     derived: Arc<Derived>,
 }
 
@@ -43,7 +44,7 @@ impl Frame {
     /// [`Image`], a [`SharedImage`] or a [`Yuv420`](crate::Yuv420).
     pub fn new(index: u64, time_s: f64, pixels: impl Into<Pixels>) -> Self {
         let (pixels, derived) = (pixels.into(), Arc::default());
-        Self { index, time_s, camera: None, pixels, depth_mm: None, derived }
+        Self { index, time_s, camera: None, pixels, depth_mm: None, foreground: None, derived }
     }
 
     /// The same frame with a depth image in millimetres (0 = no data), registered to the colour image.
@@ -54,6 +55,19 @@ impl Frame {
         let depth_mm = depth_mm.into();
         check_size(&depth_mm, self.size())?;
         self.depth_mm = Some(depth_mm);
+        Ok(self)
+    }
+
+    /// The same frame with what stands out of the scene: 255 where something does, else 0. Whoever models the scene says it once for
+    /// all who look at the frame.
+    ///
+    /// # Errors
+    /// [`ImagingError::Registration`](crate::ImagingError::Registration) unless it has the frame's size.
+    pub fn with_foreground(mut self, foreground: Arc<Image<u8>>) -> Result<Self> {
+        if foreground.size() != self.size() {
+            return Err(ImagingError::Registration { found: foreground.size(), wanted: self.size() });
+        }
+        self.foreground = Some(foreground);
         Ok(self)
     }
 
@@ -124,6 +138,11 @@ impl Frame {
         self.depth_mm.as_ref().map(SharedImage::view)
     }
 
+    /// What stands out of the scene, 255, and what does not, 0, where somebody who models the scene has said so.
+    pub fn foreground(&self) -> Option<ImageView<'_, u8>> {
+        self.foreground.as_ref().map(|image| image.view())
+    }
+
     /// 16-bit grey as delivered, where the source is 16-bit.
     pub fn gray16(&self) -> Option<ImageView<'_, u16>> {
         match &self.pixels {
@@ -182,7 +201,7 @@ impl std::fmt::Debug for Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ColorMatrix, ColorRange, ImagingError, Lens, Yuv420};
+    use crate::{ColorMatrix, ColorRange, Lens, Yuv420};
 
     fn gray(width: usize, height: usize) -> Image<u8> {
         Image::from_fn(width, height, |x, y| (x + 10 * y) as u8).unwrap()
@@ -261,6 +280,19 @@ mod tests {
         assert_eq!((seen.row(3)[3], seen.row(0).as_ptr()), (900, depth.view().row(0).as_ptr()));
         assert_eq!(frame.undecorated().depth_mm().unwrap().row(0).as_ptr(), depth.view().row(0).as_ptr());
         assert_eq!(frame.source_bytes(), 16 + 32);
+    }
+
+    #[test]
+    fn foreground_must_fit_and_is_shared() {
+        let frame = Frame::new(0, 0.0, gray(4, 4));
+        assert!(frame.foreground().is_none());
+        let wrong = frame.clone().with_foreground(Arc::new(gray(4, 3)));
+        assert_eq!(wrong.unwrap_err(), ImagingError::Registration { found: Size::new(4, 3), wanted: Size::new(4, 4) });
+        let mask = Arc::new(Image::from_fn(4, 4, |x, _| if x == 2 { 255 } else { 0 }).unwrap());
+        let seen = frame.clone().with_foreground(mask.clone()).unwrap();
+        assert_eq!(seen.foreground().unwrap().row(3), [0, 0, 255, 0]);
+        assert_eq!(seen.clone().foreground().unwrap().row(0).as_ptr(), mask.row(0).as_ptr());
+        assert_eq!(seen.gray().row(0).as_ptr(), frame.gray().row(0).as_ptr(), "the pixels are the same");
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `pursuit demo`: a table-tennis rally made on the spot, tracked, drawn and measured against its own truth.
 
 use crate::session::{Progress, Remote};
-use crate::start::Preference;
 use crate::{Fetched, Finished, Run, RunConfig, RunError};
 use pursuit_media::OpenOptions;
 use pursuit_parameters::{merge, nested};
@@ -26,7 +25,7 @@ impl Demo {
             parameters,
             ..RunConfig::default()
         };
-        Ok(Self(Run::prepare_with(config, None, Fetched::default(), &OpenOptions::default(), Preference::Detector)?))
+        Ok(Self(Run::prepare_with(config, None, Fetched::default(), &OpenOptions::default())?))
     }
 
     /// How many frames there will be.

@@ -58,6 +58,7 @@ pub use pursuit_media::View;
 pub use pursuit_tracking::{Doubt, Estimate, Recipe, TrackState, Tracker};
 pub use record::Record;
 pub use session::{Command, Outcome, Progress, Remote, Session};
+pub use start::StartFrom;
 pub use track::{Finished, Run};
 pub use view::{Resize, part_of};
 

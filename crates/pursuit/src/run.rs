@@ -112,6 +112,11 @@ impl StreamFacts {
 pub struct RecipeFacts {
     /// Its name.
     pub tracker: String,
+    /// What it starts from: `box`, `truth` (the first box of the truth that came with the input) or `detector`.
+    pub start: &'static str,
+    /// The frame in which it starts, where it does not wait for a detector.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_frame: Option<u64>,
     /// Every parameter with its value.
     pub parameters: toml::Table,
     /// The detector that starts it, where one does.

@@ -13,11 +13,14 @@ use pursuit_tracking::many::{Acquiring, Associating, TargetSet};
 /// What stands for the detector in `run.json` where a file says what is found.
 const FROM_FILE: &str = "detections";
 
-/// What starts a run that has both the truth's first box and a detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Preference {
-    Truth,
-    Detector,
+pursuit_parameters::choices! {
+    /// What a run may be told to start from, where it is given no box.
+    pub enum StartFrom {
+        /// The truth's first box.
+        Truth = "truth",
+        /// What the detector finds.
+        Detector = "detector",
+    }
 }
 
 /// How a run gets its first targets.
@@ -25,19 +28,18 @@ pub(crate) enum Preference {
 pub(crate) enum Start {
     /// In the frame of this number.
     Boxes(Vec<BBox>, u64),
+    /// The truth's first box, in the frame of this number.
+    Truth(BBox, u64),
     Detector,
     Many(Vec<BBox>),
 }
 
 impl Start {
-    /// Boxes given, else the truth's first box from the first frame on, else the detector. Where everything that the detector
-    /// finds is followed, the truth's box says nothing.
-    pub fn choose(
-        config: &RunConfig,
-        truth: Option<&[Truth]>,
-        prefer: Preference,
-        input: &str,
-    ) -> Result<Self, RunError> {
+    /// Boxes given, else the detector where there is one, else the truth's first box from the first frame on; that one before the
+    /// detector where the configuration asks for it.
+    pub fn choose(config: &RunConfig, truth: Option<&[Truth]>, input: &str) -> Result<Self, RunError> {
+        let by_truth = config.start == Some(StartFrom::Truth);
+        config.check_start()?;
         let (boxes, detector) = (config.start_boxes(), config.detects());
         if config.follows_all() {
             return Ok(Self::Many(boxes));
@@ -49,7 +51,10 @@ impl Start {
         // A target that is not there yet is followed from when it comes.
         let known = (0..).zip(truth.unwrap_or_default()).skip_while(|(frame, _)| *frame < from);
         match known.into_iter().find_map(|(frame, truth)| Some((frame, truth.bbox()?))) {
-            Some((frame, bbox)) if prefer == Preference::Truth || !detector => Ok(Self::Boxes(vec![bbox], frame)),
+            Some((frame, bbox)) if by_truth || !detector => Ok(Self::Truth(bbox, frame)),
+            None if by_truth => Err(RunError::usage(format!(
+                "no truth came with {input} that has a box from frame {from} on; leave `--start truth` out, or put it beside the input"
+            ))),
             _ if detector => Ok(Self::Detector),
             _ => Err(RunError::usage(format!(
                 "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
@@ -61,13 +66,24 @@ impl Start {
     pub fn recipe_facts(&self, config: &RunConfig, methods: &Methods) -> Result<RecipeFacts, RunError> {
         let boxes = match self {
             Self::Boxes(boxes, _) | Self::Many(boxes) => boxes.as_slice(),
+            Self::Truth(bbox, _) => std::slice::from_ref(bbox),
             Self::Detector => &[],
         };
-        let detects = !matches!(self, Self::Boxes(..));
+        let detects = !matches!(self, Self::Boxes(..) | Self::Truth(..));
         let acquire = matches!(self, Self::Detector).then(|| methods.acquire.to_table(ACQUIRE_PREFIX));
         let many = matches!(self, Self::Many(_)).then(|| methods.many.to_table(MANY_PREFIX));
         Ok(RecipeFacts {
             tracker: methods.recipe.name().to_owned(),
+            start: match self {
+                Self::Boxes(..) => "box",
+                Self::Truth(..) => "truth",
+                Self::Many(boxes) if !boxes.is_empty() => "box",
+                Self::Many(_) | Self::Detector => "detector",
+            },
+            start_frame: match self {
+                Self::Boxes(_, frame) | Self::Truth(_, frame) => Some(*frame),
+                Self::Many(_) | Self::Detector => None,
+            },
             parameters: methods.recipe.parameters()?,
             detector: config
                 .detect
@@ -93,6 +109,7 @@ impl Start {
                 session.following(Box::new(targets)).starting_on(boxes)
             }
             (Self::Boxes(boxes, frame), _) => session.starting_at(frame, boxes),
+            (Self::Truth(bbox, frame), _) => session.starting_at(frame, vec![bbox]),
             (Self::Many(boxes), None) => session.starting_on(boxes),
             // Nothing starts by a detector that is not there.
             (Self::Detector, None) => session,
@@ -108,5 +125,51 @@ impl Start {
             _ => Box::new(TargetSet::restore(state, &recipe_of)?),
         };
         Ok(session.continuing(targets, !matches!(self, Self::Many(_))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(text: &str, truth: Option<&[Truth]>) -> Result<Start, String> {
+        let config: RunConfig = toml::from_str(text).unwrap();
+        Start::choose(&config, truth, "clip.mp4").map_err(|e| e.to_string())
+    }
+
+    fn truth() -> [Truth; 2] {
+        [Truth::Absent, Truth::Visible(BBox::from_ltwh(1.0, 2.0, 12.0, 62.0))]
+    }
+
+    #[test]
+    fn a_detector_named_starts_though_there_is_truth() {
+        assert_eq!(chosen("detect = 'motion'", Some(&truth())), Ok(Start::Detector));
+        assert_eq!(chosen("detect = 'motion'\nstart = 'detector'", Some(&truth())), Ok(Start::Detector));
+        assert_eq!(chosen("detect = 'motion'\nmany = true", Some(&truth())), Ok(Start::Many(Vec::new())));
+    }
+
+    #[test]
+    fn truth_starts_when_asked_or_alone() {
+        let first = Start::Truth(BBox::from_ltwh(1.0, 2.0, 12.0, 62.0), 1);
+        for text in ["detect = 'motion'\nstart = 'truth'", "start = 'truth'", ""] {
+            assert_eq!(chosen(text, Some(&truth())), Ok(first.clone()), "{text}");
+        }
+        let given = chosen("boxes = [[5, 6, 7, 8]]\ndetect = 'motion'", Some(&truth()));
+        assert_eq!(given, Ok(Start::Boxes(vec![BBox::from_ltwh(5.0, 6.0, 7.0, 8.0)], 0)));
+    }
+
+    #[test]
+    fn what_is_not_there_starts_nothing() {
+        for (text, truth, says) in [
+            ("start = 'truth'", None, "no truth came with clip.mp4"),
+            ("detect = 'motion'\nstart = 'truth'", Some(&[Truth::Absent][..]), "no truth came with clip.mp4"),
+            ("detect = 'motion'\nmany = true\nstart = 'truth'", None, "leave `--start truth` or `--many` out"),
+            ("boxes = [[5, 6, 7, 8]]\nstart = 'truth'", None, "leave `--start` or `--box` out"),
+            ("start = 'detector'", None, "no detector is named"),
+            ("", None, "nothing to track in clip.mp4"),
+        ] {
+            let error = chosen(text, truth).unwrap_err();
+            assert!(error.contains(says), "{text}: {error}");
+        }
     }
 }

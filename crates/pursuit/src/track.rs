@@ -8,7 +8,7 @@ use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, Sta
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
-use crate::start::{Preference, Start};
+use crate::start::Start;
 use crate::{Fetched, RunError, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
 use pursuit_imaging::{CameraPose, ImageView};
@@ -56,7 +56,7 @@ impl Run {
     /// # Errors
     /// Wrong usage, an input that cannot be read, files in the way.
     pub fn prepare(config: RunConfig, options: &OpenOptions) -> Result<Self, RunError> {
-        Self::prepare_with(config, None, Fetched::default(), options, Preference::Truth)
+        Self::prepare_with(config, None, Fetched::default(), options)
     }
 
     /// As [`prepare`](Self::prepare), of frames that the program has ([`frames`](crate::frames)) in place of an input that the
@@ -69,7 +69,7 @@ impl Run {
             return Err(RunError::usage(format!("the frames are given; leave the input {input} out")));
         }
         let config = RunConfig { input: Some(source.info().name.clone().into()), ..config };
-        Self::prepare_with(config, Some(source), Fetched::default(), options, Preference::Truth)
+        Self::prepare_with(config, Some(source), Fetched::default(), options)
     }
 
     /// As [`prepare`](Self::prepare), of an input that something else has read from where it is.
@@ -77,7 +77,7 @@ impl Run {
     /// # Errors
     /// As [`prepare`](Self::prepare); messages may name the copy.
     pub fn prepare_fetched(config: RunConfig, fetched: Fetched, options: &OpenOptions) -> Result<Self, RunError> {
-        Self::prepare_with(config, None, fetched, options, Preference::Truth)
+        Self::prepare_with(config, None, fetched, options)
     }
 
     pub(crate) fn prepare_with(
@@ -85,7 +85,6 @@ impl Run {
         given: Option<Box<dyn Source>>,
         fetched: Fetched,
         options: &OpenOptions,
-        prefer: Preference,
     ) -> Result<Self, RunError> {
         let Some(name) = &config.input else {
             return Err(RunError::usage("no input; name a video, a folder of images, a camera or `scene:NAME`"));
@@ -100,7 +99,7 @@ impl Run {
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, stats } =
             input::open((name, given), &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
-        let start = Start::choose(&config, info.truth.as_deref(), prefer, &info.name)?;
+        let start = Start::choose(&config, info.truth.as_deref(), &info.name)?;
         let recipe = start.recipe_facts(&config, &methods)?;
         let session = Session::new(source, methods.recipe.boxed_clone());
         let session = match &earlier {

@@ -2,24 +2,26 @@
 //!
 //!     cargo run --profile suite -p pursuit-trackers --example movers -- CLIP TRUTH one|many [VARY] [KEY=VALUE …]
 //!
-//! TRUTH is `frame,x,y,w,h` with a title line (no line: nobody is there), or a MOT ground truth (`.txt`, frames from 1). VARY is
+//! CLIP is a file, or `fault:NAME`, a scene in which one thing leads a background astray (`tests/movers/faults.rs`); TRUTH is then its seed.
+//! Else TRUTH is `frame,x,y,w,h` with a title line (no line: nobody is there), or a MOT ground truth (`.txt`, frames from 1). VARY is
 //! one of the changes of [`vary`]; settings are those of the detector, `many.KEY` and `acquire.KEY` those of what follows.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "an instrument for developers may panic")]
 
+#[path = "../tests/movers/faults.rs"]
+mod faults;
+#[path = "../tests/movers/figures.rs"]
+mod figures;
+
+use faults::{Fault, Staged};
+use figures::{Figures, Truth};
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_media::{OpenOptions, open};
 use pursuit_parameters::Parameters;
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
-use pursuit_tracking::{MultiTracker, Track, TrackState};
-use std::collections::{BTreeMap, BTreeSet};
+use pursuit_tracking::{MultiTracker, Track};
 use std::time::{Duration, Instant};
-
-type Truth = BTreeMap<u64, Vec<BBox>>;
-
-/// Frames this near to somebody's coming or going are open: nobody is sure whether there is somebody.
-const OPEN: u64 = 6;
 
 fn truth(path: &str) -> Truth {
     let text = std::fs::read_to_string(path).unwrap();
@@ -89,45 +91,6 @@ fn targets(mode: &str, settings: &[String]) -> Box<dyn MultiTracker> {
     Box::new(Acquiring::new(detector, recipe, params).unwrap())
 }
 
-#[derive(Default)]
-struct Figures {
-    /// Boxes told as tracked, those of them in frames that are sure, and those that touch nobody (IoU < .1).
-    told: usize,
-    stares: usize,
-    /// Boxes of the truth, those with a told box of IoU ≥ .5, and the sum of the best overlaps.
-    truth: usize,
-    covered: usize,
-    overlap: f64,
-    ids: BTreeSet<u64>,
-}
-
-impl Figures {
-    fn count(&mut self, k: u64, tracks: &[Track], truth: &Truth, one: bool) {
-        let empty = Vec::new();
-        let here = truth.get(&k).unwrap_or(&empty);
-        let seen = tracks.iter().filter_map(|t| Some((t.id.0, t.estimate.as_ref()?)));
-        let said: Vec<_> = seen.filter(|(_, e)| e.state == TrackState::Tracking).map(|(id, e)| (id, e.bbox)).collect();
-        let near: Vec<&BBox> = (k.saturating_sub(OPEN)..=k + OPEN).filter_map(|k| truth.get(&k)).flatten().collect();
-        for (id, bbox) in &said {
-            self.told += 1;
-            self.ids.insert(*id);
-            self.stares += usize::from(near.iter().all(|t| t.iou(bbox) < 0.1));
-        }
-        let best = |t: &BBox| said.iter().map(|(_, b)| b.iou(t)).fold(0.0, f64::max);
-        let overlaps: Vec<f64> = here.iter().map(best).collect();
-        if one && !overlaps.is_empty() {
-            // Which one is followed is not ours to say.
-            let best = overlaps.iter().copied().fold(0.0, f64::max);
-            (self.truth, self.covered, self.overlap) =
-                (self.truth + 1, self.covered + usize::from(best >= 0.5), self.overlap + best);
-        } else {
-            self.truth += overlaps.len();
-            self.covered += overlaps.iter().filter(|o| **o >= 0.5).count();
-            self.overlap += overlaps.iter().sum::<f64>();
-        }
-    }
-}
-
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [clip, truth_path, mode, rest @ ..] = args.as_slice() else {
@@ -136,35 +99,64 @@ fn main() {
     let (settings, how): (Vec<String>, Vec<String>) = rest.iter().cloned().partition(|s| s.contains('='));
     let verbose = how.iter().any(|h| h == "verbose");
     let how = how.iter().find(|h| *h != "verbose").map_or("none", String::as_str);
-    let truth = truth(truth_path);
-    let mut targets = targets(mode, &settings);
-    let mut source = open(clip, &OpenOptions { default_fps: 25.0, ..OpenOptions::default() }).unwrap();
-    let (mut figures, mut first, mut tracks, mut took, mut frames) =
-        (Figures::default(), None, Vec::new(), Duration::ZERO, 0u32);
-    while let Some(frame) = source.next_frame().unwrap() {
-        let frame = vary(frame, how, &mut first);
+    let truth = if clip.starts_with("fault:") { Truth::new() } else { truth(truth_path) };
+    let targets = Some(targets(mode, &settings));
+    let mut run = Run { targets, truth: truth.clone(), seen: truth, one: mode != "many", verbose, ..Run::default() };
+    if let Some(scene) = clip.strip_prefix("fault:") {
+        let fault = *Fault::ALL.iter().find(|f| f.name() == scene).expect("no such fault");
+        let staged = Staged::new(fault, truth_path.parse().unwrap());
+        for k in 0..staged.frames() {
+            let moment = staged.moment(k);
+            run.seen.insert(k, moment.seen);
+            run.truth.insert(k, moment.half_seen);
+            run.look(&moment.frame);
+        }
+    } else {
+        let mut first = None;
+        let mut source = open(clip, &OpenOptions { default_fps: 25.0, ..OpenOptions::from_env() }).unwrap();
+        while let Some(frame) = source.next_frame().unwrap() {
+            run.look(&vary(frame, how, &mut first));
+        }
+    }
+    let (took, frames) = (run.took.as_secs_f64(), run.said.len().max(1));
+    println!(
+        "{clip} {mode} {how} {settings:?}: {}, {:.2} ms a frame",
+        run.figures().line(),
+        1e3 * took / frames as f64
+    );
+}
+
+/// What is followed, and what was said so far.
+#[derive(Default)]
+struct Run {
+    targets: Option<Box<dyn MultiTracker>>,
+    truth: Truth,
+    seen: Truth,
+    one: bool,
+    verbose: bool,
+    said: Vec<(u64, Vec<Track>)>,
+    took: Duration,
+}
+
+impl Run {
+    fn look(&mut self, frame: &Frame) {
+        let mut tracks = Vec::new();
         let _ = frame.color();
         let began = Instant::now();
-        targets.step(&frame, &mut tracks).unwrap();
-        took += began.elapsed();
-        frames += 1;
-        if verbose {
-            for t in &tracks {
-                let Some(e) = &t.estimate else { continue };
-                let foreground = e.diagnostics.get("foreground").unwrap_or(0.0);
-                println!("{} {} {:?} {:?} {:.2} {foreground:.3}", frame.index(), t.id, e.state, e.bbox.ltwh(), e.score);
-            }
+        self.targets.as_mut().unwrap().step(frame, &mut tracks).unwrap();
+        self.took += began.elapsed();
+        for (track, e) in tracks.iter().filter(|_| self.verbose).filter_map(|t| Some((t, t.estimate.as_ref()?))) {
+            let foreground = e.diagnostics.get("foreground").unwrap_or(0.0);
+            println!("{} {} {:?} {:?} {:.2} {foreground:.3}", frame.index(), track.id, e.state, e.bbox.ltwh(), e.score);
         }
-        figures.count(frame.index(), &tracks, &truth, mode != "many");
+        self.said.push((frame.index(), tracks));
     }
-    let Figures { told, stares, truth, covered, overlap, ids } = figures;
-    let share = |a: f64, n: usize| a / n.max(1) as f64;
-    println!(
-        "{mode} {how} {settings:?}: told {told}, stares {stares} ({:.1} %), coverage {:.1} % of {truth}, mean overlap {:.3}, ids {}, {:.2} ms a frame",
-        100.0 * share(stares as f64, told),
-        100.0 * share(covered as f64, truth),
-        share(overlap, truth),
-        ids.len(),
-        1e3 * took.as_secs_f64() / f64::from(frames.max(1)),
-    );
+
+    fn figures(&self) -> Figures {
+        let mut figures = Figures::default();
+        for (k, tracks) in &self.said {
+            figures.count(*k, tracks, (&self.seen, &self.truth), self.one);
+        }
+        figures
+    }
 }

@@ -10,7 +10,7 @@
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Class, Diagnostics, Result};
 use pursuit_geometry::BBox;
-use pursuit_imaging::Frame;
+use pursuit_imaging::{Frame, Image};
 use std::sync::Arc;
 
 /// What the motion model expects before the frame is looked at.
@@ -70,6 +70,12 @@ pub trait Detector: Send {
 
     /// Share of `bbox` that stood out of the scene in the frame seen last, in `[0, 1]`; `None` where it does not know the scene.
     fn standing_out(&self, _bbox: &BBox) -> Option<f64> {
+        None
+    }
+
+    /// What stood out of the scene in the frame seen last: 255, else 0; `None` where it does not know the scene. Trackers of what it
+    /// finds are shown it with the frame ([`Frame::foreground`]), so that nobody needs a background of its own.
+    fn foreground(&mut self) -> Option<Arc<Image<u8>>> {
         None
     }
 

@@ -170,6 +170,10 @@ pub struct Track {
     /// Detector that finds the target when no box is given
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,
+    /// What starts the run without a box: `detector`, the default where one is named, or `truth`, the first box of the truth that
+    /// came with the input [default without a detector: the truth]
+    #[arg(long, value_name = "WHAT", value_parser = ["truth", "detector"])]
+    pub start: Option<String>,
     /// Take what is detected from this file (MOT, KITTI, COCO or JSON lines; for YOLO a folder), and follow all of it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["detect"])]
     pub detections: Option<PathBuf>,

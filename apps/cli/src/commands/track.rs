@@ -6,7 +6,7 @@ use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::sinks::OverlayStyle;
-use pursuit::{Finished, Run, RunConfig, RunError};
+use pursuit::{Finished, Run, RunConfig, RunError, StartFrom};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -128,6 +128,7 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
         tracker: args.tracker.clone(),
         detect: args.detect.clone(),
+        start: StartFrom::ALL.iter().copied().find(|s| args.start.as_deref() == Some(s.as_str())),
         detections: args.detections.clone(),
         many: flag(args.many, true),
         out: args.out.clone(),
@@ -216,6 +217,10 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
         facts.input.name, facts.frame_count, facts.input.width, facts.input.height, facts.status
     )?;
     writeln!(text, "tracker   {}", facts.recipe.tracker)?;
+    if let ("truth", Some(frame)) = (facts.recipe.start, facts.recipe.start_frame) {
+        let [left, top, width, height] = facts.recipe.boxes.first().copied().unwrap_or_default();
+        writeln!(text, "start     the truth's first box, in frame {frame}: {left:.1},{top:.1},{width:.1},{height:.1}")?;
+    }
     if let Some(depth) = &facts.input.depth {
         let pairs = &depth.pairing;
         let moved = if depth.registered { ", moved into the picture" } else { "" };

@@ -13,6 +13,7 @@ use crate::associate::FileDetector;
 use crate::config::options::options;
 use crate::publish::PublishOptions;
 use crate::sinks::OverlayStyle;
+use crate::start::StartFrom;
 use crate::{Resize, RunError};
 use pursuit_address::Locator;
 use pursuit_geometry::BBox;
@@ -48,6 +49,9 @@ options! {
         pub tracker: Option<String>,
         /// Name of the detector that finds the target when no box is given.
         pub detect: Option<String>,
+        /// What starts the run where no box is given: `detector`, which is the default where there is one, or `truth`, the first box
+        /// of the truth that came with the input.
+        pub start: Option<StartFrom>,
         /// File of detections, which takes the place of a detector: what it says of a frame is found there.
         pub detections: Option<PathBuf>,
         /// Whether everything that the detector finds is followed, not one target; where detections come from a file it is, unless
@@ -121,6 +125,23 @@ impl RunConfig {
     /// Whether something finds targets.
     pub(crate) const fn detects(&self) -> bool {
         self.detect.is_some() || self.detections.is_some()
+    }
+
+    /// Whether what the run is told to start from is there to start from.
+    pub(crate) fn check_start(&self) -> Result<(), RunError> {
+        let problem = match self.start {
+            None => return Ok(()),
+            Some(StartFrom::Truth | StartFrom::Detector) if !self.boxes.is_empty() => {
+                "boxes start the run already; leave `--start` or `--box` out"
+            }
+            Some(StartFrom::Truth) if self.follows_all() => {
+                "the truth's box is one target; leave `--start truth` or `--many` out"
+            }
+            Some(StartFrom::Truth) => return Ok(()),
+            Some(StartFrom::Detector) if self.detects() => return Ok(()),
+            Some(StartFrom::Detector) => "no detector is named; add one, `--detect motion`",
+        };
+        Err(RunError::usage(problem))
     }
 
     /// The boxes to start from.

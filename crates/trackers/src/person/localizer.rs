@@ -3,7 +3,7 @@ use super::backdrop::{Backdrop, BackdropParams};
 use crate::correlation::{CorrelationFigures, CorrelationLocalizer, ResponsePeak};
 use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
-use pursuit_imaging::{Frame, Image};
+use pursuit_imaging::{Frame, Image, ImageView};
 use pursuit_tracking::{Figure, Figures, Localizer, LocalizerRecipe, Measurement, Outcome, Result, Search, ViewSize};
 use pursuit_vision::PixelWindow;
 use pursuit_vision::background::learning_rate;
@@ -15,7 +15,10 @@ use serde::{Deserialize, Serialize};
 pub struct PersonLocalizer {
     params: BackdropParams,
     appearance: CorrelationLocalizer,
-    backdrop: Backdrop,
+    /// What it knows of the background where nobody shows it what stands out ([`Frame::foreground`]).
+    backdrop: Option<Backdrop>,
+    /// Whether the person stood out of a background that somebody else knows.
+    stood_out: bool,
     /// Time of the last frame, seconds.
     time_s: f64,
     #[serde(skip)]
@@ -56,15 +59,31 @@ impl PersonLocalizer {
     /// # Errors
     /// When the frame lacks what the method needs.
     pub fn new(params: &PersonParams, frame: &Frame, bbox: BBox) -> Result<Self> {
-        let mut backdrop = Backdrop::new(frame);
-        backdrop.learn(frame, &about(&bbox, params.backdrop.margin), 1.0);
-        Ok(Self {
+        let mut new = Self {
             params: params.backdrop.clone(),
             appearance: params.appearance.localizer(frame, bbox)?,
-            backdrop,
+            backdrop: None,
+            stood_out: false,
             time_s: frame.time_s(),
             scratch: Scratch::default(),
-        })
+        };
+        new.learn_scene(frame, &bbox, 1.0);
+        Ok(new)
+    }
+
+    /// Learns a background where nobody else knows one; `rate` is the weight of this frame.
+    fn learn_scene(&mut self, frame: &Frame, bbox: &BBox, rate: f64) {
+        if let Some(mask) = frame.foreground() {
+            self.backdrop = None;
+            self.stood_out |= share(mask, bbox).is_some_and(|fill| fill >= self.params.even);
+            return;
+        }
+        let keep = about(bbox, self.params.margin);
+        match &mut self.backdrop {
+            Some(backdrop) if backdrop.fits(frame) => backdrop.learn(frame, &keep, rate),
+            Some(_) => {}
+            none => none.insert(Backdrop::new(frame)).learn(frame, &keep, 1.0),
+        }
     }
 
     /// What stands out about `expected`; `None` where the background is not known well enough, or moves.
@@ -73,34 +92,39 @@ impl PersonLocalizer {
         let around = about(expected, params.reach);
         let window = PixelWindow::of(&around, frame.size())?;
         let inner = PixelWindow::of(expected, frame.size())?;
-        let gain = (self.backdrop.gain(params, frame, &around) * 256.0).round().clamp(1.0, 4096.0) as i32;
-        let threshold = params.threshold as i32;
         let mask = match &mut self.scratch.mask {
             Some(mask) => mask,
             none => none.insert(Image::filled(1, 1, 0).ok()?),
         };
-        mask.resize_for_overwrite(pursuit_geometry::Size::new(window.width, window.height), 0).ok()?;
+        mask.resize_for_overwrite(window.size(), 0).ok()?;
+        match (frame.foreground(), &self.backdrop) {
+            (Some(told), _) => (0..window.height).for_each(|y| {
+                mask.row_mut(y).copy_from_slice(&told.row(window.y + y)[window.x..window.x + window.width]);
+            }),
+            (None, Some(backdrop)) if backdrop.fits(frame) => {
+                let gain = (backdrop.gain(params, frame, &around) * 256.0).round().clamp(1.0, 4096.0) as i32;
+                mark(backdrop, frame, &window, gain, params.threshold as i32, mask);
+            }
+            (None, _) => return None,
+        }
         let (mut inside, mut outside) = (Tally::default(), Tally::default());
         for y in 0..window.height {
-            let row = self.backdrop.row(frame, window.y + y);
             let within_rows = (inner.y..inner.y + inner.height).contains(&(window.y + y));
             for (x, code) in mask.row_mut(y).iter_mut().enumerate() {
-                let within = within_rows && (inner.x..inner.x + inner.width).contains(&(window.x + x));
-                let out = self.backdrop.stands_out(row, window.x + x, window.y + y, gain, threshold);
-                if within {
-                    inside.count(out)
+                if within_rows && (inner.x..inner.x + inner.width).contains(&(window.x + x)) {
+                    inside.count(*code);
                 } else {
-                    outside.count(out)
+                    outside.count(*code);
+                    // What nobody knows belongs to the person only where the person is expected.
+                    *code = if *code == UNKNOWN { 0 } else { *code };
                 }
-                *code = match out {
-                    Some(true) => OUT,
-                    None if within => UNKNOWN,
-                    _ => 0,
-                };
             }
         }
         let told = inside.known() >= params.least_known && outside.out() <= params.most_around;
-        told.then(|| Outline { bbox: self.rectangle(expected, &window), fill: inside.out() })
+        let fill = inside.out();
+        // Who stood there when the scene was learnt does not stand out of it.
+        let hidden = frame.foreground().is_some() && !self.stood_out && fill < params.even;
+        (told && !hidden).then(|| Outline { bbox: self.rectangle(expected, &window), fill })
     }
 
     /// The rectangle about the regions of the mask that belong to `expected`: those that lie in it by half.
@@ -134,10 +158,10 @@ struct Tally {
 }
 
 impl Tally {
-    fn count(&mut self, out: Option<bool>) {
+    fn count(&mut self, code: u8) {
         self.all += 1;
-        self.known += usize::from(out.is_some());
-        self.out += usize::from(out == Some(true));
+        self.known += usize::from(code != UNKNOWN);
+        self.out += usize::from(code == OUT);
     }
 
     fn known(&self) -> f64 {
@@ -147,6 +171,25 @@ impl Tally {
     fn out(&self) -> f64 {
         self.out as f64 / self.known.max(1) as f64
     }
+}
+
+/// Writes what stands out of `backdrop` times `gain` (in 256ths) inside `window`.
+fn mark(backdrop: &Backdrop, frame: &Frame, window: &PixelWindow, gain: i32, threshold: i32, mask: &mut Image<u8>) {
+    for y in 0..window.height {
+        let row = backdrop.row(frame, window.y + y);
+        for (x, code) in mask.row_mut(y).iter_mut().enumerate() {
+            let out = backdrop.stands_out(row, window.x + x, window.y + y, gain, threshold);
+            *code = out.map_or(UNKNOWN, |out| if out { OUT } else { 0 });
+        }
+    }
+}
+
+/// Share of `bbox` that stands out in `mask`; `None` outside of the picture.
+fn share(mask: ImageView<'_, u8>, bbox: &BBox) -> Option<f64> {
+    let window = PixelWindow::of(bbox, mask.size())?;
+    let row = |y: usize| mask.row(y)[window.x..window.x + window.width].iter().filter(|v| **v == OUT).count();
+    let out: usize = (window.y..window.y + window.height).map(row).sum();
+    Some(out as f64 / (window.width * window.height).max(1) as f64)
 }
 
 /// `bbox` and a share of its sides about it.
@@ -196,9 +239,6 @@ impl Localizer for PersonLocalizer {
     ) -> Result<()> {
         self.appearance.refine(frame, search, measurement, finding)?;
         measurement.bbox = shaped(&measurement.bbox, &search.expected);
-        if !self.backdrop.fits(frame) {
-            return Ok(());
-        }
         let Some(outline) = self.outline(frame, &measurement.bbox) else { return Ok(()) };
         let evidence = evidence(outline.fill, self.params.even);
         measurement.confidence = with_odds(measurement.confidence, self.params.weight * evidence);
@@ -219,17 +259,14 @@ impl Localizer for PersonLocalizer {
         if frame.time_s().is_finite() {
             self.time_s = frame.time_s();
         }
-        if self.backdrop.fits(frame) {
-            let rate = learning_rate(dt_s, self.params.history_s);
-            self.backdrop.learn(frame, &about(&outcome.bbox, self.params.margin), rate);
-        }
+        self.learn_scene(frame, &outcome.bbox, learning_rate(dt_s, self.params.history_s));
         Ok(())
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         self.appearance.restart(frame, bbox)?;
-        self.backdrop = Backdrop::new(frame);
-        self.backdrop.learn(frame, &about(&bbox, self.params.margin), 1.0);
+        (self.backdrop, self.stood_out) = (None, false);
+        self.learn_scene(frame, &bbox, 1.0);
         self.time_s = frame.time_s();
         Ok(())
     }
@@ -255,6 +292,49 @@ mod tests {
         assert!(with_odds(0.0, 3.0) < 1e-3 && with_odds(1.0, -3.0) > 0.999);
     }
 
+    /// A frame in which somebody else says what stands out: a rectangle from `left` on, if any.
+    fn told(left: Option<usize>) -> Frame {
+        let inside = |x: usize, y: usize| left.is_some_and(|l| (l..l + 10).contains(&x) && (10..40).contains(&y));
+        let image = Image::from_fn(80, 60, |x, y| if inside(x, y) { [200, 40, 40] } else { [(3 * x) as u8, 90, 70] });
+        let mask = Image::from_fn(80, 60, |x, y| if inside(x, y) { OUT } else { 0 }).unwrap();
+        Frame::new(0, 0.0, image.unwrap()).with_foreground(std::sync::Arc::new(mask)).unwrap()
+    }
+
+    #[test]
+    fn what_others_say_stands_out_is_the_outline() {
+        let here = BBox::from_ltwh(30.0, 10.0, 10.0, 30.0);
+        let mut person = PersonLocalizer::new(&PersonParams::default(), &told(Some(30)), here).unwrap();
+        assert!(person.backdrop.is_none(), "one background is enough");
+        let about = BBox::from_ltwh(28.0, 8.0, 12.0, 34.0);
+        let seen = person.outline(&told(Some(30)), &about).unwrap();
+        assert_eq!(seen, Outline { bbox: Some(here), fill: 300.0 / 408.0 });
+        let gone = person.outline(&told(None), &about).unwrap();
+        assert_eq!(gone, Outline { bbox: None, fill: 0.0 });
+    }
+
+    #[test]
+    fn who_was_there_first_is_not_denied() {
+        let here = BBox::from_ltwh(30.0, 10.0, 10.0, 30.0);
+        // The scene was learnt with the person in it: nothing stands out, which says nothing.
+        let mut person = PersonLocalizer::new(&PersonParams::default(), &told(None), here).unwrap();
+        assert_eq!(person.outline(&told(None), &here), None);
+        // Until the person has moved.
+        person.learn_scene(&told(Some(33)), &here.translated(3.0, 0.0), 0.1);
+        assert_eq!(person.outline(&told(None), &here).unwrap().fill, 0.0);
+    }
+
+    #[test]
+    fn a_background_of_its_own_begins_where_nobody_says() {
+        let here = BBox::from_ltwh(30.0, 10.0, 10.0, 30.0);
+        let silent = |left| Frame::new(0, 0.0, told(left).color().to_image());
+        let mut person = PersonLocalizer::new(&PersonParams::default(), &silent(Some(30)), here).unwrap();
+        assert!(person.backdrop.is_some());
+        person.learn_scene(&told(Some(30)), &here, 0.1);
+        assert!(person.backdrop.is_none());
+        person.learn_scene(&silent(Some(30)), &here, 0.1);
+        assert_eq!(person.outline(&silent(Some(45)), &here.translated(15.0, 0.0)).unwrap().fill, 1.0);
+    }
+
     #[test]
     fn boxes_are_widened_and_mixed_side_by_side() {
         let b = BBox::from_ltwh(10.0, 20.0, 20.0, 40.0);
@@ -268,7 +348,7 @@ mod tests {
     fn shares_are_of_what_is_known() {
         let mut tally = Tally::default();
         assert_eq!((tally.known(), tally.out()), (0.0, 0.0));
-        [Some(true), Some(false), Some(false), Some(true), None].into_iter().for_each(|v| tally.count(v));
+        [OUT, 0, 0, OUT, UNKNOWN].into_iter().for_each(|v| tally.count(v));
         assert_eq!((tally.known(), tally.out()), (0.8, 0.5));
     }
 }

@@ -17,6 +17,7 @@ mod offline;
 mod params;
 mod target;
 mod target_set;
+mod whole;
 
 pub use acquiring::Acquiring;
 pub use associating::Associating;
@@ -29,6 +30,7 @@ pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
 pub use offline::{Looked, OfflineParams, Placed, offline};
 pub use params::{AcquisitionParams, ManyParams, ReportedBox};
 pub use target_set::TargetSet;
+pub use whole::WholeParams;
 
 use crate::{Class, Detector, Estimate, Forecast, Recipe, Result};
 use pursuit_geometry::BBox;

@@ -4,6 +4,7 @@ use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
 use super::look::Look;
+use super::whole::PartOf;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
 use crate::belief::{Belief, Stamp};
 use crate::class::Classes;
@@ -39,6 +40,8 @@ pub(super) struct Known {
     undetected_s: f64,
     /// For how long nothing has stood out of the scene where it should be, in seconds.
     empty_s: f64,
+    /// For how long it has been a part of another.
+    pub part_of: PartOf,
 }
 
 impl Known {
@@ -62,6 +65,7 @@ impl Known {
             && self.undetected_s.is_finite()
             && self.undetected_s >= 0.0
             && self.empty_s.is_finite()
+            && self.part_of.0.is_finite()
             && self.belief.last_believed.is_finite()
             && self.classes.is_sound()
     }
@@ -98,6 +102,10 @@ pub(super) struct Target {
     pub appearance: Option<Box<dyn Appearance>>,
     /// Share of where it should be that stands out of the scene, where the detector knows that.
     pub standing_out: Option<f64>,
+    /// Whether it was given a region that takes it in and is larger than was expected of it.
+    pub grown: bool,
+    /// Time since the frame before, in seconds.
+    pub dt_s: f64,
     /// What its motion model expects of this frame.
     prior: Option<Prior>,
     expectation: Option<Expectation>,
@@ -117,7 +125,8 @@ impl Target {
     pub fn new(standing: Standing, stamp: Stamp, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
         let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
-        let known = Known { standing, belief, classes, look: Look::default(), unseen, undetected_s: 0.0, empty_s: 0.0 };
+        let (look, part_of) = (Look::default(), PartOf::default());
+        let known = Known { standing, belief, classes, look, unseen, undetected_s: 0.0, empty_s: 0.0, part_of };
         Ok(Self::of(known, None))
     }
 
@@ -141,6 +150,8 @@ impl Target {
             known,
             appearance,
             standing_out: None,
+            grown: false,
+            dt_s: 0.0,
             prior: None,
             expectation: None,
             taken: None,
@@ -181,6 +192,7 @@ impl Target {
         let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
         self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
+        self.grown = false;
         Ok(())
     }
 
@@ -210,6 +222,7 @@ impl Target {
         params: &ManyParams,
     ) -> Result<()> {
         let Some(prior) = self.prior.take() else { return Ok(()) };
+        self.dt_s = prior.dt_s;
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
@@ -245,6 +258,9 @@ impl Target {
             if let (ReportedBox::Measured, [(_, _)], Some(seen)) = (params.reported, shares.as_slice(), &found) {
                 estimate.bbox = seen.bbox;
                 self.known.belief.last_believed = seen.bbox;
+                if std::mem::take(&mut self.grown) {
+                    self.known.belief.motion.restart(seen.bbox);
+                }
             }
         }
         self.answer = Some((estimate, Elapsed::default()));
@@ -287,7 +303,8 @@ impl Target {
                 let left_by_border =
                     empty_s > params.death.empty_s && at_border(&self.known.belief.last_believed, frame);
                 let gone = left_by_border || empty_s > params.death.gone_s;
-                left || gone || self.known.unseen.is_too_long(&params.death)
+                let part = self.known.part_of.0 > params.whole.wait_s;
+                left || gone || part || self.known.unseen.is_too_long(&params.death)
             }
         }
     }

@@ -65,6 +65,13 @@ impl<P: Channels> Exposure<P> {
         f64::from(all.iter().map(|l| l.gain).sum::<f32>()) / all.len().max(1) as f64
     }
 
+    /// Gain and offset of the brightness, the mean of the channels.
+    pub fn mean(&self) -> (f32, f32) {
+        let all = &self.lines[..P::COUNT];
+        let n = all.len().max(1) as f32;
+        (all.iter().map(|l| l.gain).sum::<f32>() / n, all.iter().map(|l| l.offset).sum::<f32>() / n)
+    }
+
     /// Whether the frame has another exposure than the background.
     pub fn differs(&self) -> bool {
         self.lines[..P::COUNT].iter().any(|l| (l.gain - 1.0).abs() > SMALLEST.0 || l.offset.abs() > SMALLEST.1)

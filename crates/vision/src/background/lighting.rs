@@ -1,5 +1,6 @@
 use super::difference::Channels;
 use super::exposure::Exposure;
+use super::registration::Registration;
 use super::{BACKGROUND, BackgroundModel, Learning};
 use crate::error::{VisionError, require_range};
 use pursuit_imaging::{Image, ImageView};
@@ -24,11 +25,22 @@ pub struct LightingParams {
     /// Whether the camera's exposure is followed: every frame is seen in the exposure of the background, by a gain and an offset
     /// a channel that the background in sight tells.
     pub exposure: bool,
+    /// How far a camera that shakes may shift the picture, as a share of its longer side, 0 to 0.1: every frame is laid onto the
+    /// background by its edges. 0: the camera does not shake.
+    pub shake: f64,
 }
 
 impl Default for LightingParams {
     fn default() -> Self {
-        Self { changed: 0.4, explained: 0.6, replaced: 0.8, tolerance: 20, settled_frames: 5, exposure: true }
+        Self {
+            changed: 0.4,
+            explained: 0.6,
+            replaced: 0.8,
+            tolerance: 20,
+            settled_frames: 5,
+            exposure: true,
+            shake: 0.015,
+        }
     }
 }
 
@@ -67,6 +79,9 @@ pub struct Watched<M, P> {
     /// The frame seen last in the exposure of the background, and whether that was another than its own.
     relit: Option<Image<P>>,
     differs: bool,
+    registration: Registration<P>,
+    /// The frame seen last as it lies on the background.
+    registered: Option<Image<P>>,
 }
 
 /// From this change of the gain in one frame on, a step of the light is reported.
@@ -86,6 +101,7 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         {
             require_range(name, share, (0.0, 1.0), "from 0 to 1")?;
         }
+        require_range("shake", params.shake, (0.0, 0.1), "from 0 to 0.1")?;
         Ok(Self {
             model,
             params,
@@ -95,6 +111,8 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
             exposure: Exposure::new(),
             relit: None,
             differs: false,
+            registration: Registration::new()?,
+            registered: None,
         })
     }
 
@@ -108,9 +126,54 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         &mut self.model
     }
 
-    /// The frame seen last in the exposure of the background; `None` where that is its own.
+    /// The frame seen last as it lies on the background, in the exposure of the background; `None` where that is as it came.
     pub fn relit(&self) -> Option<ImageView<'_, P>> {
-        self.relit.as_ref().filter(|_| self.differs).map(Image::view)
+        let registered = self.registered.as_ref().filter(|_| self.registration.shifted());
+        self.relit.as_ref().filter(|_| self.differs).or(registered).map(Image::view)
+    }
+
+    /// How far the frame seen last was shifted by a camera that shakes, in pixels: what is at `p` of the background, and of the
+    /// mask, is at `p` + shift of the frame.
+    pub fn shift(&self) -> (f64, f64) {
+        let (x, y) = self.registration.shift();
+        (f64::from(x), f64::from(y))
+    }
+
+    /// As [`BackgroundModel::apply`], of the frame as it lies on the background.
+    ///
+    /// # Errors
+    /// As [`BackgroundModel::apply`].
+    pub fn apply(
+        &mut self,
+        frame: ImageView<'_, P>,
+        learning: &Learning<'_>,
+        mask: &mut Image<u8>,
+    ) -> Result<Report, VisionError> {
+        let known = self.params.shake > 0.0 && self.model.sample(frame.width() - 1, frame.height() - 1).is_some();
+        if !known || learning.protect.is_some_and(|p| p.size() != frame.size()) {
+            return self.apply_in_light(frame, learning, mask);
+        }
+        let light = self.exposure.mean();
+        self.registration.measure(frame, &self.model, learning.protect, light, self.params.shake)?;
+        let report = if self.registration.shifted() {
+            let mut registered = match self.registered.take() {
+                Some(registered) => registered,
+                None => frame.to_image(),
+            };
+            let applied = self.registration.register(frame, &mut registered);
+            let applied = applied.and_then(|()| self.apply_in_light(registered.view(), learning, mask));
+            self.registered = Some(registered);
+            applied?
+        } else {
+            self.apply_in_light(frame, learning, mask)?
+        };
+        if report.step.is_some() && self.age == 0 {
+            self.registration.forget();
+        } else if self.registration.unsteady() {
+            let lies = self.relit().unwrap_or(frame);
+            self.registration.admit_neighbours(lies, mask);
+        }
+        Ok(report)
     }
 
     /// As [`BackgroundModel::apply`], in the exposure of the background. A gain that jumps is reported as a step that the background
@@ -118,7 +181,7 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
     ///
     /// # Errors
     /// As [`BackgroundModel::apply`].
-    pub fn apply(
+    fn apply_in_light(
         &mut self,
         frame: ImageView<'_, P>,
         learning: &Learning<'_>,

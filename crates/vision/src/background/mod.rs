@@ -13,6 +13,7 @@ mod lighting;
 mod median;
 mod mixture;
 mod mog2;
+mod registration;
 mod three_frame;
 
 pub use average::{RunningAverage, RunningAverageParams};

@@ -2,12 +2,13 @@ use super::detected_motion;
 use super::params::MotionDetectorParams;
 use super::scene::{Found, Scene, Sight};
 use pursuit_geometry::{BBox, Size};
-use pursuit_imaging::{Frame, Rgb8};
+use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
     Detection, Detector, DetectorRecipe, Diagnostics, Figure, Figures, Followed, Result, TrackingError,
 };
 use pursuit_vision::VisionError;
+use std::sync::Arc;
 
 impl DetectorRecipe for MotionDetectorParams {
     const FIGURES: &[&[Figure]] = &[SceneFigures::ALL, LightFigures::ALL];
@@ -96,6 +97,14 @@ impl Detector for MotionDetector {
         }
     }
 
+    fn foreground(&mut self) -> Option<Arc<Image<u8>>> {
+        match &mut self.scene {
+            Some(Kind::Gray(scene)) => scene.foreground(&self.params),
+            Some(Kind::Color(scene)) => scene.foreground(&self.params),
+            None => None,
+        }
+    }
+
     fn motion(&self) -> Option<MotionParams> {
         Some(detected_motion())
     }
@@ -130,6 +139,14 @@ pursuit_tracking::figures! {
     }
 }
 
+/// Whether something new is a part of a target, or its shadow: it lies in the target's box, or touches it and is much smaller.
+fn is_part(new: &BBox, target: &BBox, params: &MotionDetectorParams) -> bool {
+    let (dx, dy) = (params.start.near * target.width(), params.start.near * target.height());
+    let about = BBox::from_ltrb(target.left() - dx, target.top() - dy, target.right() + dx, target.bottom() + dy);
+    let small = new.area() < params.start.small * target.area();
+    new.fraction_inside(target) > params.start.part || (small && new.fraction_inside(&about) > 0.0)
+}
+
 /// The larger a region, the less likely it is noise: one of the least area counts one half. What nobody follows yet counts
 /// half as much, so that it starts no target, when it does not move (a seam of light, a chair that was moved) or lies within
 /// a target's box.
@@ -137,7 +154,7 @@ fn detection(found: &Found, least_area_px: f64, followed: &[Followed], params: &
     let bbox = found.features.bounds;
     let size = 1.0 - 0.5 * (least_area_px / found.features.area_px).min(1.0);
     let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= params.start.known);
-    let part = followed.iter().any(|f| bbox.fraction_inside(&f.bbox) > params.start.part);
+    let part = followed.iter().any(|f| is_part(&bbox, &f.bbox, params));
     let moves = known || (found.stirred >= params.stirred && !part);
     Detection::new(bbox, if moves { size } else { params.start.still * size })
 }

@@ -39,8 +39,14 @@ pub(super) fn divide(
     parts: &mut Vec<Part>,
 ) {
     parts.clear();
-    let involved = expected.iter().filter(|b| b.fraction_inside(bounds) >= params.share);
-    parts.extend(involved.map(|b| Part { expected: *b, extent: [usize::MAX, usize::MAX, 0, 0], count: 0 }));
+    let involved = || expected.iter().filter(|b| b.fraction_inside(bounds) >= params.share);
+    // Something much smaller than another is a part of it, not somebody beside it.
+    let least = params.peer * involved().map(BBox::area).fold(0.0, f64::max);
+    parts.extend(involved().filter(|b| b.area() >= least).map(|b| Part {
+        expected: *b,
+        extent: [usize::MAX, usize::MAX, 0, 0],
+        count: 0,
+    }));
     let Some(window) = PixelWindow::of(bounds, mask.size()).filter(|_| parts.len() > 1) else { return parts.clear() };
     for y in window.y..window.y + window.height {
         for x in (window.x..window.x + window.width).filter(|x| mask.row(y)[*x] != 0) {

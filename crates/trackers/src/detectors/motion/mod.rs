@@ -8,11 +8,14 @@
 mod detector;
 mod ghost;
 mod groups;
+mod held;
 mod params;
 mod scene;
+mod shade;
 
 pub use params::{
-    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, StartParams,
+    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, ShadeParams,
+    StartParams,
 };
 
 use pursuit_tracking::motion::MotionParams;

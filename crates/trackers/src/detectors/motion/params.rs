@@ -25,12 +25,18 @@ pursuit_parameters::parameters! {
         pub background: BackgroundKind = BackgroundKind::Mog2, source "zivkovic2006";
         /// How long the background is remembered: time constant of `mog2` and `running-average`, span of the samples of `median`.
         pub history_s: f64 = 20.0, in above(0.0).at_most(86_400.0), unit "s", source "OpenCV: 500 frames, at 25 a second";
+        /// For so long at first everything is learnt that is not followed.
+        pub learn_s: f64 = 2.0, in 0.0..=86_400.0, unit "s", source "ours";
+        /// What stands out of the background is not learnt before it has done so for this long, nor while it is followed.
+        pub hold_s: f64 = 5.0, in 0.0..=86_400.0, unit "s", source "ours";
         /// A pixel has changed when a channel differs by more: from the background (but of `mog2`), from the frame before.
         pub threshold: usize = 25, in 1..=254, unit "codes", source "ours";
         /// Of `mog2`: squared distance from a Gaussian, in variances, up to which a value is background.
         pub background_distance: f64 = 36.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 16";
         /// Of `mog2`: squared distance, in variances, up to which a value belongs to a Gaussian.
         pub match_distance: f64 = 25.0, in above(0.0).at_most(1e4), source "ours; zivkovic2006: 9";
+        /// Of `mog2`: the Gaussians that together weigh this are background.
+        pub background_ratio: f64 = 0.7, in 0.0..=1.0, source "ours; OpenCV: 0.9";
         /// Of `mog2`: how dark a shadow may be against the background. 1: shadows are foreground.
         pub shadow_ratio: f64 = 0.75, in above(0.0).at_most(1.0), source "ours; OpenCV: 0.5";
         /// Radius of the opening that removes noise.
@@ -52,6 +58,8 @@ pursuit_parameters::parameters! {
         pub settled_frames: usize = 5, in 1..=10_000, unit "frames", source "ours";
         /// Ghosts: background that a thing uncovers.
         pub ghost: GhostParams = GhostParams::default();
+        /// Another light on the background.
+        pub shade: ShadeParams = ShadeParams::default();
         /// Several targets in one region.
         pub grouping: GroupingParams = GroupingParams::default();
         /// What starts a target.
@@ -68,6 +76,8 @@ pursuit_parameters::parameters! {
     pub struct GhostParams {
         /// A region is a ghost when the background has this many times the edges that the frame has along its outline.
         pub ratio: f64 = 1.6, in above(1.0), source "ours";
+        /// … and this many times those that the background has beside it.
+        pub own: f64 = 1.3, in 0.0.., source "ours";
         /// Edges weaker than this, summed over the channels, are noise in both.
         pub noise: f64 = 6.0, in above(0.0), unit "codes", source "ours";
         /// Edges are looked for between pixels so far to either side: a mask is seldom exact to the pixel.
@@ -76,10 +86,30 @@ pursuit_parameters::parameters! {
 }
 
 pursuit_parameters::parameters! {
+    /// How another light on the background is told from a thing before it: by the grain of the background, the differences between
+    /// neighbouring pixels.
+    pub struct ShadeParams {
+        /// How alike the grain of the frame must be to that of the background (the cosine of the angle between both). Above 1: nothing
+        /// is taken for another light.
+        pub alike: f64 = 0.4, in 0.0..=2.0, source "ours";
+        /// Least grain, as root mean square: what is plainer tells nothing.
+        pub grain: f64 = 1.5, in 0.0..=255.0, unit "codes", source "ours";
+        /// The side of the blocks in which it is looked for.
+        pub block: f64 = 0.02, in above(0.0).at_most(1.0), unit "frame heights", source "ours";
+        /// Least gain of the light.
+        pub darkest: f64 = 0.2, in 0.0..=1.0, source "ours";
+        /// Greatest gain of the light.
+        pub brightest: f64 = 1.8, in 1.0..=100.0, source "ours";
+    }
+}
+
+pursuit_parameters::parameters! {
     /// How a region in which several targets are expected is divided among them.
     pub struct GroupingParams {
         /// A target of whose expected box this share lies in a region has a part in it.
         pub share: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// Of several, one that is expected to be less than this share of the largest has no part in it: it is a part of another.
+        pub peer: f64 = 0.4, in 0.0..=1.0, source "ours";
         /// Pixels farther from the expected centre than this are nobody's.
         pub reach: f64 = 0.7, in above(0.0), unit "widths and heights", source "ours";
         /// A part of less than this share of the expected box's area is no sight of the target.
@@ -94,6 +124,10 @@ pursuit_parameters::parameters! {
         pub known: f64 = 0.3, in 0.0..=1.0, source "ours";
         /// A region of which more than this share lies within a target's box is a part of it, or its shadow.
         pub part: f64 = 0.6, in 0.0..=1.0, source "ours";
+        /// So is one that is smaller than this share of the box …
+        pub small: f64 = 0.35, in 0.0..=1.0, source "ours";
+        /// … and no farther from it than this.
+        pub near: f64 = 0.1, in 0.0.., unit "of the box's sides", source "ours";
         /// What the confidence in something new that does not move is worth.
         pub still: f64 = 0.49, in 0.0..=1.0, source "ours";
     }
@@ -113,6 +147,8 @@ pursuit_parameters::parameters! {
         /// Whether the camera's exposure is followed in every frame, by a gain and an offset a channel between the background in
         /// sight and the frame.
         pub exposure: bool = true, source "ours";
+        /// How far a camera that shakes may shift the picture; 0: it stands still.
+        pub shake: f64 = 0.015, in 0.0..=0.1, unit "of the longer side", source "ours";
     }
 }
 
@@ -167,6 +203,7 @@ impl MotionDetectorParams {
             tolerance: self.light.tolerance.min(255) as u8,
             settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
             exposure: self.light.exposure,
+            shake: self.light.shake,
         }
     }
 
@@ -174,6 +211,7 @@ impl MotionDetectorParams {
         Mog2Params {
             background_distance: self.background_distance,
             match_distance: self.match_distance,
+            background_ratio: self.background_ratio,
             shadow_ratio: (self.shadow_ratio < 1.0).then_some(self.shadow_ratio),
             ..Mog2Params::default()
         }

@@ -2,17 +2,20 @@
 
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
+use super::held::Held;
 use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
+use super::shade::Shade;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
 use pursuit_vision::background::{
-    BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
+    BACKGROUND, BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
     TemporalMedian, ThreeFrame, Watched, learning_rate, protect_foreground,
 };
 use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
 use pursuit_vision::region_features::RegionFeatures;
 use pursuit_vision::regions::RegionFinder;
 use pursuit_vision::{PixelWindow, VisionError};
+use std::sync::Arc;
 
 type Model<P> = Box<dyn BackgroundModel<P> + Send>;
 
@@ -57,8 +60,16 @@ pub(super) struct Scene<P> {
     sampled_s: f64,
     /// What stood out of the last frame, cleaned.
     mask: Image<u8>,
+    /// The same, for others to see.
+    shown: Arc<Image<u8>>,
     protect: Image<u8>,
     background: Image<P>,
+    /// Whether the background is one.
+    known: bool,
+    shade: Shade,
+    held: Held,
+    /// How long it has been looked at.
+    seen_s: f64,
     boxes: Vec<BBox>,
     parts: Vec<Part>,
     finder: RegionFinder,
@@ -80,8 +91,13 @@ impl<P: Channels> Scene<P> {
             time_s: f64::NEG_INFINITY,
             sampled_s: f64::NEG_INFINITY,
             mask: blank()?,
+            shown: Arc::new(blank()?),
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
+            known: false,
+            shade: Shade::default(),
+            held: Held::default(),
+            seen_s: 0.0,
             boxes: Vec::new(),
             parts: Vec::new(),
             finder: RegionFinder::default(),
@@ -101,11 +117,29 @@ impl<P: Channels> Scene<P> {
 
     /// Share of `bbox` that stood out of the background in the last frame; `None` before it has settled, and outside of the picture.
     pub fn standing_out(&self, bbox: &BBox, params: &MotionDetectorParams) -> Option<f64> {
-        let window = PixelWindow::of(bbox, self.mask.size()).filter(|_| self.frames > params.settled_frames)?;
+        let (dx, dy) = self.model.shift();
+        let bbox = bbox.translated(-dx, -dy);
+        let window = PixelWindow::of(&bbox, self.mask.size()).filter(|_| self.frames > params.settled_frames)?;
         let columns = window.x..window.x + window.width;
         let row = |y: usize| self.mask.row(y)[columns.clone()].iter().filter(|v| **v != 0).count();
         let out: usize = (window.y..window.y + window.height).map(row).sum();
         Some(out as f64 / (window.width * window.height).max(1) as f64)
+    }
+
+    /// What stood out of the background in the last frame; `None` before it has settled. Made anew only where somebody keeps the last.
+    pub fn foreground(&mut self, params: &MotionDetectorParams) -> Option<Arc<Image<u8>>> {
+        if self.frames <= params.settled_frames {
+            return None;
+        }
+        match Arc::get_mut(&mut self.shown) {
+            Some(shown) => shift(&self.mask, self.model.shift(), shown).ok()?,
+            None => {
+                let mut shown = self.mask.clone();
+                shift(&self.mask, self.model.shift(), &mut shown).ok()?;
+                self.shown = Arc::new(shown);
+            }
+        }
+        Some(self.shown.clone())
     }
 
     /// Looks at the next frame; the foreground of the last frame inside the boxes `followed` is not learnt.
@@ -116,17 +150,33 @@ impl<P: Channels> Scene<P> {
         followed: impl Iterator<Item = BBox>,
         params: &MotionDetectorParams,
     ) -> Result<Sight, VisionError> {
+        let dt_s = if self.time_s.is_finite() { (time_s - self.time_s).max(0.0) } else { 0.0 };
         let rate = self.rate(time_s, params);
+        // Everything here is in pixels of the background; a camera that shakes shifts the frame against it.
+        let (dx, dy) = self.model.shift();
         self.boxes.clear();
-        self.boxes.extend(followed);
-        let protects = !self.boxes.is_empty() && self.mask.size() == frame.size();
+        self.boxes.extend(followed.map(|b| b.translated(-dx, -dy)));
+        let protects = self.mask.size() == frame.size();
         if protects {
             protect_foreground(self.mask.view(), &self.boxes, &mut self.protect)?;
+            // At first it is not known which of two is the background: what was there first, or what stands out of it.
+            if self.seen_s > params.learn_s {
+                self.held.protect(&self.mask, params.hold_s, &mut self.protect);
+            }
         }
         let learning = Learning { rate, protect: protects.then(|| self.protect.view()) };
         let report = self.model.apply(frame, &learning, &mut self.mask)?;
         self.frames += 1;
+        let out = self.mask.as_slice().iter().filter(|v| **v != BACKGROUND).count();
+        let changed = out as f64 / self.mask.size().area().max(1) as f64;
+        self.find_background(params)?;
+        let lit = self.model.relit().unwrap_or(frame);
+        if self.known {
+            self.shade.remove(&params.shade, lit, self.background.view(), &mut self.mask);
+        }
         self.clean(params)?;
+        self.held.count(&self.mask, dt_s);
+        self.seen_s += dt_s;
         self.found.clear();
         self.ghosts.clear();
         // What follows compares the frame with the background and with the frame before, all in one exposure.
@@ -138,7 +188,12 @@ impl<P: Channels> Scene<P> {
         let judged = if self.frames > params.settled_frames { self.judge(now.view(), params) } else { Ok(()) };
         self.now = Some(std::mem::replace(&mut self.last, now));
         judged?;
-        Ok(Sight { changed: report.changed, step: report.step, ghosts: self.ghosts.len() })
+        let (dx, dy) = self.model.shift();
+        for found in self.found.iter_mut().filter(|_| (dx, dy) != (0.0, 0.0)) {
+            found.features.bounds = found.features.bounds.translated(dx, dy);
+            found.features.centroid = Point::new(found.features.centroid.x + dx, found.features.centroid.y + dy);
+        }
+        Ok(Sight { changed, step: report.step, ghosts: self.ghosts.len() })
     }
 
     /// The weight of a frame: that of a mean over all frames at first, then what the time constant says.
@@ -170,21 +225,29 @@ impl<P: Channels> Scene<P> {
         Ok(())
     }
 
+    /// Fetches the background, where there is one and anything stands out of it.
+    fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
+        let wanted = params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().contains(&FOREGROUND);
+        self.known = wanted && self.model.model().background(&mut self.background)?;
+        Ok(())
+    }
+
     /// Keeps what the matching rule admits, and learns ghosts.
     fn judge(&mut self, frame: ImageView<'_, P>, params: &MotionDetectorParams) -> Result<(), VisionError> {
         let ranges = params.rule.ranges(frame.size());
         let least = *ranges.area_px.start() / params.parts;
-        let known = self.model.model().background(&mut self.background)?;
-        let tells_ghosts = known && params.background != BackgroundKind::ThreeFrame;
         self.ghosts.clear();
         for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
-            if tells_ghosts
-                && ghostliness(&params.ghost, &self.outline, frame, self.background.view()) > params.ghost.ratio
+            let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
+            let edges = (self.outline.as_slice(), self.mask.view(), features.centroid);
+            // What moves is no ghost.
+            if self.known
+                && stirred < params.stirred
+                && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio
             {
                 self.ghosts.push(features.bounds);
             } else {
-                let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
                 self.found.push(Found { features, stirred, part: false });
             }
         }
@@ -223,6 +286,23 @@ impl<P: Channels> Scene<P> {
 fn copy<P: Channels>(from: ImageView<'_, P>, to: &mut Image<P>) -> Result<(), VisionError> {
     to.resize_for_overwrite(from.size(), P::default())?;
     from.rows().enumerate().for_each(|(y, row)| to.row_mut(y).copy_from_slice(row));
+    Ok(())
+}
+
+/// Copies a mask to where the frame shows it, to whole pixels.
+fn shift(mask: &Image<u8>, (dx, dy): (f64, f64), to: &mut Image<u8>) -> Result<(), VisionError> {
+    if (dx, dy) == (0.0, 0.0) {
+        return copy(mask.view(), to);
+    }
+    let (dx, dy) = (dx.round() as isize, dy.round() as isize);
+    to.resize_for_overwrite(mask.size(), 0)?;
+    to.as_mut_slice().fill(0);
+    for y in 0..mask.height() {
+        let Some(from) = y.checked_add_signed(-dy).filter(|y| *y < mask.height()) else { continue };
+        let n = mask.width().saturating_sub(dx.unsigned_abs());
+        let (left, right) = (dx.max(0) as usize, (-dx).max(0) as usize);
+        to.row_mut(y)[left..left + n].copy_from_slice(&mask.row(from)[right..right + n]);
+    }
     Ok(())
 }
 

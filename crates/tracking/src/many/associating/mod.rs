@@ -6,6 +6,7 @@ mod saved;
 
 use super::association::{Association, Shares};
 use super::target::{Sighting, Standing, Target, View, failed};
+use super::whole;
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
 use crate::belief::Stamp;
 use crate::motion::CameraShift;
@@ -158,7 +159,10 @@ impl Associating {
     fn look(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
         self.predict(frame.into())?;
         let detections = self.detect(frame)?;
-        self.take(frame.into(), &detections, tracks)
+        // What stands out of the scene is found once, and shown to all who look.
+        let foreground = self.detector.as_mut().filter(|_| self.appearance.is_some()).and_then(|d| d.foreground());
+        let shown = foreground.and_then(|mask| frame.clone().with_foreground(mask).ok());
+        self.take(shown.as_ref().unwrap_or(frame).into(), &detections, tracks)
     }
 
     /// Phases 2 to 4, once targets were predicted.
@@ -216,7 +220,16 @@ impl Associating {
     fn associate(&mut self, stamp: Stamp, detections: &[Detection]) -> Result<()> {
         let claimants: Option<Vec<_>> = self.targets.iter().map(Target::claimant).collect();
         let associated = self.association.associate(&claimants.unwrap_or_default(), detections, stamp.size);
-        associated.map_err(|e| failed(stamp.index, e))
+        associated.map_err(|e| failed(stamp.index, e))?;
+        if self.knows_scene() {
+            whole::grow(&mut self.association, &mut self.targets, detections, &self.params.whole);
+        }
+        Ok(())
+    }
+
+    /// Whether the detector models the scene, so that what it finds are regions of it.
+    fn knows_scene(&self) -> bool {
+        self.detector.as_ref().is_some_and(|d| d.watches())
     }
 
     /// Phase 3: every target takes what it was given, or does without.
@@ -230,10 +243,14 @@ impl Associating {
             updated
         };
         if self.targets.iter().filter(|t| t.appearance.is_some()).count() > 1 {
-            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).try_for_each(one)
+            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).try_for_each(one)?;
         } else {
-            self.targets.iter_mut().zip(shares).try_for_each(one)
+            self.targets.iter_mut().zip(shares).try_for_each(one)?;
         }
+        if self.knows_scene() {
+            whole::count_parts(&mut self.targets, detections, &self.params.whole);
+        }
+        Ok(())
     }
 
     /// Phase 4: what is left starts candidates, candidates are confirmed, and what was not seen for long is given up.

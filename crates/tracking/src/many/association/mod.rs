@@ -199,6 +199,23 @@ impl Association {
         &self.given.shares[..of]
     }
 
+    /// Whether a target was given nothing.
+    pub fn has_nothing(&self, target: usize) -> bool {
+        self.shares().get(target).is_some_and(Vec::is_empty)
+    }
+
+    /// Whether a detection is rather of none of the targets.
+    pub fn is_left(&self, detection: usize) -> bool {
+        self.given.of_any.get(detection).is_some_and(|probability| *probability < 0.5)
+    }
+
+    /// Gives a detection to a target for certain.
+    pub fn give(&mut self, target: usize, detection: usize) {
+        if target < self.given.targets && detection < self.given.of_any.len() {
+            self.given.give(target, detection);
+        }
+    }
+
     /// Of each detection, whether it is rather of none of the targets.
     pub fn left(&self) -> impl Iterator<Item = bool> + '_ {
         self.given.of_any.iter().map(|probability| *probability < 0.5)
