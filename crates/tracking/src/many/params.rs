@@ -1,6 +1,6 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthModel, BirthParams, DeathParams};
+use super::{AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
@@ -31,6 +31,8 @@ pursuit_parameters::parameters! {
         pub birth: BirthParams = BirthParams::default();
         /// When a target is given up.
         pub death: DeathParams = DeathParams::default();
+        /// When two targets are one thing.
+        pub doubles: DoublesParams = DoublesParams::default();
         /// How targets move between detections.
         pub motion: MotionParams = detected_motion();
         /// When an undetected target counts as occluded, and when as lost.
