@@ -11,8 +11,10 @@ mod association;
 mod birth;
 mod clock;
 mod death;
+mod doubles;
 mod hypothesis;
 mod look;
+mod observed;
 mod offline;
 mod params;
 mod target;
@@ -22,11 +24,13 @@ mod whole;
 pub use acquiring::Acquiring;
 pub use associating::Associating;
 pub use association::{
-    AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, TwoStageParams,
+    AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, ObservationParams,
+    TwoStageParams,
 };
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};
 pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
+pub use doubles::{DoublesModel, DoublesParams, OverlapParams};
 pub use offline::{Looked, OfflineParams, Placed, offline};
 pub use params::{AcquisitionParams, ManyParams, ReportedBox};
 pub use target_set::TargetSet;

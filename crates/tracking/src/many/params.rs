@@ -1,6 +1,6 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthModel, BirthParams, DeathParams, WholeParams};
+use super::{AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams, WholeParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
@@ -33,6 +33,8 @@ pursuit_parameters::parameters! {
         pub death: DeathParams = DeathParams::default();
         /// What becomes of parts, of detectors that model the scene.
         pub whole: WholeParams = WholeParams::default();
+        /// When two targets are one thing.
+        pub doubles: DoublesParams = DoublesParams::default();
         /// How targets move between detections.
         pub motion: MotionParams = detected_motion();
         /// When an undetected target counts as unsure or occluded, and when as lost.

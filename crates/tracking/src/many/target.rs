@@ -4,6 +4,7 @@ use super::association::{Claimant, Expectation, Shares};
 use super::birth::Evidence;
 use super::death::Unseen;
 use super::look::Look;
+use super::observed::{Observed, goes_again};
 use super::whole::PartOf;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
 use crate::belief::{Belief, Stamp};
@@ -35,6 +36,8 @@ pub(super) struct Known {
     pub classes: Classes,
     /// What its detections look like.
     look: Look,
+    /// The boxes that it was given lately.
+    observed: Observed,
     unseen: Unseen,
     /// Time since it was detected, in seconds.
     undetected_s: f64,
@@ -61,6 +64,7 @@ impl Known {
         };
         evidence
             && self.look.is_sound()
+            && self.observed.is_sound()
             && self.unseen.is_sound()
             && self.undetected_s.is_finite()
             && self.undetected_s >= 0.0
@@ -125,8 +129,9 @@ impl Target {
     pub fn new(standing: Standing, stamp: Stamp, bbox: BBox, params: &ManyParams) -> Result<Self, EstimationError> {
         let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
-        let (look, part_of) = (Look::default(), PartOf::default());
-        let known = Known { standing, belief, classes, look, unseen, undetected_s: 0.0, empty_s: 0.0, part_of };
+        let (look, observed, part_of) = (Look::default(), Observed::default(), PartOf::default());
+        let known =
+            Known { standing, belief, classes, look, observed, unseen, undetected_s: 0.0, empty_s: 0.0, part_of };
         Ok(Self::of(known, None))
     }
 
@@ -170,6 +175,16 @@ impl Target {
         self.known.belief.motion.bbox()
     }
 
+    /// Whether it was given a detection in this frame.
+    pub const fn is_seen(&self) -> bool {
+        self.taken.is_some()
+    }
+
+    /// For how long it was not seen, in seconds.
+    pub const fn unseen_s(&self) -> f64 {
+        self.known.unseen.seconds
+    }
+
     /// What a detector is told of it: nothing of candidates and of what is lost.
     pub fn followed(&self) -> Option<Followed> {
         let state = self.known.belief.state;
@@ -181,6 +196,7 @@ impl Target {
     pub fn carry(&mut self, motion: &CameraMotion) {
         let Some(shift) = motion.at(self.bbox().center()) else { return };
         self.known.belief.carry(shift);
+        self.known.observed.carry(shift);
         if let Some(appearance) = &mut self.appearance {
             appearance.carry(shift);
         }
@@ -189,6 +205,8 @@ impl Target {
     /// Phase 1: where it should be in this frame.
     pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
         let dt_s = self.known.belief.last.advance(stamp)?;
+        let seen = self.known.unseen.frames == 0 && goes_again(&params.association);
+        self.known.observed.wait(seen.then_some(&self.known.belief.motion));
         let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
         self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
@@ -201,10 +219,12 @@ impl Target {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
         let unseen_s = self.known.unseen.seconds;
-        Some(Claimant { expectation, confirmed, state, unseen_s, classes: &self.known.classes, look: &self.known.look })
+        let Known { classes, look, observed, .. } = &self.known;
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes, look, observed })
     }
 
     fn count_looks(&mut self, detection: &Detection) {
+        self.known.observed.see(detection.bbox);
         if let Some(class) = &detection.class {
             self.known.classes.count(class, detection.confidence);
         }
@@ -221,11 +241,14 @@ impl Target {
         shares: &Shares,
         params: &ManyParams,
     ) -> Result<()> {
-        let Some(prior) = self.prior.take() else { return Ok(()) };
+        let Some(mut prior) = self.prior.take() else { return Ok(()) };
         self.dt_s = prior.dt_s;
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
+        if let (Some(detection), [_]) = (detection, shares.as_slice()) {
+            self.go_again(view.stamp, &detection.bbox, &mut prior)?;
+        }
         self.count(detection, prior.dt_s, params);
         let found = merged(detections, shares).map(|found| self.gated(found, params));
         let shared = shared(detections, shares);
@@ -264,6 +287,21 @@ impl Target {
             }
         }
         self.answer = Some((estimate, Elapsed::default()));
+        Ok(())
+    }
+
+    /// Takes the motion model through the gap before `bbox` again, where that is to be done: the target is then as one that was not lost.
+    fn go_again(&mut self, stamp: Stamp, bbox: &BBox, prior: &mut Prior) -> Result<()> {
+        let unseen_s = self.known.unseen.seconds + prior.dt_s;
+        let again = self.known.observed.again(bbox, unseen_s).map_err(|e| failed(stamp.index, e))?;
+        if let Some((motion, expected)) = again {
+            let belief = &mut self.known.belief;
+            belief.motion = motion;
+            *prior = Prior { dt_s: prior.dt_s, ..expected };
+            if belief.state == TrackState::Lost {
+                belief.state = TrackState::Occluded;
+            }
+        }
         Ok(())
     }
 
@@ -316,6 +354,7 @@ impl Target {
         }
         self.known.belief.restart(frame, bbox);
         (self.known.classes, self.known.look) = (Classes::default(), Look::default());
+        self.known.observed.clear();
         (self.known.unseen, self.known.undetected_s, self.known.empty_s) = (Unseen::default(), 0.0, 0.0);
         Ok(())
     }

@@ -197,7 +197,9 @@ fn long_doubt_asks_for_a_look_elsewhere() {
         assert_eq!(policy.looks_elsewhere(), want, "{confidence}");
     }
     let mut patient = calibrated(|_| {});
-    (0..100).for_each(|_| drop(judge(&mut patient, TrackState::Occluded, 0.15)));
+    for _ in 0..100 {
+        judge(&mut patient, TrackState::Occluded, 0.15);
+    }
     assert!(!patient.looks_elsewhere());
 }
 

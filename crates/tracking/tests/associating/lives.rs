@@ -290,3 +290,35 @@ fn turning_cameras_are_taken_out_once_for_all() {
     assert_eq!(ids("pose"), 2);
     assert!(ids("none") > 2, "it is the turn that tells where they went");
 }
+
+/// One is seen until second 1 and goes on out of sight; from second 1.5 a detector sees it again, larger, so that it is taken for another.
+fn seen_anew(changes: &str) -> Vec<u64> {
+    let mut many = Associating::fed(with(changes)).unwrap();
+    let mut ids = Vec::new();
+    for k in 0..26 {
+        let t = f64::from(k) / 10.0;
+        let bbox = at(100.0, 100.0);
+        let other = BBox::from_center_size(bbox.center(), 1.35 * bbox.width(), 1.35 * bbox.height());
+        let found = if t < 1.0 {
+            vec![seen(bbox)]
+        } else if t < 1.5 {
+            vec![]
+        } else {
+            vec![seen(other)]
+        };
+        let tracks = many.update(t, None, &found).unwrap();
+        ids = tracks.iter().map(|t| t.id.0).collect();
+    }
+    ids
+}
+
+#[test]
+fn doubles_go_on_under_the_older_id() {
+    // Nothing that large is taken for the one that was lost.
+    let never = "association.gate = 1.0\nbirth.crowding = 1.0\n";
+    assert_eq!(seen_anew(never), [1, 2], "both are kept");
+    let merged = format!("{never}doubles.model = 'overlap'\ndoubles.overlap.above = 0.5");
+    assert_eq!(seen_anew(&merged), [1]);
+    let apart = format!("{never}doubles.model = 'overlap'\ndoubles.overlap.above = 0.9");
+    assert_eq!(seen_anew(&apart), [1, 2], "they overlap by .55");
+}

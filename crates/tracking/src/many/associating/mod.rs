@@ -6,8 +6,7 @@ mod saved;
 
 use super::association::{Association, Shares};
 use super::target::{Sighting, Standing, Target, View, failed};
-use super::whole;
-use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock};
+use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock, doubles, whole};
 use crate::belief::Stamp;
 use crate::motion::CameraShift;
 use crate::{Detection, Detector, Followed, Recipe, Result};
@@ -257,6 +256,7 @@ impl Associating {
     fn births_and_deaths(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
         let params = &self.params;
         self.targets.retain(|t| !t.is_dead(view.stamp.size, params));
+        doubles::merge(&mut self.targets, &params.doubles);
         for (place, (detection, left)) in detections.iter().zip(self.association.left()).enumerate() {
             if !left {
                 continue;

@@ -8,6 +8,7 @@ mod expectation;
 mod joint;
 mod near;
 mod nearest;
+mod observation;
 mod stages;
 mod two_stage;
 
@@ -15,15 +16,18 @@ pub use buffered::BufferedParams;
 pub(super) use expectation::Expectation;
 pub use joint::JointAssociationParams;
 pub use nearest::NearestParams;
+pub use observation::ObservationParams;
 pub use two_stage::TwoStageParams;
 
 use super::look::Look;
+use super::observed::Observed;
 use crate::class::Classes;
 use crate::{Detection, TrackState};
 use buffered::Buffered;
 use joint::Joint;
 use near::{Near, Pair};
 use nearest::Nearest;
+use observation::Observation;
 use pursuit_estimation::EstimationError;
 use pursuit_estimation::consistency::Gate;
 use pursuit_geometry::Size;
@@ -40,6 +44,8 @@ pursuit_parameters::choices! {
         /// By the overlap of boxes that were widened, first a little and then more, so that fast targets at few frames a second
         /// overlap too (yang2023).
         Buffered = "buffered",
+        /// By overlap and direction of what was observed, with a second look where a target was seen last (cao2023).
+        Observation = "observation",
         /// Every target is corrected by all detections near it, each for its probability (Fortmann, Bar-Shalom and Scheffe
         /// 1983).
         Joint = "joint",
@@ -73,6 +79,8 @@ pursuit_parameters::parameters! {
         pub two_stage as "two-stage": TwoStageParams = TwoStageParams::default(), of [AssociationModel::TwoStage];
         /// By widened boxes.
         pub buffered: BufferedParams = BufferedParams::default(), of [AssociationModel::Buffered];
+        /// By observations.
+        pub observation: ObservationParams = ObservationParams::default(), of [AssociationModel::Observation];
         /// By probabilities.
         pub joint: JointAssociationParams = JointAssociationParams::default(), of [AssociationModel::Joint];
     }
@@ -97,6 +105,8 @@ pub(super) struct Claimant<'a> {
     pub classes: &'a Classes,
     /// What they look like.
     pub look: &'a Look,
+    /// The boxes that it was given lately.
+    pub observed: &'a Observed,
 }
 
 /// The detections that a target was given, each with the probability that it is the target's own.
@@ -140,6 +150,7 @@ enum Model {
     Nearest(Nearest),
     TwoStage(TwoStage),
     Buffered(Buffered),
+    Observation(Observation),
     Joint(Box<Joint>),
 }
 
@@ -163,6 +174,7 @@ impl Association {
             AssociationModel::Nearest => Model::Nearest(Nearest::default()),
             AssociationModel::TwoStage => Model::TwoStage(TwoStage::default()),
             AssociationModel::Buffered => Model::Buffered(Buffered::default()),
+            AssociationModel::Observation => Model::Observation(Observation::default()),
             AssociationModel::Joint => Model::Joint(Box::new(Joint::new(&params)?)),
         };
         Ok(Self { params, model, near: Near::default(), given: Given::default() })
@@ -189,6 +201,7 @@ impl Association {
             Model::Nearest(nearest) => nearest.associate(&pairs, given),
             Model::TwoStage(two_stage) => two_stage.associate(&pairs, given),
             Model::Buffered(buffered) => buffered.associate(&pairs, given),
+            Model::Observation(observation) => observation.associate(&pairs, given),
             Model::Joint(joint) => joint.associate(&pairs, given),
         }
     }

@@ -31,6 +31,25 @@ impl Stages {
                 self.pairings.extend(likeness.map(|l| Pairing { row: pair.target, column: pair.detection, cost: -l }));
             }
         }
+        self.give(pairs, given)
+    }
+
+    /// The same of pairs that are looked for elsewhere, of targets and detections that nobody has yet.
+    ///
+    /// # Errors
+    /// Where a cost is no number.
+    pub fn assign(
+        &mut self,
+        pairs: &Pairs<'_>,
+        given: &mut Given,
+        pairings: impl Iterator<Item = Pairing>,
+    ) -> Result<(), EstimationError> {
+        self.pairings.clear();
+        self.pairings.extend(pairings);
+        self.give(pairs, given)
+    }
+
+    fn give(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let assigned = self.assignment.solve(pairs.targets.len(), pairs.detections.len(), &self.pairings)?;
         for (target, detection) in assigned.iter().enumerate() {
             detection.iter().for_each(|d| given.give(target, *d));

@@ -26,6 +26,9 @@ fn params(changes: &str) -> AssociationParams {
 /// Nothing was learned.
 static LOOK: std::sync::LazyLock<Look> = std::sync::LazyLock::new(Look::default);
 
+/// Nothing was observed.
+static OBSERVED: std::sync::LazyLock<Observed> = std::sync::LazyLock::new(Observed::default);
+
 const SIZE: Size = Size::new(320, 200);
 
 /// Standard deviations of 2, 3, 4 and 5 px.
@@ -34,7 +37,8 @@ fn uneven() -> Option<BoxCovariance> {
 }
 
 fn confirmed<'a>(expectation: &'a Expectation, classes: &'a Classes) -> Claimant<'a> {
-    Claimant { expectation, confirmed: true, state: TrackState::Tracking, unseen_s: 0.0, classes, look: &LOOK }
+    let (state, observed) = (TrackState::Tracking, &*OBSERVED);
+    Claimant { expectation, confirmed: true, state, unseen_s: 0.0, classes, look: &LOOK, observed }
 }
 
 /// What each target is given, detections by their numbers.
@@ -217,4 +221,93 @@ fn dense_clusters_are_shared_by_propagation() {
     let detections: Vec<_> = (0..6).map(|k| seen(at(f64::from(k), 0.0, 0.0, 0.0))).collect();
     let found = given(params("model = 'joint'\njoint.most_events = 10"), &targets, &detections);
     assert!(found.iter().all(|given| given.len() == 6), "{found:?}");
+}
+
+/// A target that walked to the right in steps of `step` pixels and was seen last in its expected place.
+fn walked(step: f64) -> Observed {
+    let mut observed = Observed::default();
+    for k in (0..8).rev() {
+        observed.wait(None);
+        observed.see(at(-step * f64::from(k), 0.0, 0.0, 0.0));
+    }
+    observed
+}
+
+#[test]
+fn direction_decides_between_two_as_near() {
+    let (near, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
+    let observed = walked(3.0);
+    // The direction is measured from 9 px back.
+    let both = [seen(at(-9.5, 0.0, 0.0, 0.0)), seen(at(9.5, 0.0, 0.0, 0.0))];
+    let one = |weight: f64, back: &[Detection]| {
+        let target = Claimant { observed: &observed, ..confirmed(&near, &classes) };
+        given(params(&format!("model = 'observation'\nobservation.direction_weight = {weight:?}")), &[target], back)
+    };
+    // Both overlap alike: the first is taken unless direction has a say.
+    assert_eq!(one(0.0, &both), [[0]]);
+    assert_eq!(one(0.2, &both), [[1]]);
+    assert!(one(0.2, &[Detection::new(at(0.0, 0.0, 0.0, 0.0), 0.5)])[0].is_empty(), "it is not sure enough");
+}
+
+#[test]
+fn what_is_left_is_sought_where_it_was_seen() {
+    // Predicted on, but it stands where it was.
+    let (astray, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
+    let mut observed = Observed::default();
+    observed.see(at(-40.0, 0.0, 0.0, 0.0));
+    let there = [seen(at(-38.0, 0.0, 0.0, 0.0))];
+    let one = |changes: &str| {
+        let target = Claimant { observed: &observed, ..confirmed(&astray, &classes) };
+        given(params(&format!("model = 'observation'\n{changes}")), &[target], &there)
+    };
+    assert_eq!(one(""), [[0]]);
+    assert!(one("observation.recovery_overlap = 0.9")[0].is_empty());
+}
+
+#[test]
+fn observations_are_assigned_as_by_trying_all() {
+    // Up to five walkers and detections anywhere: the first turn has the greatest sum of all ways to pair them.
+    let mut random = 7_u64;
+    let mut uniform = move || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let (wide, classes) = (expectation(Some(BoxCovariance::identity() * 1e4)), Classes::default());
+    for trial in 0..40 {
+        let observed: Vec<Observed> = (0..1 + trial % 5).map(|_| walked(1.0 + 5.0 * uniform())).collect();
+        let targets: Vec<_> =
+            observed.iter().map(|observed| Claimant { observed, ..confirmed(&wide, &classes) }).collect();
+        let detections: Vec<_> = (0..1 + trial % 4)
+            .map(|_| seen(at(20.0 * (uniform() - 0.5), 20.0 * (uniform() - 0.5), 0.0, 0.0)))
+            .collect();
+        let worth = |t: usize, d: usize| {
+            let overlap = wide.bbox().iou(&detections[d].bbox);
+            let agreement = observed[t].agreement(&detections[d].bbox, 3).unwrap();
+            (overlap >= 0.3).then_some(1.0 + overlap + 0.2 * agreement * 0.8)
+        };
+        fn best(from: usize, free: &mut [bool], targets: usize, worth: &dyn Fn(usize, usize) -> Option<f64>) -> f64 {
+            if from == targets {
+                return 0.0;
+            }
+            let mut most = best(from + 1, free, targets, worth);
+            for d in 0..free.len() {
+                if let (true, Some(own)) = (free[d], worth(from, d)) {
+                    free[d] = false;
+                    most = most.max(own + best(from + 1, free, targets, worth));
+                    free[d] = true;
+                }
+            }
+            most
+        }
+        let most = best(0, &mut vec![true; detections.len()], targets.len(), &worth);
+        let changes = "model = 'observation'\nobservation.recovery_overlap = 1.0";
+        let found = given(params(changes), &targets, &detections);
+        let sum: f64 = found
+            .iter()
+            .enumerate()
+            .flat_map(|(t, own)| own.iter().map(move |d| (t, *d)))
+            .map(|(t, d)| worth(t, d).unwrap())
+            .sum();
+        assert!((sum - most).abs() < 1e-9, "trial {trial}: {sum} for {most}");
+    }
 }
