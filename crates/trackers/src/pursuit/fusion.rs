@@ -36,8 +36,6 @@ pub(super) struct Fusion {
     pub expert: Option<Candidate>,
     /// Whether the expert's box is the one believed.
     pub expert_leads: bool,
-    /// Log odds that the expert is right where it differs, by this frame alone; 0 where they agree.
-    pub expert_odds: f64,
     /// What is remembered of that.
     pub remark: Option<Remark>,
 }
@@ -53,7 +51,6 @@ impl Fusion {
         place: None,
         expert: None,
         expert_leads: false,
-        expert_odds: 0.0,
         remark: None,
     };
 

@@ -39,8 +39,6 @@ pub struct WitnessLocalizer {
     filter_offset: SearchOffset,
     network_offset: SearchOffset,
     arbitration: Arbitration,
-    /// Smoothed log odds for the expert where it differs.
-    expert_claim: f64,
     /// Whether the last frame left a doubt.
     doubted: bool,
     /// Likeness and log odds of LightFC's score while the target is sure, smoothed.
@@ -63,6 +61,11 @@ impl WitnessLocalizer {
     fn restored(self) -> Result<Self, &'static str> {
         if self.params.check_all().is_err() {
             return Err("its settings are out of range");
+        }
+        let remark = self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
+        let usual = self.usual.unwrap_or_default();
+        if ![remark.score, remark.overlap, usual.0, usual.1].iter().all(|v| v.is_finite()) {
+            return Err("what is remembered of a network is not finite");
         }
         Ok(self)
     }
@@ -94,7 +97,6 @@ impl WitnessLocalizer {
             filter_offset: SearchOffset::new(&bbox),
             network_offset: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
-            expert_claim: 0.0,
             doubted: false,
             usual: None,
             schedule: NetworkSchedule::default(),
@@ -198,9 +200,7 @@ impl WitnessLocalizer {
         (fused.expert, fused.remark) = (Some(candidate), Some(remark));
         let other = fused.leading().copied();
         if let Some(other) = other.filter(|_| overlap < self.params.fusion.agree_from) {
-            let params = &self.params.expert_arbitration;
-            fused.expert_odds = params.odds(fused.agreed, &candidate.evidence, &other.evidence, remark.score);
-            fused.expert_leads = fused.expert_odds + params.memory * self.expert_claim > 0.0;
+            fused.expert_leads = self.params.expert_arbitration.odds(&candidate.evidence, &other.evidence) > 0.0;
         } else {
             fused.expert_leads = true;
         }
@@ -439,10 +439,6 @@ impl Localizer for WitnessLocalizer {
         self.schedule.note(&self.params.fusion, concluded, asked);
         if let Some(expert) = &mut self.expert {
             expert.note(fused.and_then(|fused| fused.remark));
-            if let Some(fused) = fused.filter(|fused| fused.expert.is_some()) {
-                let rate = self.params.expert_arbitration.rate;
-                self.expert_claim += rate * (fused.expert_odds - self.expert_claim);
-            }
         }
         if let Some((reported, WitnessFinding { fused: Some(fused), .. })) = outcome.found {
             self.place_searches(fused, &reported, outcome.state);

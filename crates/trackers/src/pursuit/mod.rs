@@ -1,5 +1,5 @@
-//! The default tracker, `pursuit`: two witnesses, a correlation filter that learns and a network that does not, and one judge
-//! over what both say. `pursuit-light` is the filter alone. See `docs/papers/pursuit.md`.
+//! The default tracker, `pursuit`: two witnesses, a correlation filter that learns and a network that does not, a second network that
+//! sees better and is asked now and then, and judges over what they say. `pursuit-light` is the filter alone. See `docs/papers/pursuit.md`.
 
 mod arbitration;
 mod convention;
@@ -15,7 +15,9 @@ mod schedule;
 pub use judge::{JointEvidence, JudgeParams};
 pub use light::light;
 pub use localizer::WitnessLocalizer;
-pub use params::{ArbitrationParams, FilterParams, FusionParams, NetworksParams, PursuitParams};
+pub use params::{
+    ArbitrationParams, ExpertArbitrationParams, FilterParams, FusionParams, NetworksParams, PursuitParams,
+};
 
 use crate::correlation::CorrelationLocalizer;
 use pursuit_geometry::BBox;
@@ -40,11 +42,11 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
     let groups = GroupParams {
         motion: MotionParams::calm(),
         policy: PolicyParams {
-            occluded_below: 0.6,
-            seen_from: 0.77,
+            occluded_below: 0.66,
+            seen_from: 0.85,
             found_from: 0.83,
             learn_from: 0.77,
-            calibrated: CalibratedParams { lost_below: 0.25, ..CalibratedParams::default() },
+            calibrated: CalibratedParams { lost_below: 0.25, probation_s: 0.5, ..CalibratedParams::default() },
             occluded_score: 1.0,
             ..PolicyParams::default()
         },
@@ -54,6 +56,10 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             side_windows: 0,
             keep_inside: true,
             whole_size: true,
+            tentative: 2,
+            believe_at: 2.5,
+            neutral: 1.2,
+            news: 0.3,
             ..SearchParams::at_last_place()
         },
     };

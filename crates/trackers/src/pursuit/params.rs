@@ -118,40 +118,21 @@ pursuit_parameters::parameters! {
 }
 
 pursuit_parameters::parameters! {
-    /// Whether LightFC's box is taken where it differs from what the other witnesses take for the target: a logistic regression.
+    /// Whether LightFC's box is taken where it differs from what the other witnesses take for the target: a logistic regression of
+    /// how much better the filter, which has learned the target's later looks, answers at LightFC's place.
     pub struct ExpertArbitrationParams {
         /// Log odds for LightFC where nothing speaks for either.
         pub bias: f64 = 1.6, in Bounds::default(), source "ours, fitted";
-        /// Added where filter and NanoTrack agree.
-        pub agreed: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the log odds of LightFC's score.
-        pub lightfc: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the difference of the log odds of NanoTrack's score.
-        pub network: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the difference of the likeness.
-        pub likeness: f64 = 0.0, in Bounds::default(), source "ours, fitted";
-        /// Weight of the difference of ln of the mean likelihood of the colours.
-        pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of the difference of ln of the filter's peak.
         pub peak: f64 = 6.0, in Bounds::default(), source "ours, fitted";
-        /// How much what is remembered counts beside the frame at hand.
-        pub memory: f64 = 0.0, in 0.0.., source "ours";
-        /// Share of a frame in what is remembered.
-        pub rate: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
     }
 }
 
 impl ExpertArbitrationParams {
-    /// Log odds, by one frame, that LightFC's box is the right one of two.
-    pub fn odds(&self, agreed: bool, expert: &JointEvidence, other: &JointEvidence, lightfc: f64) -> f64 {
+    /// Log odds that LightFC's box is the right one of two.
+    pub fn odds(&self, expert: &JointEvidence, other: &JointEvidence) -> f64 {
         let ln = |v| Taken::Ln.of(v);
-        self.bias
-            + if agreed { self.agreed } else { 0.0 }
-            + self.lightfc * lightfc
-            + self.network * (expert.network - other.network)
-            + self.likeness * (expert.likeness - other.likeness)
-            + self.color * (ln(expert.color) - ln(other.color))
-            + self.peak * (ln(expert.peak) - ln(other.peak))
+        self.bias + self.peak * (ln(expert.peak) - ln(other.peak))
     }
 }
 

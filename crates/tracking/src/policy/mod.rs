@@ -57,10 +57,8 @@ pub struct Policy {
     /// Time that the target has not been seen, in seconds.
     unseen_s: f64,
     /// Time since the target was sure, in seconds.
-    #[serde(default)]
     doubt_s: f64,
     /// What is left of the probation, in seconds.
-    #[serde(default)]
     probation_s: f64,
 }
 

@@ -130,7 +130,7 @@ impl Proposer {
             pass: 0,
             unseen_s: 0.0,
             whole: (bbox.width(), bbox.height()),
-            tentative: Vec::new(),
+            tentative: Vec::with_capacity(MOST),
             order: Vec::new(),
         };
         proposer.settle(bbox);
