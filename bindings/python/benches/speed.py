@@ -1,6 +1,6 @@
 """What the binding costs, and what its batched filters gain: prints ratios of one run.
 
-python benches/speed.py [calls] [filters] [threads] [leaks]; FilterPy is needed for `filters`.
+python benches/speed.py [calls] [filters] [threads] [associate]; FilterPy is needed for `filters`.
 """
 
 import sys
@@ -108,6 +108,24 @@ def threads(count=8, frames=100):
     print(f"{count} threads: {alone / together:.2f} x the throughput of one")
 
 
+def associate(frames=300):
+    """Microseconds a frame of the walkers of `cargo run --profile suite -p pursuit-tracking --example associate`, arrays in and out."""
+    for count in (4, 20, 100, 500):
+        side = int(np.ceil(np.sqrt(count)))
+        i, times = np.arange(count), []
+        associator = pursuit.Associator(size=(300 + 55 * side, 300 + 95 * side), fps=25)
+        scores, boxes = np.full(count, 0.9), np.tile([0.0, 0, 30, 80], (count, 1))
+        for k in range(2 * frames):
+            boxes[:, 0] = 100 + 55 * (i % side) + 25 * np.sin(0.05 * k + i)
+            boxes[:, 1] = 100 + 95 * (i // side) + 20 * np.cos(0.04 * k + 2 * i)
+            start = time.perf_counter()
+            tracks = associator.update(boxes, scores)
+            known = tracks.ids, tracks.boxes, tracks.scores, tracks.states, tracks.detections
+            times.append(time.perf_counter() - start)
+        assert len(known[0]) == count
+        print(f"{count} boxes: {1e6 * np.median(times[frames:]):.1f} us a frame (median)")
+
+
 if __name__ == "__main__":
     for name in sys.argv[1:] or ["calls", "filters", "threads"]:
-        {"calls": calls, "filters": filters, "threads": threads}[name]()
+        {"calls": calls, "filters": filters, "threads": threads, "associate": associate}[name]()

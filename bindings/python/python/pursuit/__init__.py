@@ -7,6 +7,7 @@
 
 track          follow a target, or several, through a video, a folder of images, a camera or a scene
 Tracker        one target, frame by frame, on numpy arrays; MultiTracker: many
+Associator     tracks of the boxes that a detector of your own finds, on numpy arrays
 Detector       find targets in frames; detect: in one frame or a whole input
 trackers       every tracker by name; help(pursuit.trackers.kcf) shows its parameters
 estimation     Kalman filters, IMM, particle filters, smoothers, association on arrays of N tracks x T steps
@@ -21,6 +22,7 @@ Every error is a PursuitError with one line that says what was wrong, where, and
 from . import estimation
 from ._eval import eval, reproduce  # noqa: A004
 from ._native import (
+    Associator,
     ComputationError,
     Detector,
     Estimate,
@@ -30,6 +32,7 @@ from ._native import (
     PursuitError,
     StateError,
     Tracker,
+    Tracks,
     UsageError,
     __version__,
 )
@@ -37,6 +40,7 @@ from ._registry import detectors, trackers
 from ._track import Track, detect, track
 
 __all__ = [
+    "Associator",
     "ComputationError",
     "Detector",
     "Estimate",
@@ -47,6 +51,7 @@ __all__ = [
     "StateError",
     "Track",
     "Tracker",
+    "Tracks",
     "UsageError",
     "__version__",
     "detect",

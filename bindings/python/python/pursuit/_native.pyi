@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Box = tuple[float, float, float, float]
 Frame = NDArray[np.uint8] | NDArray[np.uint16] | str | os.PathLike[str]
@@ -15,6 +15,7 @@ BatchClip = tuple[str, str, str | None, str]
 
 __version__: str
 DEFAULT_TRACKER: str
+COCO: list[str]
 
 class PursuitError(Exception): ...
 class UsageError(PursuitError): ...
@@ -104,6 +105,55 @@ class MultiTracker:
     def save(self) -> bytes: ...
     @staticmethod
     def restore(saved: bytes) -> MultiTracker: ...
+
+class Tracks:
+    """What is known of every target after a frame: arrays of one row for each, in ascending order of ids."""
+
+    TRACKING: int
+    OCCLUDED: int
+    LOST: int
+    @property
+    def ids(self) -> NDArray[np.int64]: ...
+    @property
+    def boxes(self) -> Floats: ...
+    @property
+    def scores(self) -> Floats: ...
+    @property
+    def states(self) -> NDArray[np.int8]: ...
+    @property
+    def detections(self) -> NDArray[np.int64]: ...
+    @property
+    def class_ids(self) -> NDArray[np.int64]: ...
+    def __len__(self) -> int: ...
+
+class Associator:
+    """Makes tracks of the boxes that a detector of your own finds, frame by frame."""
+
+    def __init__(
+        self,
+        *,
+        size: tuple[int, int] | None = None,
+        fps: float = 30.0,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        **parameters: Any,
+    ) -> None: ...
+    @property
+    def targets(self) -> list[int]: ...
+    def update(
+        self,
+        boxes: ArrayLike,
+        scores: ArrayLike | None = None,
+        classes: ArrayLike | None = None,
+        embeddings: ArrayLike | None = None,
+        *,
+        corners: bool = False,
+        time_s: float | None = None,
+        frame: Frame | None = None,
+    ) -> Tracks: ...
+    def forecast(self, target: int, seconds: float) -> Box: ...
+    def save(self) -> bytes: ...
+    @staticmethod
+    def restore(saved: bytes) -> Associator: ...
 
 class Detector:
     """Finds targets without being told where to look."""

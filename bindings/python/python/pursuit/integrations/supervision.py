@@ -1,6 +1,8 @@
-"""Estimates as supervision's detections (pip install supervision), for its annotators and zones."""
+"""Estimates as supervision's detections (pip install supervision), for its annotators and zones, and its detections associated."""
 
 import numpy as np
+
+from ._classes import numbers
 
 
 def corners(estimates):
@@ -10,11 +12,12 @@ def corners(estimates):
     return boxes
 
 
-def to_detections(estimates, *, lost=False):
+def to_detections(estimates, *, lost=False, names=None):
     """A supervision.Detections of the estimates of one frame: confidence is the score, tracker_id the target's number,
-    data["class_name"] what a detector named, or nothing.
+    data["class_name"] what a detector named, or nothing, and class_id its number in `names`, -1 where there is none.
 
-    lost: whether targets that are lost come too; their boxes are those believed last.
+    lost: whether targets that are lost come too; their boxes are those believed last. names: the classes in the order of their numbers, or a dict of number
+    to name; without, the 80 of COCO.
     """
     import supervision
 
@@ -22,7 +25,7 @@ def to_detections(estimates, *, lost=False):
     return supervision.Detections(
         xyxy=corners(shown),
         confidence=np.array([e.score for e in shown], dtype=np.float32),
-        class_id=np.zeros(len(shown), dtype=int),
+        class_id=numbers(shown, names),
         tracker_id=np.array([e.target for e in shown], dtype=int),
         data={
             "state": np.array([e.state for e in shown], dtype=str),
@@ -36,3 +39,18 @@ def from_detections(detections):
     boxes = np.asarray(detections.xyxy, dtype=float).reshape(-1, 4).copy()
     boxes[:, 2:] -= boxes[:, :2]
     return boxes
+
+
+def associate(associator, detections, **more):
+    """Those of `detections`, a supervision.Detections of the next frame, that are of a known target, with tracker_id: masks, data and all that is attached to
+    them are kept, in the order of the targets' numbers.
+
+    associator: a pursuit.Associator. more: time_s, frame, embeddings, as its update takes them.
+    """
+    tracks = associator.update(
+        detections.xyxy, detections.confidence, detections.class_id, corners=True, **more
+    )
+    seen = tracks.detections >= 0
+    found = detections[tracks.detections[seen]]
+    found.tracker_id = tracks.ids[seen]
+    return found

@@ -2,19 +2,21 @@
 
 import numpy as np
 
+from ._classes import columns, numbers
+
 
 class Boxes:
     """Boxes of one frame: xyxy, xywh (centre and size), xyxyn, xywhn, conf, cls and id, numpy arrays of float32."""
 
-    def __init__(self, estimates, shape):
-        """estimates: of one frame. shape: (height, width) of the frame in pixels."""
+    def __init__(self, estimates, shape, names=None):
+        """estimates: of one frame, or Tracks of an Associator. shape: (height, width) of the frame in pixels. names: the classes in the order of their
+        numbers, or a dict of number to name; without, the 80 of COCO. cls is -1 where there is none."""
         self.orig_shape = tuple(shape[:2])
-        ltwh = np.array([e.box for e in estimates], dtype=np.float32).reshape(-1, 4)
+        ltwh, self.conf, ids = columns(estimates)
         self.xyxy = np.concatenate([ltwh[:, :2], ltwh[:, :2] + ltwh[:, 2:]], axis=1)
         self.xywh = np.concatenate([ltwh[:, :2] + ltwh[:, 2:] / 2, ltwh[:, 2:]], axis=1)
-        self.conf = np.array([e.score for e in estimates], dtype=np.float32)
-        self.cls = np.zeros(len(ltwh), dtype=np.float32)
-        self.id = np.array([e.target for e in estimates], dtype=np.float32)
+        self.cls = numbers(estimates, names).astype(np.float32)
+        self.id = ids.astype(np.float32)
         self.is_track = True
 
     @property
@@ -40,7 +42,20 @@ class Boxes:
 
 def boxes_of(result):
     """Boxes to start on, left, top, width, height in pixels, (n, 4), of an Ultralytics result or its boxes."""
-    boxes = getattr(result, "boxes", result).xyxy
-    boxes = np.array(boxes.cpu() if hasattr(boxes, "cpu") else boxes, dtype=float).reshape(-1, 4)
+    boxes = _numbers(getattr(result, "boxes", result).xyxy).reshape(-1, 4)
     boxes[:, 2:] -= boxes[:, :2]
     return boxes
+
+
+def associate(associator, result, **more):
+    """Tracks after the next frame, whose detections are an Ultralytics result or its boxes; `detections` of the Tracks says which of them each target is.
+
+    associator: a pursuit.Associator. more: time_s, frame, embeddings, as its update takes them.
+    """
+    boxes = getattr(result, "boxes", result)
+    return associator.update(_numbers(boxes.xyxy), _numbers(boxes.conf), _numbers(boxes.cls), corners=True, **more)
+
+
+def _numbers(values):
+    """An array or a tensor, wherever it is, as an array of its own."""
+    return np.array(values.cpu() if hasattr(values, "cpu") else values, dtype=float)
