@@ -110,6 +110,7 @@ class Tracks:
     """What is known of every target after a frame: arrays of one row for each, in ascending order of ids."""
 
     TRACKING: int
+    UNSURE: int
     OCCLUDED: int
     LOST: int
     @property

@@ -17,7 +17,7 @@ pub struct Tracks {
     /// The probability of each box as far as it is known, in [0, 1], float64 (m,).
     #[pyo3(get)]
     scores: Py<PyArray1<f64>>,
-    /// TRACKING, OCCLUDED or LOST, int8 (m,).
+    /// TRACKING, UNSURE, OCCLUDED or LOST, int8 (m,).
     #[pyo3(get)]
     states: Py<PyArray1<i8>>,
     /// Which of the boxes given each target took, int64 (m,); -1: none.
@@ -43,6 +43,7 @@ pub struct Told {
 const TRACKING: i8 = 0;
 const OCCLUDED: i8 = 1;
 const LOST: i8 = 2;
+const UNSURE: i8 = 3;
 
 /// A place or a number as numpy's integer.
 fn signed(n: impl TryInto<i64>) -> i64 {
@@ -68,6 +69,7 @@ impl Told {
             told.scores.push(estimate.score);
             told.states.push(match estimate.state {
                 TrackState::Tracking => TRACKING,
+                TrackState::Unsure => UNSURE,
                 TrackState::Occluded => OCCLUDED,
                 TrackState::Lost => LOST,
             });
@@ -96,6 +98,8 @@ impl Told {
 impl Tracks {
     #[classattr]
     const TRACKING: i8 = TRACKING;
+    #[classattr]
+    const UNSURE: i8 = UNSURE;
     #[classattr]
     const OCCLUDED: i8 = OCCLUDED;
     #[classattr]
