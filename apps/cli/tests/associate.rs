@@ -141,20 +141,20 @@ fn hostile_files_are_refused_by_line() {
         let ended = pursuit(&args);
         assert!(!ended.status.success() && !stderr(&ended).contains("panicked"), "{}", stderr(&ended));
     };
-    refused("nan.txt", b"1,-1,nan,2,3,4,0.5\n", &["line 1", "cannot be one"]);
-    refused("infinite.txt", b"1,-1,1,2,3,4,0.5\n2,-1,1,2,inf,4,0.5\n", &["line 2"]);
-    refused("huge.txt", b"1,-1,1e300,2,3,4,0.5\n", &["line 1"]);
-    refused("negative.txt", b"1,-1,1,2,-3,4,0.5\n", &["line 1", "not below 0"]);
-    refused("score.txt", b"1,-1,1,2,3,4,nan\n", &["line 1", "score"]);
-    refused("frame.txt", b"0,-1,1,2,3,4,0.5\n", &["line 1", "frame"]);
-    refused("late.txt", b"99999999999,-1,1,2,3,4,0.5\n", &["line 1", "frame"]);
-    refused("columns.txt", b"1,-1,1,2,3\n", &["line 1", "5 cells"]);
-    refused("words.txt", b"frame,id,left,top,width,height,score\n", &["line 1", "not a number"]);
-    refused("bytes.txt", &[0xff, 0xfe, 0x00, 0x2c, 0x0a], &["line 1", "no text"]);
-    refused("cut.json", br#"[{"image_id": 0, "bbox": [1, 2, 3, 4], "sco"#, &["line 1"]);
+    refused("nan.txt", b"1,-1,nan,2,3,4,0.5\n", &[":1:", "cannot be one"]);
+    refused("infinite.txt", b"1,-1,1,2,3,4,0.5\n2,-1,1,2,inf,4,0.5\n", &[":2:"]);
+    refused("huge.txt", b"1,-1,1e300,2,3,4,0.5\n", &[":1:"]);
+    refused("negative.txt", b"1,-1,1,2,-3,4,0.5\n", &[":1:", "not below 0"]);
+    refused("score.txt", b"1,-1,1,2,3,4,nan\n", &[":1:", "score"]);
+    refused("frame.txt", b"0,-1,1,2,3,4,0.5\n", &[":1:", "frame"]);
+    refused("late.txt", b"99999999999,-1,1,2,3,4,0.5\n", &[":1:", "frame"]);
+    refused("columns.txt", b"1,-1,1,2,3\n", &[":1:", "5 cells"]);
+    refused("words.txt", b"frame,id,left,top,width,height,score\n", &[":1:", "not a number"]);
+    refused("bytes.txt", &[0xff, 0xfe, 0x00, 0x2c, 0x0a], &[":1:", "no text"]);
+    refused("cut.json", br#"[{"image_id": 0, "bbox": [1, 2, 3, 4], "sco"#, &[":1:"]);
     refused("short.json", br#"[{"image_id": 0, "bbox": [1, 2, 3], "score": 0.5}]"#, &[]);
-    refused("cut.jsonl", b"{\"frame\": 0, \"box\": [1, 2, 3, 4]}\n{\"frame\": 1, \"bo", &["line 2"]);
-    refused("few.txt", b"0 -1 Car 0 0 0 1 2 3\n", &["line 1", "cells"]);
+    refused("cut.jsonl", b"{\"frame\": 0, \"box\": [1, 2, 3, 4]}\n{\"frame\": 1, \"bo", &[":2:"]);
+    refused("few.txt", b"0 -1 Car 0 0 0 1 2 3\n", &[":1:", "cells"]);
     let logits = folder.path().join("logits.txt");
     std::fs::write(&logits, "1,-1,1,2,3,4,0.5\n2,-1,1,2,3,4,17.5\n").unwrap();
     let out = folder.path().join("out");
@@ -264,7 +264,7 @@ fn detections_are_followed_beside_the_video() {
 fn boxes_beside_real_footage_are_followed() {
     let Some(data) = footage("sot2") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let name = "SegTrack2_monkeydog";
+    let name = "SegTrack2_bird_of_paradise";
     let known = rows(&data.join(format!("{name}.csv")));
     // Every fourth box is missed.
     let line = |(k, row): (usize, &std::collections::HashMap<String, String>)| {

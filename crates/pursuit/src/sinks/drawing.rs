@@ -146,7 +146,7 @@ mod tests {
     fn an_unsure_box_has_a_colour_of_its_own_and_gaps() {
         let shown = |state, many: u64| {
             let records: Vec<_> = (1..=many).map(|t| record(t, 60.0 * t as f64, state)).collect();
-            colors(&records, OverlayStyle::Minimal)
+            colors(&records, OverlayStyle::Full)
         };
         for many in [1, 3] {
             let (unsure, occluded) = (shown(TrackState::Unsure, many), shown(TrackState::Occluded, many));

@@ -103,10 +103,13 @@ impl Fusion {
     /// What it would be that keeps the target from being believed here, going by what the network still sees.
     pub fn doubt(&self, params: &FusionParams) -> Doubt {
         let sees = |witness: &Option<Candidate>| witness.is_some_and(|c| c.evidence.network >= params.seen_from);
-        match (sees(&self.filter), sees(&self.network)) {
-            (true, true) if !self.agreed => Doubt::Confused,
+        let (filter, network) = (sees(&self.filter), sees(&self.network));
+        // LightFC knows better than NanoTrack whether anything of the target is in sight.
+        let seen = self.remark.map_or(filter || network, |remark| remark.score >= params.lightfc_seen_from);
+        match (filter && network && !self.agreed, seen) {
+            (true, _) => Doubt::Confused,
+            (false, true) => Doubt::Changed,
             (false, false) => Doubt::Covered,
-            _ => Doubt::Changed,
         }
     }
 
@@ -185,6 +188,14 @@ mod tests {
         ] {
             let (filter, network) = (filter.map(candidate), network.map(candidate));
             let fusion = Fusion { filter, network, agreed, filter_leads: true, ..Fusion::NOTHING };
+            assert_eq!(fusion.doubt(&params), want, "{fusion:?}");
+        }
+        // LightFC, where it was asked, has the last word on whether anything is in sight.
+        for (network, score, want) in
+            [(faint, params.lightfc_seen_from, Doubt::Changed), (clear, params.lightfc_seen_from - 0.1, Doubt::Covered)]
+        {
+            let (filter, remark) = (Some(candidate(network)), Some(Remark { score, overlap: 0.5 }));
+            let fusion = Fusion { filter, network: filter, agreed: true, remark, ..Fusion::NOTHING };
             assert_eq!(fusion.doubt(&params), want, "{fusion:?}");
         }
     }

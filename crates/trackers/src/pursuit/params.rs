@@ -74,6 +74,8 @@ pursuit_parameters::parameters! {
         /// From this on the network sees something like the target: what is not believed there has `changed`, or is one of several
         /// (`confused`); below, it is `covered`. Only the word in the files goes by it.
         pub seen_from: f64 = 4.0, in -20.0..=20.0, unit "log odds", source "ours";
+        /// The same of LightFC, which has the last word where it was asked.
+        pub lightfc_seen_from: f64 = -0.5, in -20.0..=20.0, unit "log odds", source "ours";
         /// While both agree beyond doubt, the network is asked in every so many frames; in between its last answer stands
         /// beside what the filter says. 1: in every frame.
         pub ask_every: usize = 1, in 1..=1000, source "ours";

@@ -283,9 +283,9 @@ fn forecasts(entry: &TrackerEntry) {
     assert_eq!(tracker.save().unwrap(), before, "{}", entry.name);
     assert_eq!((now.bbox, now.time_s, now.velocity), (last.bbox, last.time_s, last.velocity), "{}", entry.name);
     assert!((ahead.time_s - last.time_s - 0.2).abs() < 1e-12);
-    // Five frames ahead.
+    // Five frames ahead. Boxes of several witnesses by turns are less even than those of one, and so is their speed.
     let apart = ahead.bbox.center().distance(world.truth(20).center());
-    assert!(apart < 8.0, "{}: {apart} {ahead:?}", entry.name);
+    assert!(apart < 9.0, "{}: {apart} {ahead:?}", entry.name);
     assert!(ahead.covariance.unwrap()[(0, 0)] > now.covariance.unwrap()[(0, 0)], "{}", entry.name);
 }
 
