@@ -71,10 +71,10 @@ def samples(name, truth, rows, features):
     """Features, whether right, whether absent, of every box that was followed."""
     for row in rows:
         said, true = row['diagnostics'], truth[row['frame']]
-        witness = 'filter' if said.get('filter_leads') == 1 else 'network'
+        witness = 'expert' if said.get('expert_leads') == 1 else 'filter' if said.get('filter_leads') == 1 else 'network'
         if f'{witness}_x' not in said:
             continue
-        box = np.array(row['measurement'] if said.get('agreed') == 1 else [said[f'{witness}_{k}'] for k in 'xywh'])
+        box = np.array(row['measurement'] if said.get('agreed') == 1 and witness != 'expert' else [said[f'{witness}_{k}'] for k in 'xywh'])
         absent = bool(np.isnan(true[0]))
         values = [taken(said[f'{witness}_{column}']) for column, (_, taken) in features.items()]
         yield values, not absent and overlap(box, true) >= 0.5, absent

@@ -154,7 +154,7 @@ fn hostile_files_are_refused_by_line() {
     refused("cut.json", br#"[{"image_id": 0, "bbox": [1, 2, 3, 4], "sco"#, &[":1:"]);
     refused("short.json", br#"[{"image_id": 0, "bbox": [1, 2, 3], "score": 0.5}]"#, &[]);
     refused("cut.jsonl", b"{\"frame\": 0, \"box\": [1, 2, 3, 4]}\n{\"frame\": 1, \"bo", &[":2:"]);
-    refused("few.txt", b"0 -1 Car 0 0 0 1 2 3\n", &[":1:", "cells"]);
+    refused("few.txt", b"0 -1 Car 0 0 0 1 2 3\n", &[":1:", "frame 0"]);
     let logits = folder.path().join("logits.txt");
     std::fs::write(&logits, "1,-1,1,2,3,4,0.5\n2,-1,1,2,3,4,17.5\n").unwrap();
     let out = folder.path().join("out");
