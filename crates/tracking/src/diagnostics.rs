@@ -121,11 +121,11 @@ macro_rules! figures {
 }
 
 /// Figures that fit without allocating: the most that a tracker here has, with those of a detector.
-const ROOM: usize = 32;
+const ROOM: usize = 56;
 
 const NONE: Figure = Figure { name: "", unit: "", text: "", weight: None };
 
-/// The raw figures of a frame, each with its declaration. None is ever dropped; up to 32 are kept without allocating.
+/// The raw figures of a frame, each with its declaration. None is ever dropped; up to 56 are kept without allocating.
 #[derive(Clone, PartialEq)]
 pub struct Diagnostics {
     first: [(&'static Figure, f64); ROOM],

@@ -213,5 +213,5 @@ fn what_was_found_is_on_probation() {
     judge(&mut policy, TrackState::Lost, 0.9);
     let learnt = [0.9, 0.9, 0.9].map(|confidence| judge(&mut policy, TrackState::Tracking, confidence).learn);
     assert_eq!(learnt, [false, false, true]);
-    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Occluded, "probation is over");
+    assert_eq!(judge(&mut policy, TrackState::Tracking, 0.1).state, TrackState::Unsure, "probation is over");
 }
