@@ -33,7 +33,9 @@ where
 
     /// The numbers row by row, in place where they lie so.
     fn numbers(&self) -> Cow<'_, [T]> {
-        self.0.as_slice().map_or_else(|_| self.0.as_array().iter().copied().collect(), Cow::Borrowed)
+        // A slice of the array itself would hold columns where numpy keeps them together.
+        let array = self.0.as_array();
+        array.to_slice().map_or_else(|| array.iter().copied().collect(), Cow::Borrowed)
     }
 
     /// One number for each box.
