@@ -143,8 +143,10 @@ impl<L: Localizer> Searcher<L> {
         }
         match verdict.state {
             TrackState::Tracking => self.proposer.sure(&belief.last_believed, frame.size()),
-            // What is coasted is looked for where it is expected.
-            TrackState::Occluded if !verdict.follow && found.is_some() => self.proposer.settle(&belief.motion.bbox()),
+            // What is not likely enough to be followed is no place to go on looking from.
+            TrackState::Occluded if !verdict.follow && belief.policy.coasts() => {
+                self.proposer.settle(&belief.motion.bbox());
+            }
             TrackState::Unsure | TrackState::Occluded | TrackState::Lost => {}
         }
         let mut estimate = belief.report(frame, prior, judgement, measurement);

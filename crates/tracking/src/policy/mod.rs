@@ -91,6 +91,14 @@ impl Policy {
         }
     }
 
+    /// Whether a target whose measurement is not followed is looked for where it is expected, and not where that was.
+    pub fn coasts(&self) -> bool {
+        match self.params.model {
+            PolicyModel::Calibrated => self.params.calibrated.follow_from > 0.0,
+            PolicyModel::Gated | PolicyModel::Paper | PolicyModel::Always => false,
+        }
+    }
+
     /// From this probability on a measurement leaves no doubt, so that nobody need look elsewhere.
     pub const fn sure_from(&self) -> f64 {
         match self.params.model {

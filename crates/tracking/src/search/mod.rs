@@ -66,9 +66,9 @@ pub struct Proposer {
     whole: (f64, f64),
     /// Places that may show it.
     tentative: Vec<Tentative>,
-    /// The windows of a pass over the frame, in the order in which they are looked at.
-    #[serde(skip)]
+    /// The windows of a pass over the frame, in the order in which they are looked at, and the columns of their grid.
     order: Vec<usize>,
+    columns: usize,
 }
 
 /// How far the search of one frame has come, and what it found.
@@ -132,6 +132,7 @@ impl Proposer {
             whole: (bbox.width(), bbox.height()),
             tentative: Vec::with_capacity(MOST),
             order: Vec::new(),
+            columns: 0,
         };
         proposer.settle(bbox);
         proposer
@@ -264,7 +265,7 @@ impl Proposer {
 
     /// Looks at the tentative place of that number, or else at windows over the frame.
     fn elsewhere(&mut self, place: usize, situation: &Situation<'_>, searches: &mut Vec<Search>) -> Round {
-        let Some(tentative) = self.tentative.get(place) else {
+        let Some(tentative) = self.tentative.get(place).filter(|_| place < MOST) else {
             return self.sweep(situation, self.params.wide_windows, searches);
         };
         let keep_inside = self.params.keep_inside;
@@ -433,9 +434,10 @@ impl Proposer {
             frames => windows.max(all.div_ceil(frames).min(self.params.most_windows)),
         };
         let ordered = self.params.whole_size;
-        if ordered && self.order.len() != all {
+        if ordered && (self.order.len(), self.columns) != (all, columns) {
             // The places nearest to where it was last come first.
             let last = Point::new(self.last.0, self.last.1);
+            self.columns = columns;
             self.order.clear();
             self.order.extend(0..all);
             self.order.sort_by(|&a, &b| center(a).distance(last).total_cmp(&center(b).distance(last)));
