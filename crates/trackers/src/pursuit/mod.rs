@@ -2,6 +2,7 @@
 //! sees better and is asked now and then, and judges over what they say. `pursuit-light` is the filter alone. See `docs/papers/pursuit.md`.
 
 mod arbitration;
+mod consult;
 mod convention;
 mod expert;
 mod fusion;

@@ -93,6 +93,8 @@ pursuit_parameters::parameters! {
     pub struct NetworksParams {
         /// LightFC is asked in every so many frames, and whenever there is a doubt, and its box is taken; 0: never.
         pub lightfc_every: usize = 5, in 0..=1000, source "ours";
+        /// What is less likely than this is a doubt, as are witnesses that differ.
+        pub lightfc_below: f64 = 0.6, in 0.01..=0.99, source "ours";
     }
 }
 

@@ -1,21 +1,16 @@
 //! Where to look: near the prediction, elsewhere while unsure, all over the frame once the target is lost.
 
 mod params;
+mod sweep;
 mod tentative;
 
 pub use params::{GateParams, SearchModel, SearchParams, WideningParams};
 
 use crate::{BoxCovariance, Gate, Look, Measurement, Prior, Search, TrackState, ViewSize};
-use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point, Size};
 use serde::{Deserialize, Serialize};
-use tentative::{MOST, Tentative};
-
-/// Most columns, and most rows, of the grid of windows that a sweep over the frame goes through.
-const MOST_LINES: usize = 64;
-
-/// Share of a new size in the size that is remembered.
-const SIZE_RATE: f64 = 0.1;
+use sweep::Sweep;
+use tentative::{MOST, Tentatives};
 
 /// What a proposer goes by.
 #[derive(Debug, Clone, Copy)]
@@ -56,19 +51,12 @@ pub struct Proposer {
     last: (f64, f64),
     /// Probability of what was seen near the prediction last.
     latest: f64,
-    /// The window of the sweep looked at last.
-    cursor: usize,
-    /// Passes over the frame so far.
-    pass: usize,
+    /// How far going over the frame has come.
+    sweep: Sweep,
     /// How long the target has not been seen, in seconds.
     unseen_s: f64,
-    /// Its size when it was seen whole.
-    whole: (f64, f64),
     /// Places that may show it.
-    tentative: Vec<Tentative>,
-    /// The windows of a pass over the frame, in the order in which they are looked at, and the columns of their grid.
-    order: Vec<usize>,
-    columns: usize,
+    tentative: Tentatives,
 }
 
 /// How far the search of one frame has come, and what it found.
@@ -126,13 +114,9 @@ impl Proposer {
             params,
             last: (0.0, 0.0),
             latest: 1.0,
-            cursor: 0,
-            pass: 0,
+            sweep: Sweep::new(bbox),
             unseen_s: 0.0,
-            whole: (bbox.width(), bbox.height()),
-            tentative: Vec::with_capacity(MOST),
-            order: Vec::new(),
-            columns: 0,
+            tentative: Tentatives::default(),
         };
         proposer.settle(bbox);
         proposer
@@ -158,19 +142,10 @@ impl Proposer {
         self.last = (bbox.center().x, bbox.center().y);
     }
 
-    /// The target is seen for certain at `bbox`. A box that reaches the border of `frame` may show a part of it.
+    /// The target is seen for certain at `bbox` of a frame of that size.
     pub fn sure(&mut self, bbox: &BBox, frame: Size) {
         self.tentative.clear();
-        self.order.clear();
-        let (bounds, margin) = (frame.bounds(), 2.0);
-        let whole = bbox.left() > margin
-            && bbox.top() > margin
-            && bbox.right() < bounds.right() - margin
-            && bbox.bottom() < bounds.bottom() - margin;
-        if whole {
-            let towards = |old: f64, new: f64| old + SIZE_RATE * (new - old);
-            self.whole = (towards(self.whole.0, bbox.width()), towards(self.whole.1, bbox.height()));
-        }
+        self.sweep.sure(bbox, frame);
     }
 
     /// The camera's motion moved the picture by `(dx, dy)` pixels.
@@ -243,7 +218,11 @@ impl Proposer {
     /// if there is no doubt about it.
     pub fn finish<F>(&mut self, situation: &Situation<'_>, progress: Progress<F>) -> Option<Observation<F>> {
         let Progress { near, swept, again, .. } = progress;
-        let swept = if self.params.tentative > 0 { self.weigh(situation, swept, again) } else { swept };
+        let swept = if self.params.tentative > 0 {
+            self.tentative.weigh(&self.params, situation.sure_from, swept, again)
+        } else {
+            swept
+        };
         let seen = situation.state == TrackState::Tracking;
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
         let mut found = if self.is_wide(situation.state) {
@@ -265,70 +244,13 @@ impl Proposer {
 
     /// Looks at the tentative place of that number, or else at windows over the frame.
     fn elsewhere(&mut self, place: usize, situation: &Situation<'_>, searches: &mut Vec<Search>) -> Round {
-        let Some(tentative) = self.tentative.get(place).filter(|_| place < MOST) else {
+        let Some(tentative) = self.tentative.get(place) else {
             return self.sweep(situation, self.params.wide_windows, searches);
         };
         let keep_inside = self.params.keep_inside;
         let region = tentative.bbox.scaled(self.params.reach);
         searches.push(Search { expected: tentative.bbox, region, gate: None, look: Look::Centred, keep_inside });
         Round::Again(place)
-    }
-
-    /// What the looks of a frame say of the places that may show the target: the one believed by now, with the probability that
-    /// all its looks give it.
-    fn weigh<F>(
-        &mut self,
-        situation: &Situation<'_>,
-        swept: Option<Observation<F>>,
-        mut again: [Option<Observation<F>>; MOST],
-    ) -> Option<Observation<F>> {
-        let params = &self.params;
-        let mut place = 0;
-        let mut held = [false; MOST];
-        for (tentative, (seen, held)) in self.tentative.iter_mut().zip(again.iter_mut().zip(&mut held)) {
-            *held = tentative.look(params, seen.as_ref());
-        }
-        let apart = |a: &BBox, b: &BBox| a.iou(b) < 0.3;
-        for i in 0..self.tentative.len().min(MOST) {
-            // Of two places that have become one the first is kept.
-            let doubled = (0..i).any(|j| held[j] && !apart(&self.tentative[i].bbox, &self.tentative[j].bbox));
-            held[i] &= !doubled;
-        }
-        self.tentative.retain(|_| {
-            place += 1;
-            held.get(place - 1).copied().unwrap_or(false)
-        });
-        let mut kept = 0;
-        for i in 0..MOST {
-            if held[i] {
-                again.swap(i, kept);
-                kept += 1;
-            }
-        }
-        if let Some(swept) = swept
-            && self.tentative.len() < params.tentative
-            && self.tentative.iter().all(|t| apart(&t.bbox, &swept.measurement.bbox))
-        {
-            let tentative = Tentative::new(params, &swept);
-            if tentative.odds > -params.believe_at / 2.0 {
-                if let Some(slot) = again.get_mut(self.tentative.len()) {
-                    *slot = Some(swept);
-                }
-                self.tentative.push(tentative);
-            }
-        }
-        let best =
-            (0..self.tentative.len()).max_by(|&a, &b| self.tentative[a].odds.total_cmp(&self.tentative[b].odds))?;
-        let odds = self.tentative[best].odds;
-        let mut found = again.get_mut(best)?.take()?;
-        let believed = odds >= params.believe_at;
-        found.measurement.confidence = if believed {
-            found.measurement.confidence.max(sigmoid(odds))
-        } else {
-            // What is not yet believed is no find, whatever its last look said.
-            found.measurement.confidence.min(situation.sure_from / 2.0)
-        };
-        Some(found)
     }
 
     fn is_wide(&self, state: TrackState) -> bool {
@@ -410,68 +332,15 @@ impl Proposer {
 
     /// The next `windows` windows of the sweep over the frame.
     fn sweep(&mut self, situation: &Situation<'_>, windows: usize, searches: &mut Vec<Search>) -> Round {
-        let (bounds, prior) = (situation.frame.bounds(), situation.prior.bbox);
-        let keep_inside = self.params.keep_inside;
         let Some(view) = situation.view else {
-            searches.push(Search { expected: prior, region: bounds, gate: None, look: Look::Sweep, keep_inside });
+            let (expected, region) = (situation.prior.bbox, situation.frame.bounds());
+            let keep_inside = self.params.keep_inside;
+            searches.push(Search { expected, region, gate: None, look: Look::Sweep, keep_inside });
             return Round::Centred;
         };
-        let (expected, grown) = self.sought(&prior);
-        let view = ViewSize { width: view.width * grown, height: view.height * grown };
-        // Windows overlap by half: what lies near the edge of one is weakened by the localizer's own window.
-        let lines = |whole: f64, part: f64| ((2.0 * whole / part).ceil() as usize).clamp(1, MOST_LINES);
-        let (columns, rows) = (lines(bounds.width(), view.width), lines(bounds.height(), view.height));
-        let all = columns * rows;
-        let share = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-        let center = |window: usize| {
-            Point::new(
-                bounds.left() + share(window % columns, columns) * bounds.width(),
-                bounds.top() + share(window / columns, rows) * bounds.height(),
-            )
-        };
-        let hurried = match self.params.pass_frames {
-            0 => windows,
-            frames => windows.max(all.div_ceil(frames).min(self.params.most_windows)),
-        };
-        let ordered = self.params.whole_size;
-        if ordered && (self.order.len(), self.columns) != (all, columns) {
-            // The places nearest to where it was last come first.
-            let last = Point::new(self.last.0, self.last.1);
-            self.columns = columns;
-            self.order.clear();
-            self.order.extend(0..all);
-            self.order.sort_by(|&a, &b| center(a).distance(last).total_cmp(&center(b).distance(last)));
-        }
-        for _ in 0..hurried.min(all) {
-            let next = self.cursor + 1;
-            self.pass += usize::from(next >= all);
-            self.cursor = next % all;
-            let window = if ordered { self.order.get(self.cursor).copied().unwrap_or(0) } else { self.cursor };
-            let center = center(window);
-            let region = BBox::from_center_size(center, view.width, view.height);
-            searches.push(Search {
-                expected: expected.centered_at(center),
-                region,
-                gate: None,
-                look: Look::Sweep,
-                keep_inside,
-            });
-        }
+        let last = Point::new(self.last.0, self.last.1);
+        self.sweep.windows(&self.params, situation, view, windows, last, searches);
         Round::Sweep
-    }
-
-    /// The size at which the frame is gone over, as a box, and how much larger that is than `prior`.
-    fn sought(&self, prior: &BBox) -> (BBox, f64) {
-        if !self.params.whole_size {
-            return (*prior, 1.0);
-        }
-        let factor = match (self.params.sizes, self.pass % self.params.sizes.max(1)) {
-            (_, 1) => 2.0,
-            (3, 2) => 0.5,
-            _ => 1.0,
-        };
-        let sought = BBox::from_center_size(prior.center(), factor * self.whole.0, factor * self.whole.1);
-        (sought, (sought.area() / prior.area().max(1e-9)).sqrt())
     }
 
     /// A second look, centred on the best of a sweep.
