@@ -25,6 +25,17 @@ pub enum Shape {
     Sine,
 }
 
+impl Shape {
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Parabola => "parabola",
+            Self::Sine => "sine",
+        }
+    }
+}
+
 /// An axis of the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -187,11 +198,7 @@ pub fn fit(track: &Track, moments: &[Moment], ruler: &Ruler, asked: &Asked) -> R
         MeasuringError::Track(format!(
             "target {}: no {} fits what was measured from {:.3} s to {:.3} s; give another span, SHAPE@FROM-TO",
             track.target,
-            match asked.shape {
-                Shape::Line => "line",
-                Shape::Parabola => "parabola",
-                Shape::Sine => "sine",
-            },
+            asked.shape.name(),
             first.t,
             last.t
         ))
