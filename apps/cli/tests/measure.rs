@@ -12,15 +12,18 @@ use std::path::{Path, PathBuf};
 fn recorded(folder: &Path) -> PathBuf {
     let run = folder.join("run");
     std::fs::create_dir_all(&run).unwrap();
-    let mut text = "frame,time_s,target,state,x,y,w,h,score,pred_x,pred_y,pred_w,pred_h,meas_x,meas_y,meas_w,meas_h,update_ms\n".to_owned();
+    let mut text =
+        "frame,time_s,target,state,x,y,w,h,score,pred_x,pred_y,pred_w,pred_h,meas_x,meas_y,meas_w,meas_h,update_ms\n"
+            .to_owned();
     for k in 0..90_u32 {
         let t = f64::from(k) / 120.0;
         let wobble = |n: u32| 0.17 * (f64::from((k * n) % 97) / 48.0 - 1.0);
-        let (x, y) = (100.0 + 400.0 * 1.2 * t + wobble(31), 40.0 + 0.5 * 3924.0 * t * t + wobble(57));
+        let (x, y) = (86.0 + 400.0 * 1.2 * t + wobble(31), 26.0 + 0.5 * 3924.0 * t * t + wobble(57));
         let hidden = (40..46).contains(&k);
         let state = if hidden { "occluded" } else { "tracking" };
         let seen = if hidden { ",,,".to_owned() } else { format!("{x:.3},{y:.3},28.000,28.000") };
-        writeln!(text, "{k},{:.6},1,{state},{x:.3},{y:.3},28.000,28.000,0.9,,,,,{seen},0.1", f64::from(k) / 30.0).unwrap();
+        writeln!(text, "{k},{:.6},1,{state},{x:.3},{y:.3},28.000,28.000,0.9,,,,,{seen},0.1", f64::from(k) / 30.0)
+            .unwrap();
     }
     std::fs::write(run.join("trajectory.csv"), text).unwrap();
     let facts = r#"{"status": "done", "recipe": {"tracker": "kcf"}, "input": {"name": "clip.mp4", "width": 1280, "height": 960}}"#;
@@ -169,8 +172,20 @@ fn a_slow_motion_clip_gives_g_within_a_percent() {
     assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
     let out = folder.path().join("run");
     let output = pursuit(&[
-        "track", scene, "--fps", "30", "--tracker", "mosse", "--no-video", "--out", out.to_str().unwrap(), "--measure",
-        "--calibration", calibration.to_str().unwrap(), "--measure-fit", "parabola",
+        "track",
+        scene,
+        "--fps",
+        "30",
+        "--tracker",
+        "mosse",
+        "--no-video",
+        "--out",
+        out.to_str().unwrap(),
+        "--measure",
+        "--calibration",
+        calibration.to_str().unwrap(),
+        "--measure-fit",
+        "parabola",
     ]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let facts = json(&out);
@@ -191,18 +206,22 @@ fn a_real_flight_is_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let output = pursuit(&[
-        "track", clip.to_str().unwrap(), "--detect", "ball", "--set", "color=orange", "--no-video", "--out",
-        out.to_str().unwrap(), "--measure", "--calibration", "",
-    ]);
-    // An empty name is no file.
-    fails(&output, 2, &["calibration"]);
-    let output = pursuit(&[
-        "track", clip.to_str().unwrap(), "--detect", "ball", "--set", "color=orange", "--no-video", "--out",
-        out.to_str().unwrap(), "--measure",
+        "track",
+        clip.to_str().unwrap(),
+        "--detect",
+        "ball",
+        "--set",
+        "color=orange",
+        "--no-video",
+        "--out",
+        out.to_str().unwrap(),
+        "--measure",
     ]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let measured = measure(&out, &["--target-size", "6.5cm"]);
+    println!("{}", stdout(&measured));
     let facts = json(&out);
-    assert_eq!(facts["ruler"]["kind"], "pixels");
+    assert_eq!((measured.status.code(), facts["ruler"]["kind"].as_str()), (Some(0), Some("target")));
     let noise = facts["targets"][0]["noise_px"].as_f64().unwrap();
     assert!(noise > 0.05 && noise < 6.0, "{noise}");
     println!("{}", serde_json::to_string_pretty(&facts["events"]).unwrap());

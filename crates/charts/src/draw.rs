@@ -171,7 +171,7 @@ impl<'a> Plan<'a> {
 
     fn area(&self, out: &mut String, series: &Series) {
         let mut path = String::new();
-        for (upper, lower) in series.areas() {
+        for [upper, lower] in series.areas() {
             let places = |points: &[(f64, f64)]| thinned(points.iter().map(|p| self.at(*p)).collect());
             let back = places(lower).into_iter().rev();
             for (i, (x, y)) in places(upper).into_iter().chain(back).enumerate() {

@@ -92,7 +92,7 @@ impl Series {
     }
 
     /// Upper and lower curve of an area, stretch by stretch.
-    pub(crate) fn areas(&self) -> impl Iterator<Item = (&[(f64, f64)], &[(f64, f64)])> {
+    pub(crate) fn areas(&self) -> impl Iterator<Item = [&[(f64, f64)]; 2]> {
         let (upper, lower) = self.points.split_at(self.points.len() / 2);
         let stretches = |points: &'_ [(f64, f64)]| -> Vec<(usize, usize)> {
             let mut at = 0;
@@ -104,7 +104,7 @@ impl Series {
             all.filter(|(from, to)| to > from).collect()
         };
         let spans = stretches(upper);
-        spans.into_iter().filter_map(move |(from, to)| Some((upper.get(from..to)?, lower.get(from..to)?)))
+        spans.into_iter().filter_map(move |(from, to)| Some([upper.get(from..to)?, lower.get(from..to)?]))
     }
 
     /// The points that can be drawn.

@@ -72,7 +72,10 @@ fn rules(color: impl Fn(Named) -> String) -> String {
     );
     for (class, named) in SERIES {
         let color = color(named);
-        let _ = write!(rules, ".chart .{class} path{{stroke:{color}}}.chart .{class} circle,.chart .{class} path.area{{fill:{color}}}");
+        let _ = write!(
+            rules,
+            ".chart .{class} path{{stroke:{color}}}.chart .{class} circle,.chart .{class} path.area{{fill:{color}}}"
+        );
     }
     rules
 }
@@ -91,7 +94,10 @@ mod tests {
             assert_eq!((page.matches(&rule).count(), file.matches(&rule).count()), (1, 2), "{rule}");
         }
         assert!(!file.contains("var(") && page.contains("--c7:#5f3dc4;") && page.contains("--c7:#a99bff;"));
-        assert!(file.contains(".chart .t7 path{stroke:#5f3dc4}") && file.contains(".chart .t7 circle,.chart .t7 path.area{fill:#a99bff}"));
+        assert!(
+            file.contains(".chart .t7 path{stroke:#5f3dc4}")
+                && file.contains(".chart .t7 circle,.chart .t7 path.area{fill:#a99bff}")
+        );
         for sheet in [page, file] {
             assert_eq!(sheet.matches('{').count(), sheet.matches('}').count());
         }

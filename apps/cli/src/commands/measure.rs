@@ -41,20 +41,45 @@ fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> 
     let Some(ruler) = &facts.ruler else { return Ok(text) };
     let unit = ruler.unit;
     match (ruler.per_pixel, ruler.relative_error, &facts.calibration_file) {
-        _ if ruler.kind == "pixels" => writeln!(text, "ruler     none: lengths are in pixels (calibrate with --scale or `pursuit calibrate`)")?,
+        _ if ruler.kind == "pixels" => {
+            writeln!(text, "ruler     none: lengths are in pixels (calibrate with --scale or `pursuit calibrate`)")?
+        }
         (Some(length), Some(error), from) => {
-            writeln!(text, "ruler     {}, {length:.6} {unit} a pixel ± {:.2} %{}", ruler.kind, 100.0 * error, named(from))?;
+            writeln!(
+                text,
+                "ruler     {}, {length:.6} {unit} a pixel ± {:.2} %{}",
+                ruler.kind,
+                100.0 * error,
+                named(from)
+            )?;
         }
         (.., from) => writeln!(text, "ruler     {}{}", ruler.kind, named(from))?,
     }
     for t in &facts.targets {
-        writeln!(text, "target {}  measured in {} frames from {:.3} s to {:.3} s, {} bridged, {} outside", t.target, t.measured, t.from_s, t.to_s, t.bridged, t.outside)?;
-        writeln!(text, "  noise     {:.3} px, found from the track; model: constant {}", t.noise_px, if t.model_order == 4 { "jerk" } else { "acceleration" })?;
+        writeln!(
+            text,
+            "target {}  measured in {} frames from {:.3} s to {:.3} s, {} bridged, {} outside",
+            t.target, t.measured, t.from_s, t.to_s, t.bridged, t.outside
+        )?;
+        writeln!(
+            text,
+            "  noise     {:.3} px, found from the track; model: constant {}",
+            t.noise_px,
+            if t.model_order == 4 { "jerk" } else { "acceleration" }
+        )?;
         writeln!(text, "  path      {:.4} ± {:.4} {unit}", t.path[0], t.path[1])?;
         writeln!(text, "  top speed {:.4} ± {:.4} {unit}/s", t.top_speed[0], t.top_speed[1])?;
     }
     for fit in &facts.fits {
-        writeln!(text, "fit       {} of target {}, {:.3} s to {:.3} s, {} frames", fit.asked.shape.name(), fit.target, fit.from_s, fit.to_s, fit.count)?;
+        writeln!(
+            text,
+            "fit       {} of target {}, {:.3} s to {:.3} s, {} frames",
+            fit.asked.shape.name(),
+            fit.target,
+            fit.from_s,
+            fit.to_s,
+            fit.count
+        )?;
         for p in &fit.parameters {
             writeln!(text, "  {:<12} {:.5} ± {:.5} {}", p.name, p.value, p.error, p.unit)?;
         }
@@ -67,7 +92,14 @@ fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> 
     for event in facts.events.iter().take(20) {
         let name = event.name.as_deref().unwrap_or_default();
         let [x, y] = event.at;
-        writeln!(text, "  {:<9} {:.4} ± {:.4} s, target {} at {x:.4}, {y:.4} {name}", event.kind.as_str(), event.time_s, event.time_error_s, event.target)?;
+        writeln!(
+            text,
+            "  {:<9} {:.4} ± {:.4} s, target {} at {x:.4}, {y:.4} {name}",
+            event.kind.as_str(),
+            event.time_s,
+            event.time_error_s,
+            event.target
+        )?;
     }
     writeln!(text, "files")?;
     files.iter().try_for_each(|file| writeln!(text, "  {}", file.display()))?;
@@ -82,7 +114,10 @@ fn named(file: &Option<PathBuf>) -> String {
 pub fn calibrate(args: &Calibrate) -> anyhow::Result<ExitCode> {
     let said = args.ruler.options();
     if said.is_silent() {
-        return Err(RunError::usage("nothing is said of the ruler; give --scale X1,Y1,X2,Y2=LENGTH, --target-size or --plane").into());
+        return Err(RunError::usage(
+            "nothing is said of the ruler; give --scale X1,Y1,X2,Y2=LENGTH, --target-size or --plane",
+        )
+        .into());
     }
     let source = pursuit::open(args.input.as_str())?;
     let size = source.info().size;

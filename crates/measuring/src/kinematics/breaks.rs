@@ -6,13 +6,14 @@
 
 use super::Place;
 use super::likelihood::Scale;
-use crate::calibration::median;
 use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Places on each side of a kink.
 const SIDE: usize = 6;
 /// Fourth differences of independent errors of variance 1 have this variance.
 const FOURTH: f64 = 70.0;
+/// Trajectories are written to a thousandth of a pixel.
+const LEAST_ERROR: f64 = 3e-4;
 /// A place stands out from this many standard deviations on.
 const STANDS_OUT: f64 = 4.5;
 /// How many times the variance of a measurement the kink has to explain more than the smooth path.
@@ -33,21 +34,20 @@ pub(super) struct Break {
 
 /// Jumps of the velocity, in order of time.
 pub(super) fn find(places: &[Place], scale: &Scale) -> Vec<Break> {
-    let at: Vec<Vector2<f64>> = places.iter().map(|p| p.at / scale.length).collect();
+    let mut at: Vec<Vector2<f64>> = places.iter().map(|p| p.at / scale.length).collect();
     let t: Vec<f64> = places.iter().map(|p| p.time_s / scale.step_s).collect();
-    let fourth: Vec<Vector2<f64>> = at.windows(5).map(|w| w[0] - w[1] * 4.0 + w[2] * 6.0 - w[3] * 4.0 + w[4]).collect();
-    // The median of |χ| in one dimension is 0.6745: bounces are few, and do not move it.
-    let mut sizes: Vec<f64> = fourth.iter().flat_map(|d| [d.x.abs(), d.y.abs()]).collect();
-    let noise = (median(&mut sizes).unwrap_or(0.0) / 0.6745).powi(2) / FOURTH;
-    let noise = noise.max(1e-7);
-    let limit = STANDS_OUT * (FOURTH * noise).sqrt();
+    // A ball that is blurred along its way is measured worse along it than across: each axis has its own error, which is 1
+    // from here on.
+    let errors = [0, 1].map(|axis| error_of(&fourth(&at).map(|d| d[axis].abs()).collect::<Vec<_>>()));
+    at.iter_mut().for_each(|p| p.component_div_assign(&Vector2::from(errors)));
+    let limit = STANDS_OUT * FOURTH.sqrt();
     let mut found: Vec<(usize, Kink)> = Vec::new();
-    for (i, difference) in fourth.iter().enumerate() {
+    for (i, difference) in fourth(&at).enumerate() {
         if difference.amax() < limit {
             continue;
         }
         for k in (i + 1..i + 5).filter(|k| *k >= 1) {
-            let Some(kink) = kink(&t, &at, k, noise) else { continue };
+            let Some(kink) = kink(&t, &at, k) else { continue };
             // Kinks that are near each other are one: the one that leaves least.
             match found.last_mut().filter(|(last, _)| k.abs_diff(*last) < SIDE) {
                 Some(last) if last.1.remains > kink.remains => *last = (k, kink),
@@ -64,7 +64,21 @@ pub(super) fn find(places: &[Place], scale: &Scale) -> Vec<Break> {
     found.into_iter().map(one).collect()
 }
 
-/// A kink between two places, in steps and variances of a measurement.
+/// The fourth differences of places.
+fn fourth(at: &[Vector2<f64>]) -> impl Iterator<Item = Vector2<f64>> {
+    at.windows(5).map(|w| w[0] - w[1] * 4.0 + w[2] * 6.0 - w[3] * 4.0 + w[4])
+}
+
+/// The standard deviation of a measurement by the fourth differences on its axis: by their lower quartile, which jumps do not
+/// move though they are in every second difference. That of |χ| in one dimension is 0.3186.
+fn error_of(differences: &[f64]) -> f64 {
+    let mut sizes = differences.to_vec();
+    let quarter = sizes.len() / 4;
+    let quartile = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(quarter, f64::total_cmp).1 };
+    (quartile / 0.3186 / FOURTH.sqrt()).max(LEAST_ERROR)
+}
+
+/// A kink between two places, in steps and standard deviations of a measurement.
 struct Kink {
     moment: f64,
     error: f64,
@@ -74,7 +88,7 @@ struct Kink {
 
 /// The kink between places `k − 1` and `k`; none where it does not explain the places around better than a smooth path, or there
 /// are too few places to tell.
-fn kink(t: &[f64], at: &[Vector2<f64>], k: usize, noise: f64) -> Option<Kink> {
+fn kink(t: &[f64], at: &[Vector2<f64>], k: usize) -> Option<Kink> {
     let from = k.saturating_sub(SIDE);
     let to = (k + SIDE).min(t.len());
     if k < from + 4 || to < k + 4 || t[to - 1] - t[from] > 3.0 * (2 * SIDE) as f64 {
@@ -108,10 +122,9 @@ fn kink(t: &[f64], at: &[Vector2<f64>], k: usize, noise: f64) -> Option<Kink> {
     // the moment.
     let behind: Vec<Vector2<f64>> = t.iter().map(|t| Vector2::repeat(f64::from(u8::from(*t > moment)))).collect();
     let (told, _) = with_kink(moment, &behind)?;
-    let variance = noise.max(remains / (2.0 * t.len() as f64 - 9.0).max(1.0));
+    let variance = 1.0_f64.max(remains / (2.0 * t.len() as f64 - 9.0).max(1.0));
     let error = (variance / (0.5 * told).max(1e-9)).sqrt() / jump.max(f64::MIN_POSITIVE);
-    let gained = (smooth - remains) / noise;
-    let explained = remains < LEAVES * noise * 2.0 * t.len() as f64 && gained > EXPLAINS && smooth > 2.0 * remains;
+    let explained = remains < LEAVES * 2.0 * t.len() as f64 && smooth - remains > EXPLAINS && smooth > 2.0 * remains;
     explained.then_some(Kink { moment, error, remains })
 }
 

@@ -210,9 +210,10 @@ mod tests {
 
     #[test]
     fn what_is_said_makes_a_calibration() {
-        let made = said("scale = '10,20,110,20=0.5m+-1mm'\norigin = '5,6'\naxis = '50,6'\ny_down = true\ntrue_fps = 240.0")
-            .applied(Calibration::default())
-            .unwrap();
+        let made =
+            said("scale = '10,20,110,20=0.5m+-1mm'\norigin = '5,6'\naxis = '50,6'\ny_down = true\ntrue_fps = 240.0")
+                .applied(Calibration::default())
+                .unwrap();
         let stick = made.stick.unwrap();
         assert_eq!((stick.to, stick.length.error), ([110.0, 20.0], 0.001));
         assert_eq!((made.axes.toward, made.axes.up, made.true_fps), (Some([50.0, 6.0]), Up::Down, Some(240.0)));

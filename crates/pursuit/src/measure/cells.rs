@@ -129,7 +129,11 @@ mod tests {
             for decimals in [0, 1, 3, 6, 12] {
                 let expected = format!("{value:.decimals$}");
                 let found = write(value, decimals);
-                assert!((found.parse::<f64>().unwrap() - expected.parse::<f64>().unwrap()).abs() < 1.01 * 10_f64.powi(-(decimals as i32)), "{found} {expected}");
+                assert!(
+                    (found.parse::<f64>().unwrap() - expected.parse::<f64>().unwrap()).abs()
+                        < 1.01 * 10_f64.powi(-(decimals as i32)),
+                    "{found} {expected}"
+                );
                 assert_eq!(found.split('.').nth(1).map(str::len), expected.split('.').nth(1).map(str::len));
             }
         }
@@ -143,13 +147,19 @@ mod tests {
         let table = Table {
             columns: vec![
                 column("frame", Cells::Whole((0..5_000).collect())),
-                column("x_m", Cells::Number((0..5_000).map(|k| if k == 1 { f64::NAN } else { f64::from(k) * 0.5 }).collect(), 2)),
+                column(
+                    "x_m",
+                    Cells::Number((0..5_000).map(|k| if k == 1 { f64::NAN } else { f64::from(k) * 0.5 }).collect(), 2),
+                ),
                 column("how", Cells::Kind(vec!["measured"; 5_000])),
             ],
         };
         let csv = String::from_utf8(csv(&table)).unwrap();
         let lines: Vec<&str> = csv.lines().collect();
-        assert_eq!((lines.len(), lines[0], lines[2], lines[5_000]), (5_001, "frame,x_m,how", "1,,measured", "4999,2499.50,measured"));
+        assert_eq!(
+            (lines.len(), lines[0], lines[2], lines[5_000]),
+            (5_001, "frame,x_m,how", "1,,measured", "4999,2499.50,measured")
+        );
         let json = String::from_utf8(jsonl(&table)).unwrap();
         let second: serde_json::Value = serde_json::from_str(json.lines().nth(1).unwrap()).unwrap();
         assert!(second["x_m"].is_null() && second["how"] == "measured" && second["frame"] == 1);

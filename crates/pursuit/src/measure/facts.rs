@@ -1,6 +1,6 @@
 //! What `measure.json` holds: how it was measured, by what ruler, what came out of it, and what should be looked at.
 
-use super::{Measurement, MeasureOptions, RecordedRun};
+use super::{MeasureOptions, Measurement, RecordedRun};
 use pursuit_measuring::events::Event;
 use pursuit_measuring::fits::Fitted;
 use pursuit_measuring::{Calibration, How, Measured, RulerFacts};

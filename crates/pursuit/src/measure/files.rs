@@ -103,7 +103,8 @@ impl Destination {
         };
         let table = found.table();
         // The facts come first: they say whose the others are.
-        let facts = serde_json::to_vec_pretty(&found.facts).map_err(|e| RunError::output(self.folder.join(FACTS))(e.into()))?;
+        let facts =
+            serde_json::to_vec_pretty(&found.facts).map_err(|e| RunError::output(self.folder.join(FACTS))(e.into()))?;
         files.push(put(FACTS, facts)?);
         files.push(put(CSV, cells::csv(&table))?);
         if !found.events.is_empty() {
@@ -159,10 +160,19 @@ mod tests {
 
     #[test]
     fn only_files_of_a_measurement_are_its_own() {
-        for own in ["measure.csv", "measure-between-1-2.csv", "measure-path.svg", "measure-fit-2.svg", "measure-speed-7.svg"] {
+        for own in
+            ["measure.csv", "measure-between-1-2.csv", "measure-path.svg", "measure-fit-2.svg", "measure-speed-7.svg"]
+        {
             assert!(is_result(own), "{own}");
         }
-        for other in ["measure.txt", "measure-between-a-2.csv", "measure-mine.svg", "measure-path-x.svg", "position.svg", "measures.csv"] {
+        for other in [
+            "measure.txt",
+            "measure-between-a-2.csv",
+            "measure-mine.svg",
+            "measure-path-x.svg",
+            "position.svg",
+            "measures.csv",
+        ] {
             assert!(!is_result(other), "{other}");
         }
     }

@@ -106,8 +106,9 @@ impl Questions {
     fn read(options: &MeasureOptions) -> Result<Self, RunError> {
         let pair = |text: &String| {
             let pair = text.split_once(',').and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
-            pair.filter(|[a, b]: &[u64; 2]| a != b)
-                .ok_or_else(|| RunError::usage(format!("`{text}` is no pair of targets; give two numbers, for example 1,2")))
+            pair.filter(|[a, b]: &[u64; 2]| a != b).ok_or_else(|| {
+                RunError::usage(format!("`{text}` is no pair of targets; give two numbers, for example 1,2"))
+            })
         };
         Ok(Self {
             watched: Watched {
@@ -120,7 +121,12 @@ impl Questions {
     }
 }
 
-fn found(tracks: &[Track], ruler: &Ruler, options: &MeasureOptions, asked: &Questions) -> Result<Measurement, RunError> {
+fn found(
+    tracks: &[Track],
+    ruler: &Ruler,
+    options: &MeasureOptions,
+    asked: &Questions,
+) -> Result<Measurement, RunError> {
     let how = Options {
         method: options.method.unwrap_or_default(),
         window: options.window.unwrap_or(Options::default().window),

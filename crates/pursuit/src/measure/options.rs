@@ -85,7 +85,8 @@ impl MeasureOptions {
     /// Lines, zones, fits or pairs that cannot be read, and a calibration that cannot.
     pub(crate) fn check(&self, input: Option<&std::path::Path>) -> Result<(), RunError> {
         super::Questions::read(self)?;
-        let beside = input.and_then(|input| Some(input.parent()?.join(super::CALIBRATION))).filter(|path| path.is_file());
+        let beside =
+            input.and_then(|input| Some(input.parent()?.join(super::CALIBRATION))).filter(|path| path.is_file());
         match self.calibration.clone().or(beside) {
             Some(path) => super::calibration::read(&path).map(drop),
             None => Ok(()),

@@ -24,7 +24,9 @@ fn write_table(file: std::fs::File, table: &Table) -> Result<(), ParquetError> {
     for column in &table.columns {
         let text = |text: &str| Some(ByteArray::from(text));
         match &column.cells {
-            Cells::Whole(values) => write_column::<Int64Type>(&mut group, values.iter().map(|v| Some(*v as i64)), false)?,
+            Cells::Whole(values) => {
+                write_column::<Int64Type>(&mut group, values.iter().map(|v| Some(*v as i64)), false)?
+            }
             Cells::Number(values, _) => {
                 let cells = values.iter().map(|v| v.is_finite().then_some(*v));
                 write_column::<DoubleType>(&mut group, cells, true)?;

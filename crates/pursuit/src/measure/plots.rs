@@ -73,7 +73,8 @@ fn path(target: &Measured, unit: &str) -> Chart {
     let every = target.moments.len().div_ceil(MOST_POINTS).max(1);
     let moments = || target.moments.iter().step_by(every);
     let measured = moments().filter_map(|m| m.measured.map(|[x, y]| (x, y))).collect();
-    let smooth = moments().map(|m| m.state.as_ref().map_or((f64::NAN, f64::NAN), |s| (s.position()[0], s.position()[1])));
+    let smooth =
+        moments().map(|m| m.state.as_ref().map_or((f64::NAN, f64::NAN), |s| (s.position()[0], s.position()[1])));
     Chart::new("Path", Axis::new(format!("x ({unit})")), Axis::new(format!("y ({unit})")))
         .with_equal_units()
         .with(Series::points("measured", Color::Measured, measured))
@@ -91,5 +92,8 @@ fn residuals(fit: &Fitted, unit: &str) -> Chart {
     let axis = |i: usize| fit.residuals.iter().step_by(every).filter_map(|(t, r)| Some((*t, *r.get(i)?))).collect();
     let title = format!("What the fit leaves over, target {}", fit.target);
     let chart = Chart::new(title, Axis::new("time (s)"), Axis::new(format!("residual ({unit})")));
-    names.iter().enumerate().fold(chart, |chart, (i, name)| chart.with(Series::points(*name, Color::Number(i), axis(i))))
+    names
+        .iter()
+        .enumerate()
+        .fold(chart, |chart, (i, name)| chart.with(Series::points(*name, Color::Number(i), axis(i))))
 }
