@@ -15,7 +15,7 @@ const FOURTH: f64 = 70.0;
 /// Trajectories are written to a thousandth of a pixel.
 const LEAST_ERROR: f64 = 3e-4;
 /// A place stands out from this many standard deviations on.
-const STANDS_OUT: f64 = 4.5;
+const STANDS_OUT: f64 = 2.5;
 /// How many times the variance of a measurement the kink has to explain more than the smooth path.
 const EXPLAINS: f64 = 60.0;
 /// What the kink may leave unexplained, in variances a number.
@@ -101,6 +101,9 @@ fn kink(t: &[f64], at: &[Vector2<f64>], k: usize) -> Option<Kink> {
         let s = (t - middle) / span;
         SVector::<f64, 5>::from([1.0, s, s * s, s.powi(3), s.powi(4)])
     })?;
+    if smooth < EXPLAINS {
+        return None;
+    }
     let with_kink = |moment: f64, at: &[Vector2<f64>]| {
         fitted(t, at, |t| {
             let s = (t - middle) / span;
