@@ -12,6 +12,8 @@ mod options;
 mod parquet;
 mod plots;
 mod run;
+#[cfg(test)]
+mod tests;
 #[cfg(feature = "xlsx")]
 mod xlsx;
 

@@ -2,12 +2,12 @@
 
 use crate::RunError;
 use crate::sinks::parquet_column as write_column;
-use parquet::basic::{Compression, LogicalType, Repetition, Type};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
-use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type as Schema;
+use ::parquet::basic::{Compression, LogicalType, Repetition, Type};
+use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::schema::types::Type as Schema;
 use pursuit_measuring::{Cells, Table};
 use std::path::Path;
 use std::sync::Arc;
