@@ -99,7 +99,7 @@ impl TargetFacts {
             bridged: count(How::Bridged),
             outside: count(How::Outside),
             from_s: seen().next().map_or(f64::NAN, |m| m.time_s),
-            to_s: seen().last().map_or(f64::NAN, |m| m.time_s),
+            to_s: seen().next_back().map_or(f64::NAN, |m| m.time_s),
             noise_px: target.noise_px,
             model_order: target.order,
             correlation: target.correlation,

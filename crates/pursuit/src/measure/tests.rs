@@ -93,7 +93,10 @@ fn every_format_holds_the_same_rows() {
         let rows: Vec<_> =
             SerializedFileReader::new(file).unwrap().get_row_iter(None).unwrap().map(Result::unwrap).collect();
         let x = found.table().numbers("x_m").unwrap()[7];
-        assert_eq!((rows.len(), rows[7].get_double(4).unwrap(), rows[7].get_string(3).unwrap().as_str()), (80, x, "measured"));
+        assert_eq!(
+            (rows.len(), rows[7].get_double(4).unwrap(), rows[7].get_string(3).unwrap().as_str()),
+            (80, x, "measured")
+        );
     }
     // Again: what is ours is replaced, and nothing is left over.
     let fewer = Destination::new(folder.path(), &[], false).unwrap().write(&found).unwrap();
