@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod follow;
+mod grid;
 mod probe;
 mod simulate;
 
