@@ -199,6 +199,15 @@ fn passwords_appear_nowhere() {
 }
 
 #[test]
+fn a_probe_of_nobody_fails() {
+    fails(&pursuit(&["ptz", "probe", "hook:/does/not/exist"]), 1, &["no such command"]);
+    // A port of this machine at which nobody listens.
+    let free = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let output = pursuit(&["ptz", "probe", &format!("visca://127.0.0.1:{free}")]);
+    assert!(!output.status.success(), "{}", stdout(&output));
+}
+
+#[test]
 fn what_cannot_be_followed_is_said_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     let (out, params) = (folder.path().join("out"), folder.path().join("follower.toml"));

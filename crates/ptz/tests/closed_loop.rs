@@ -161,6 +161,15 @@ fn a_runner_who_turns_abruptly_is_found_again() {
 }
 
 #[test]
+fn the_aim_point_is_where_the_target_is_kept() {
+    use pursuit_ptz::control::AimPoint;
+    let beside = FollowerParams { aim: AimPoint { right: 0.3, up: -0.2 }, dead_zone: 0.02, ..params() };
+    let samples = walk(&plain(), Walk::Standing, 3, &follower(beside));
+    let (right, down) = samples.last().unwrap().offset.unwrap();
+    assert!((right - 0.3).abs() < 0.05 && (down - 0.2).abs() < 0.05, "{right} {down}");
+}
+
+#[test]
 fn steps_keep_a_walker_too() {
     use pursuit_ptz::control::Scheme;
     let steps = FollowerParams { scheme: Scheme::Steps, ..params() };

@@ -1,4 +1,5 @@
 use super::HeadModel;
+use super::departure::Departure;
 use super::own_word::{Honesty, OwnWord};
 use crate::mechanics::HeadLimits;
 use crate::{Command, Direction, Position, Status, Velocity};
@@ -28,6 +29,11 @@ impl BelievedHead {
     /// What the head says of itself.
     pub const fn word(&self) -> &OwnWord {
         &self.word
+    }
+
+    /// What the head was noticed to do that it was not told, once for each time.
+    pub fn departure(&mut self) -> Option<Departure> {
+        self.word.departure()
     }
 
     fn prompt(&self) -> bool {

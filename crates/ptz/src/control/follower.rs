@@ -1,10 +1,11 @@
 use super::believed_head::BelievedHead;
 use super::dead_zone::DeadZone;
+use super::departure::Departure;
 use super::diagnosis::{Diagnosis, Mode};
 use super::jitter::Jitter;
 use super::lateness::Lateness;
 use super::lost::Loss;
-use super::params::{FollowerParams, PredictBy, Scheme};
+use super::params::{AimPoint, FollowerParams, PredictBy, Scheme};
 use super::rehearsal::{Cue, Rehearsal};
 use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
@@ -123,6 +124,11 @@ impl Follower {
         self.note(now_s, command)
     }
 
+    /// What the head was noticed to do that it was not told, once for each time.
+    pub fn departure(&mut self) -> Option<Departure> {
+        self.head.departure()
+    }
+
     /// What it thinks at `now_s`.
     pub fn diagnosis(&self, now_s: f64) -> Diagnosis {
         let effect_s = self.effect_s(now_s);
@@ -166,8 +172,9 @@ impl Follower {
     /// Where the target will be when the head stands where its model says that it stands at `time_s`.
     fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
         let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
-        let here = |direction, speed, sigma: Direction| Prediction {
-            direction,
+        let beside = self.beside_deg(self.head.at(time_s).0.zoom);
+        let here = |direction: Direction, speed, sigma: Direction| Prediction {
+            direction: direction.turned(beside),
             speed,
             sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
         };
@@ -305,6 +312,18 @@ impl Follower {
         }
         self.goal = Some(Position { direction, zoom: zoom.unwrap_or(there.zoom) });
         Ok(Some(self.note(now_s, Command::GoTo { direction, zoom })))
+    }
+
+    /// By how much the head looks beside the target, so that it stands at the aim point.
+    fn beside_deg(&self, zoom: f64) -> Direction {
+        let AimPoint { right, up } = self.params.aim;
+        let (half_x, half_y) = self.half_view_deg(zoom);
+        let angle = |part: f64, half_deg: f64| (part * half_deg.to_radians().tan()).atan().to_degrees();
+        if right == 0.0 && up == 0.0 {
+            Direction::AHEAD
+        } else {
+            Direction::new(-angle(right, half_x), -angle(up, half_y))
+        }
     }
 
     fn half_view_deg(&self, zoom: f64) -> (f64, f64) {

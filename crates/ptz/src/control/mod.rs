@@ -7,6 +7,7 @@
 mod baselines;
 mod believed_head;
 mod dead_zone;
+mod departure;
 mod diagnosis;
 mod follower;
 mod head_model;
@@ -25,6 +26,7 @@ mod zoom;
 
 pub use baselines::{Proportional, StopAndGo};
 pub use believed_head::BelievedHead;
+pub use departure::Departure;
 pub use diagnosis::{Diagnosis, Mode};
 pub use follower::{Controller, Follower};
 pub use head_model::HeadModel;
@@ -32,7 +34,7 @@ pub use jitter::Jitter;
 pub use lateness::Lateness;
 pub use lost::{LostParams, LostPolicy};
 pub use own_word::{Honesty, OwnWord};
-pub use params::{FollowerParams, MotionParams, PredictBy, Scheme};
+pub use params::{AimPoint, FollowerParams, MotionParams, PredictBy, Scheme};
 pub use rehearsal::TrustParams;
 pub use target_motion::{SeenAt, TargetBelief, TargetMotion};
 pub use zoom::ZoomParams;

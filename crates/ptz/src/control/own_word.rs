@@ -1,4 +1,5 @@
 use super::HeadModel;
+use super::departure::Departure;
 use crate::Direction;
 use std::collections::VecDeque;
 
@@ -44,6 +45,10 @@ pub struct OwnWord {
     honesty: Honesty,
     /// By how much the model was shifted in all since this value was made: what is compared is before all shifts.
     shifted: Direction,
+    /// Since when the head departs from what it was told, and how.
+    departs: Option<(f64, Departure)>,
+    /// A departure that nobody was told of yet.
+    news: Option<Departure>,
 }
 
 impl Default for OwnWord {
@@ -59,6 +64,8 @@ impl Default for OwnWord {
             lag_s: 0.0,
             honesty: Honesty::Unproven,
             shifted: Direction::AHEAD,
+            departs: None,
+            news: None,
         }
     }
 }
@@ -104,6 +111,11 @@ impl OwnWord {
         self.said.back().copied()
     }
 
+    /// What the head was noticed to do that it was not told, once for each time.
+    pub fn departure(&mut self) -> Option<Departure> {
+        self.news.take()
+    }
+
     /// The model was shifted.
     pub fn shifted(&mut self, by: Direction) {
         self.shifted = self.shifted.turned(by);
@@ -132,7 +144,10 @@ impl OwnWord {
         let by_model = std::array::from_fn(|k| unshifted(model.at(now_s - lag(k)).0.direction));
         let now = Compared { time_s: now_s, said, by_model };
         let before = self.compared.iter().rev().find(|c| c.time_s <= now_s - Self::WAY_S).copied();
-        if let (Some(before), Some(last)) = (before, self.compared.back()) {
+        self.look_for_departure(&now, model);
+        // For a while a departure is the head's; what goes on for longer speaks against its word.
+        let excused = self.departs.is_some_and(|(since_s, _)| now_s < since_s + Self::EXCUSED_S);
+        if let (Some(before), Some(last), false) = (before, self.compared.back(), excused) {
             let passed_s = (now_s - last.time_s).min(1.0);
             let keeps = (-passed_s / Self::MEMORY_S).exp();
             let square = |by: Direction| by.pan_deg.powi(2) + by.tilt_deg.powi(2);
@@ -152,6 +167,30 @@ impl OwnWord {
         self.compared.push_back(now);
         while self.compared.front().is_some_and(|c| c.time_s < now_s - 2.0 * Self::WAY_S) {
             self.compared.pop_front();
+        }
+    }
+
+    /// For how long a head that departs from what it was told is believed all the same, seconds.
+    const EXCUSED_S: f64 = 3.0;
+
+    /// Compares what an honest head did within the last second with what it was told.
+    fn look_for_departure(&mut self, now: &Compared, model: &HeadModel) {
+        let Some(before) =
+            self.compared.front().filter(|c| now.time_s - c.time_s >= 0.8 && self.honesty == Honesty::Prompt)
+        else {
+            return;
+        };
+        let index = ((self.lag_s - Self::FIRST_S) / Self::APART_S).round().max(0.0) as usize;
+        let Some((told_now, told_before)) = now.by_model.get(index).zip(before.by_model.get(index)) else { return };
+        let length = |to: Direction, from: Direction| (to.pan_deg - from.pan_deg).hypot(to.tilt_deg - from.tilt_deg);
+        let (said, told) = (length(now.said, before.said), length(*told_now, *told_before));
+        let seconds = now.time_s - before.time_s;
+        let top = model.limits().pan.max_speed_deg_s.hypot(model.limits().tilt.max_speed_deg_s);
+        let found = Departure::of(said, told, top * seconds);
+        let known = self.departs.map(|(_, departure)| departure);
+        if found != known {
+            self.news = found.or(self.news);
+            self.departs = found.map(|departure| (now.time_s, departure));
         }
     }
 
@@ -230,6 +269,46 @@ mod tests {
         let late = heard(1.0, |_| None);
         assert_eq!(late.honesty(), Honesty::Late);
         assert!((late.lag_s() - 1.0).abs() < 0.05 && late.jitter_s().is_none());
+    }
+
+    #[test]
+    fn departures_are_noticed_within_two_seconds() {
+        let limits = HeadLimits::default();
+        let cases = [
+            // A person turns it at 10°/s while it is told to stand.
+            (Departure::Driven, Command::Stop, Command::Move(Velocity { pan_deg_s: 10.0, ..Velocity::ZERO }), 0.0),
+            // It is told to turn and stands at a stop.
+            (Departure::Held, Command::Move(Velocity { pan_deg_s: 10.0, ..Velocity::ZERO }), Command::Stop, 0.0),
+            // It restarts and stands elsewhere.
+            (Departure::Jumped, Command::Stop, Command::Stop, 150.0),
+        ];
+        for (expected, told, does, jump_deg) in cases {
+            let mut model = HeadModel::new(limits, 0.15, Position::default(), 0.0);
+            let mut truth = model.clone();
+            let mut word = OwnWord::default();
+            let mut noticed = None;
+            for k in 0..300_u32 {
+                let now = f64::from(k) * 0.05;
+                let departs = now >= 10.0;
+                if departs && (now - 10.0).abs() < 0.01 {
+                    model.sent(now, told);
+                    truth.sent(now, does);
+                } else if !departs && k % 16 == 0 {
+                    let pan_deg_s = if k % 32 == 0 { 20.0 } else { -20.0 };
+                    let command = Command::Move(Velocity { pan_deg_s, ..Velocity::ZERO });
+                    model.sent(now, command);
+                    truth.sent(now, command);
+                }
+                let jump = if departs { jump_deg } else { 0.0 };
+                word.hear(now, truth.at(now).0.direction.turned(Direction::new(jump, 0.0)), &model);
+                if let Some(departure) = word.departure() {
+                    assert!(departs, "{departure:?} at {now}");
+                    noticed = noticed.or(Some((now, departure)));
+                }
+            }
+            let (when, departure) = noticed.unwrap();
+            assert!(departure == expected && when <= 12.0, "{departure:?} at {when}, not {expected:?}");
+        }
     }
 
     #[test]

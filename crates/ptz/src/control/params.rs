@@ -53,6 +53,17 @@ parameters! {
 }
 
 parameters! {
+    /// Where in the picture the target shall be.
+    #[derive(Copy)]
+    pub struct AimPoint {
+        /// How far to the right of the middle, of half the picture's width.
+        pub right: f64 = 0.0, in -0.8..=0.8;
+        /// How far above the middle, of half the picture's height; below 0 there is room above the target's head.
+        pub up: f64 = 0.0, in -0.8..=0.8;
+    }
+}
+
+parameters! {
     /// Parameters of a [`Follower`](super::Follower).
     pub struct FollowerParams {
         /// How the head is driven.
@@ -74,6 +85,8 @@ parameters! {
         pub period_s: f64 = 0.04, in 0.01..=2.0, unit "s";
         /// How fast the velocity scheme closes the distance.
         pub gain_per_s: f64 = 4.5, in 0.01..=50.0, unit "1/s";
+        /// Where in the picture the target shall be.
+        pub aim: AimPoint = AimPoint::default();
         /// Half the side of the zone in the middle of the picture within which a standing target is left alone, as a fraction
         /// of half the picture. The paper `qu2010` asks for such a zone and gives no size.
         pub dead_zone: f64 = 0.1, in Bounds::from(0.0..).below(1.0);

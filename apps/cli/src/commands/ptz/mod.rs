@@ -10,7 +10,8 @@ use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
 use pursuit::parameters::{Table, merge, nested};
 use pursuit::ptz::PtzError;
-use pursuit::ptz::drivers::{Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use pursuit::ptz::control::{FollowerParams, Scheme};
+use pursuit::ptz::drivers::{ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -65,5 +66,30 @@ fn on_a_thread(head: Box<dyn Head>, watchdog: Duration) -> anyhow::Result<HeadTh
     let waits = Timeouts::default();
     // One call under way, and the stop after it.
     let patience = waits.connect + 2 * waits.answer;
-    Ok(HeadThread::start(head, watchdog.max(Pilot::WATCHDOG), None, patience)?)
+    let poll = head.capabilities().status.then_some(Pilot::POLL);
+    Ok(HeadThread::start(head, watchdog.max(Pilot::WATCHDOG), poll, patience)?)
+}
+
+/// A head in a way that can be followed with: by velocities, else by turns, else by positions, which the parameters then say.
+///
+/// # Errors
+/// Where it can do none of these.
+fn able(head: Box<dyn Head>, params: &mut FollowerParams) -> anyhow::Result<Box<dyn Head>> {
+    let can = head.capabilities();
+    if can.velocity || (can.absolute && params.scheme == Scheme::Steps) {
+        return Ok(head);
+    }
+    if can.relative {
+        tracing::warn!("{} cannot move at a velocity; it is followed by turns, which is less smooth", head.name());
+        return Ok(Box::new(ByTurns::new(head)));
+    }
+    if can.absolute {
+        tracing::warn!("{} cannot move at a velocity; it is followed by positions (scheme = steps)", head.name());
+        params.scheme = Scheme::Steps;
+        return Ok(head);
+    }
+    anyhow::bail!(
+        "{} can neither move at a velocity, nor turn by an angle, nor go to a position: there is nothing to follow with",
+        head.name()
+    )
 }
