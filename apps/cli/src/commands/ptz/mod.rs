@@ -93,3 +93,41 @@ fn able(head: Box<dyn Head>, params: &mut FollowerParams) -> anyhow::Result<Box<
         head.name()
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit::ptz::drivers::Capabilities;
+    use pursuit::ptz::{Command, Status};
+
+    struct Limited(Capabilities);
+
+    impl Head for Limited {
+        fn name(&self) -> &str {
+            "limited"
+        }
+        fn capabilities(&self) -> Capabilities {
+            self.0
+        }
+        fn send(&mut self, _: &Command) -> pursuit::ptz::Result<()> {
+            Ok(())
+        }
+        fn status(&mut self) -> pursuit::ptz::Result<Option<Status>> {
+            Ok(None)
+        }
+    }
+
+    #[test]
+    fn heads_are_followed_as_they_can_or_refused() {
+        let none = Capabilities::default();
+        let with = |capabilities: Capabilities| {
+            let mut params = FollowerParams::default();
+            let head = able(Box::new(Limited(capabilities)), &mut params).ok();
+            (head.map(|head| head.capabilities().velocity), params.scheme)
+        };
+        assert_eq!(with(Capabilities { velocity: true, ..none }), (Some(true), Scheme::Velocity));
+        assert_eq!(with(Capabilities { relative: true, ..none }), (Some(true), Scheme::Velocity));
+        assert_eq!(with(Capabilities { absolute: true, ..none }), (Some(false), Scheme::Steps));
+        assert_eq!(with(Capabilities { status: true, presets: true, ..none }).0, None);
+    }
+}
