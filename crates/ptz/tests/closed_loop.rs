@@ -191,6 +191,19 @@ fn the_zoom_brings_a_walker_to_size_and_gives_way_where_the_place_is_uncertain()
 }
 
 #[test]
+fn surprises_zoom_out_and_steady_targets_zoom_in_again() {
+    let zooming =
+        FollowerParams { zoom: Some(ZoomParams { target_fraction: 0.8, ..ZoomParams::default() }), ..params() };
+    let mean_zoom = |kind| {
+        let samples = walk(&plain(), kind, 2, &follower(zooming.clone()));
+        let late = samples.iter().filter(|s| s.time_s > 10.0);
+        late.clone().map(|s| s.position.zoom).sum::<f64>() / late.count() as f64
+    };
+    let (standing, running) = (mean_zoom(Walk::Standing), mean_zoom(Walk::DogLeg));
+    assert!(standing > 2.0 * running, "{standing} {running}");
+}
+
+#[test]
 fn a_person_may_take_over_and_the_follower_waits() {
     let camera = CameraParams::usual().unwrap();
     let mut follower =

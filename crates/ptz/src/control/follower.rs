@@ -232,7 +232,7 @@ impl Follower {
 
     fn zoom_goal(&self, zoom: f64, sigma_deg: f64) -> Option<f64> {
         let (params, sighting) = (self.params.zoom.as_ref()?, self.sighting.as_ref()?);
-        params.goal(&self.views, zoom, &sighting.bbox, &sighting.lens, sigma_deg)
+        params.goal(&self.views, zoom, &sighting.bbox, &sighting.lens, sigma_deg.max(self.trust.error_deg()))
     }
 
     fn velocity(

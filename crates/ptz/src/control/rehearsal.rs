@@ -144,6 +144,13 @@ impl Rehearsal {
         self.heads.iter_mut().for_each(|of| of.weight = (log(of) - most).exp() / sum);
     }
 
+    /// How far off the target the rehearsed heads were of late, by their weight, degrees (root mean square): how far it may be off
+    /// what is expected of it.
+    pub fn error_deg(&self) -> f64 {
+        let span_s = self.params.memory_s;
+        self.heads.iter().map(|of| of.weight * of.errors / span_s).sum::<f64>().sqrt()
+    }
+
     /// Which part of a predicted displacement, and of the speed, to believe: 0 to 1.
     pub fn factor(&self) -> f64 {
         if !self.params.judges {
