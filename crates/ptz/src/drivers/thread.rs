@@ -40,6 +40,8 @@ struct State {
     ending: bool,
     ended: bool,
     status: Option<Status>,
+    /// How often the head has said how it stands.
+    words: u64,
     errors: VecDeque<PtzError>,
     overtaken: u64,
 }
@@ -120,6 +122,12 @@ impl HeadThread {
         }
     }
 
+    /// What the head said of itself last, where it has said something since it had done so `words` times; with how often it has.
+    pub fn heard_since(&self, words: u64) -> Option<(u64, Status)> {
+        let state = self.shared.lock();
+        state.status.filter(|_| state.words > words).map(|status| (state.words, status))
+    }
+
     /// Stops the head and ends its thread; whether it ended within the patience.
     pub fn end(&self) -> bool {
         let deadline = Instant::now() + self.patience;
@@ -153,6 +161,9 @@ impl Drop for Ended {
         self.0.changed.notify_all();
     }
 }
+
+/// How much later a head is asked again that did not say how it stands.
+const STATUS_AGAIN: Duration = Duration::from_secs(5);
 
 /// What to do next.
 enum Task {
@@ -189,8 +200,16 @@ fn serve(mut head: impl Head, shared: &Shared, care: Care) {
             Task::Poll => {
                 polled = Instant::now();
                 match head.status() {
-                    Ok(status) => shared.lock().status = status,
-                    Err(error) => shared.complain(error),
+                    Ok(status) => {
+                        let mut state = shared.lock();
+                        state.status = status;
+                        state.words += 1;
+                    }
+                    Err(error) => {
+                        // Commands are not to wait behind a status that cannot be had.
+                        polled += STATUS_AGAIN;
+                        shared.complain(error);
+                    }
                 }
             }
             Task::End => {
@@ -333,6 +352,9 @@ mod tests {
             assert!(Instant::now() < deadline);
             std::thread::sleep(Duration::from_millis(1));
         }
+        let (words, status) = head.heard_since(0).unwrap();
+        assert_eq!((status.moving, head.heard_since(u64::MAX)), (Some(true), None));
+        assert!(words > 0);
     }
 
     #[test]
