@@ -1,3 +1,4 @@
+use super::Controller;
 use super::believed_head::BelievedHead;
 use super::dead_zone::DeadZone;
 use super::departure::Departure;
@@ -5,7 +6,8 @@ use super::diagnosis::{Diagnosis, Mode};
 use super::jitter::Jitter;
 use super::lateness::Lateness;
 use super::lost::Loss;
-use super::params::{AimPoint, FollowerParams, PredictBy, Scheme};
+use super::params::{FollowerParams, PredictBy, Scheme};
+use super::prediction::{Prediction, slowed};
 use super::rehearsal::{Cue, Rehearsal};
 use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
@@ -18,42 +20,12 @@ use pursuit_imaging::CameraPose;
 use pursuit_parameters::Parameters;
 use pursuit_tracking::TrackState;
 
-/// What drives a head.
-pub trait Controller {
-    /// A frame has been looked at: `stamp_s` is its time stamp, `now_s` the time now, `forecast` what the tracker says.
-    ///
-    /// # Errors
-    /// Where a number is not finite.
-    fn see(&mut self, now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()>;
-
-    /// What the head shall do now, if anything new: to be asked often, at least once a frame. `status` is what the head
-    /// said of itself last, if it says anything.
-    ///
-    /// # Errors
-    /// Where a number is not finite.
-    fn act(&mut self, now_s: f64, status: Option<&Status>) -> Result<Option<Command>>;
-
-    /// How the camera is believed to have stood when it took the frame of this time stamp; `None` for a controller that does
-    /// not keep account of it.
-    fn camera(&self, _stamp_s: f64) -> Option<CameraPose> {
-        None
-    }
-}
-
-/// Where the target will be: its direction, its speed, and the standard deviation of its direction.
-#[derive(Debug, Clone, Copy)]
-struct Prediction {
-    direction: Direction,
-    speed: Direction,
-    sigma_deg: f64,
-}
-
 /// Keeps a target in the middle of the picture.
 ///
 /// Each picture is dated back to when it was taken, and the target in it is turned into a direction in the world by where
 /// the head looked **then**. Each command is made for when it takes effect: for where the target will be **then**, and
-/// from where the head will look **then**. What the head says of itself is used as far as
-/// it proves true ([`OwnWord`](super::OwnWord)).
+/// from where the head will look **then**. What the head says of itself is used as far as it proves true
+/// ([`OwnWord`](super::OwnWord)).
 #[derive(Debug, Clone)]
 pub struct Follower {
     params: FollowerParams,
@@ -172,7 +144,7 @@ impl Follower {
     /// Where the target will be when the head stands where its model says that it stands at `time_s`.
     fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
         let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
-        let beside = self.beside_deg(self.head.at(time_s).0.zoom);
+        let beside = self.params.aim.beside(self.half_view_deg(self.head.at(time_s).0.zoom));
         let here = |direction: Direction, speed, sigma: Direction| Prediction {
             direction: direction.turned(beside),
             speed,
@@ -314,18 +286,6 @@ impl Follower {
         Ok(Some(self.note(now_s, Command::GoTo { direction, zoom })))
     }
 
-    /// By how much the head looks beside the target, so that it stands at the aim point.
-    fn beside_deg(&self, zoom: f64) -> Direction {
-        let AimPoint { right, up } = self.params.aim;
-        let (half_x, half_y) = self.half_view_deg(zoom);
-        let angle = |part: f64, half_deg: f64| (part * half_deg.to_radians().tan()).atan().to_degrees();
-        if right == 0.0 && up == 0.0 {
-            Direction::AHEAD
-        } else {
-            Direction::new(-angle(right, half_x), -angle(up, half_y))
-        }
-    }
-
     fn half_view_deg(&self, zoom: f64) -> (f64, f64) {
         self.views.lens(zoom, self.size).map_or((f64::NAN, f64::NAN), |lens| lens.half_fov_deg())
     }
@@ -422,16 +382,4 @@ impl Controller for Follower {
         };
         if self.mode == Mode::Lost { self.lost(now_s) } else { self.follow(now_s) }
     }
-}
-
-/// How far ahead to predict, seconds, a target that was seen `unseen_s` ago, and which part of its speed it keeps.
-///
-/// Over the usual latency the prediction is used as it is. Whoever is unseen for longer has mostly turned or stopped, which
-/// is why they are unseen: the prediction comes to rest, so that the head does not run away from where they were seen.
-fn slowed(unseen_s: f64) -> (f64, f64) {
-    const AS_IT_IS_S: f64 = 0.6;
-    const COMES_TO_REST_S: f64 = 0.3;
-    let beyond = (unseen_s - AS_IT_IS_S).max(0.0);
-    let part = (-beyond / COMES_TO_REST_S).exp();
-    (unseen_s.min(AS_IT_IS_S) + COMES_TO_REST_S * (1.0 - part), part)
 }

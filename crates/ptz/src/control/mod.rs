@@ -6,6 +6,7 @@
 
 mod baselines;
 mod believed_head;
+mod controller;
 mod dead_zone;
 mod departure;
 mod diagnosis;
@@ -16,19 +17,20 @@ mod lateness;
 mod lost;
 mod own_word;
 mod params;
+mod prediction;
 mod rehearsal;
 mod servo;
 mod sighting;
 mod steps;
 mod target_motion;
-
 mod zoom;
 
 pub use baselines::{Proportional, StopAndGo};
 pub use believed_head::BelievedHead;
+pub use controller::Controller;
 pub use departure::Departure;
 pub use diagnosis::{Diagnosis, Mode};
-pub use follower::{Controller, Follower};
+pub use follower::Follower;
 pub use head_model::HeadModel;
 pub use jitter::Jitter;
 pub use lateness::Lateness;

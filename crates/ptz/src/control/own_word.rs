@@ -87,6 +87,9 @@ impl OwnWord {
     const STAYS_HONEST: f64 = 0.4;
     /// Up to this lag a word is prompt, seconds.
     const PROMPT_S: f64 = 0.45;
+    /// Over at least this time a head is looked at for what it was not told, and for so long it is believed all the same, seconds.
+    const LOOKED_AT_S: f64 = 0.8;
+    const EXCUSED_S: f64 = 3.0;
 
     /// How far it is believed.
     pub const fn honesty(&self) -> Honesty {
@@ -170,13 +173,12 @@ impl OwnWord {
         }
     }
 
-    /// For how long a head that departs from what it was told is believed all the same, seconds.
-    const EXCUSED_S: f64 = 3.0;
-
     /// Compares what an honest head did within the last second with what it was told.
     fn look_for_departure(&mut self, now: &Compared, model: &HeadModel) {
-        let Some(before) =
-            self.compared.front().filter(|c| now.time_s - c.time_s >= 0.8 && self.honesty == Honesty::Prompt)
+        let Some(before) = self
+            .compared
+            .front()
+            .filter(|c| now.time_s - c.time_s >= Self::LOOKED_AT_S && self.honesty == Honesty::Prompt)
         else {
             return;
         };

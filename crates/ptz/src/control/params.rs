@@ -1,7 +1,7 @@
 use super::{LostParams, TrustParams, ZoomParams};
-use crate::Position;
 use crate::geometry::AngleFormula;
 use crate::mechanics::HeadLimits;
+use crate::{Direction, Position};
 use pursuit_parameters::{choices, parameters};
 
 choices! {
@@ -60,6 +60,18 @@ parameters! {
         pub right: f64 = 0.0, in -0.8..=0.8;
         /// How far above the middle, of half the picture's height; below 0 there is room above the target's head.
         pub up: f64 = 0.0, in -0.8..=0.8;
+    }
+}
+
+impl AimPoint {
+    /// By how much the head looks beside the target so that it stands there, where the picture reaches `half_deg` to either side.
+    pub(super) fn beside(&self, half_deg: (f64, f64)) -> Direction {
+        // In the middle whatever the lens.
+        if self.right == 0.0 && self.up == 0.0 {
+            return Direction::AHEAD;
+        }
+        let angle = |part: f64, half_deg: f64| (part * half_deg.to_radians().tan()).atan().to_degrees();
+        Direction::new(-angle(self.right, half_deg.0), -angle(self.up, half_deg.1))
     }
 }
 
