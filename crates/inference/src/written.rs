@@ -14,6 +14,15 @@ pub enum Patch {
     Search,
 }
 
+/// What makes features of an image.
+pub trait Embedding {
+    /// The image, to be written before [`run`](Self::run): three planes, as the network wants them.
+    fn image_mut(&mut self) -> &mut Map;
+
+    /// The features of the image that has been written.
+    fn run(&mut self) -> &mut Map;
+}
+
 /// The layers of one network, and the sizes of what it reads and gives.
 pub trait Network: Layers + Debug + Clone + Send {
     /// Its name in errors.
@@ -32,11 +41,11 @@ pub trait Network: Layers + Debug + Clone + Send {
     /// What the template's features are made into to be compared with.
     type Comparison: Debug + Clone + Send;
 
-    /// Where an image is written.
-    fn image_mut(&mut self, patch: Patch) -> &mut Map;
+    /// What reads the images.
+    type Embedding: Embedding;
 
-    /// The features of the template image that has been written.
-    fn embed(&mut self) -> &Map;
+    /// That of the template image, and that of the search image.
+    fn embeddings(&mut self) -> (&mut Self::Embedding, &mut Self::Embedding);
 
     /// For [`TEMPLATE_LEN`](Self::TEMPLATE_LEN) features, channel, row, column.
     fn comparison(&self, features: &[f32]) -> Self::Comparison;
@@ -79,13 +88,18 @@ impl<N: Network> WrittenOut<N> {
     /// forgotten, one after the other: after each look another network may write its own in place of both. Rows and columns beyond
     /// the image are ignored.
     pub fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
-        self.engine.hold().image_mut(patch).write_row(y, planes);
+        let (template, search) = self.engine.hold().embeddings();
+        let embedding = match patch {
+            Patch::Template => template,
+            Patch::Search => search,
+        };
+        embedding.image_mut().write_row(y, planes);
     }
 
     /// The features of the template image that has been written: channel, row, column.
     pub fn template_features(&mut self) -> Vec<f32> {
         let mut features = vec![0.0; N::TEMPLATE_LEN];
-        self.engine.hold().embed().copy_to(&mut features);
+        self.engine.hold().embeddings().0.run().copy_to(&mut features);
         self.engine.release();
         features
     }

@@ -3,10 +3,9 @@
 use super::head::{Comparison, Head, SIDE, TEMPLATE_PIXELS};
 use crate::Result;
 use crate::backbone::{Architecture, Backbone, FEATURES};
-use crate::kernels::Map;
 use crate::shared::{Layers, Slot};
 use crate::weights::Weights;
-use crate::written::{Network, Patch};
+use crate::written::{Embedding, Network};
 
 /// The weights (MIT; `weights/lightfc/ORIGIN.md`).
 const WEIGHTS: &[u8] = include_bytes!("../../weights/lightfc/lightfc.safetensors");
@@ -46,16 +45,10 @@ impl Network for Engine {
     const SCORES: usize = 1;
 
     type Comparison = Comparison;
+    type Embedding = Backbone;
 
-    fn image_mut(&mut self, patch: Patch) -> &mut Map {
-        match patch {
-            Patch::Template => self.template.image_mut(),
-            Patch::Search => self.search.image_mut(),
-        }
-    }
-
-    fn embed(&mut self) -> &Map {
-        self.template.run()
+    fn embeddings(&mut self) -> (&mut Backbone, &mut Backbone) {
+        (&mut self.template, &mut self.search)
     }
 
     fn comparison(&self, features: &[f32]) -> Comparison {

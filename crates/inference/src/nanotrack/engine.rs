@@ -3,10 +3,10 @@
 use super::head::{ANSWER_SIDE, Branch, Comparison, TEMPLATE_SIDE};
 use crate::Result;
 use crate::backbone::{Architecture, Backbone, FEATURES};
-use crate::kernels::{Map, means};
+use crate::kernels::means;
 use crate::shared::{Layers, Slot};
 use crate::weights::Weights;
-use crate::written::{Network, Patch};
+use crate::written::{Embedding, Network};
 
 /// The weights (Apache-2.0; `weights/nanotrack_v3/ORIGIN.md`).
 const WEIGHTS: &[u8] = include_bytes!("../../weights/nanotrack_v3/nanotrack_v3.safetensors");
@@ -51,16 +51,10 @@ impl Network for Engine {
 
     /// Of score and boxes.
     type Comparison = (Comparison, Comparison);
+    type Embedding = Backbone;
 
-    fn image_mut(&mut self, patch: Patch) -> &mut Map {
-        match patch {
-            Patch::Template => self.template.image_mut(),
-            Patch::Search => self.search.image_mut(),
-        }
-    }
-
-    fn embed(&mut self) -> &Map {
-        self.template.run()
+    fn embeddings(&mut self) -> (&mut Backbone, &mut Backbone) {
+        (&mut self.template, &mut self.search)
     }
 
     fn comparison(&self, features: &[f32]) -> Self::Comparison {

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::kernels::{LayerNorm, Map};
 use crate::shared::{Layers, Slot};
 use crate::weights::Weights;
-use crate::written::{Network, Patch};
+use crate::written::{Embedding, Network};
 use std::ops::Range;
 
 /// The weights (Apache-2.0; `weights/vittrack/ORIGIN.md`).
@@ -75,16 +75,10 @@ impl Network for Engine {
 
     /// The features themselves.
     type Comparison = Vec<f32>;
+    type Embedding = Stem;
 
-    fn image_mut(&mut self, patch: Patch) -> &mut Map {
-        match patch {
-            Patch::Template => self.template.image_mut(),
-            Patch::Search => self.search.image_mut(),
-        }
-    }
-
-    fn embed(&mut self) -> &Map {
-        self.template.run()
+    fn embeddings(&mut self) -> (&mut Stem, &mut Stem) {
+        (&mut self.template, &mut self.search)
     }
 
     fn comparison(&self, features: &[f32]) -> Vec<f32> {
