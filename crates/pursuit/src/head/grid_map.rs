@@ -1,8 +1,8 @@
 use pursuit_charts::HeatMap;
 use pursuit_ptz::simulation::{Cell, Pair};
 
-/// By how many points the judged controller of a [`Grid`](pursuit_ptz::simulation::Grid) is better than the other, the lesser of
-/// both gains (central, in the picture): a row for each walk and loss, a column for each delay and jitter.
+/// By how many points the judged controller of a [`Grid`](pursuit_ptz::simulation::Grid) is better than the other
+/// ([`Pair::gain`]): a row for each walk and loss, a column for each delay and jitter.
 pub fn grid_map(title: &str, pairs: &[Pair]) -> HeatMap {
     const FULL_COLOUR: f64 = 20.0;
     let column = |cell: &Cell| format!("{:.1}±{:.1}", cell.delay_s, cell.jitter_s);
@@ -18,7 +18,7 @@ pub fn grid_map(title: &str, pairs: &[Pair]) -> HeatMap {
     }
     let gain = |of_row: &str, of_column: &str| {
         let pair = pairs.iter().find(|pair| row(&pair.cell) == of_row && column(&pair.cell) == of_column);
-        pair.map_or(f64::NAN, |pair| 100.0 * pair.gains().0.min(pair.gains().1))
+        pair.map_or(f64::NAN, |pair| 100.0 * pair.gain())
     };
     let values: Vec<(String, Vec<f64>)> =
         rows.iter().map(|row| (row.clone(), columns.iter().map(|column| gain(row, column)).collect())).collect();
@@ -32,14 +32,15 @@ mod tests {
     use pursuit_ptz::simulation::{Figures, Walk};
 
     #[test]
-    fn the_lesser_gain_of_each_cell_is_shown() {
-        let pair = |delay_s, central| Pair {
+    fn gains_are_shown_and_losses_count_more() {
+        let pair = |delay_s, central, shown| Pair {
             cell: Cell { walk: Walk::Pacing, delay_s, jitter_s: 0.3, loss: 0.05 },
-            judged: Figures { central, shown: 1.0, ..Figures::default() },
+            judged: Figures { central, shown, ..Figures::default() },
             other: Figures { central: 0.5, shown: 0.9, ..Figures::default() },
         };
-        let svg = grid_map("gains", &[pair(0.1, 0.9), pair(0.8, 0.47)]).to_svg().unwrap();
-        for shown in ["0.1±0.3", "0.8±0.3", "pacing, 5 % lost", "+10.0", "-3.0"] {
+        let svg =
+            grid_map("gains", &[pair(0.1, 0.9, 0.9), pair(0.3, 0.9, 0.7), pair(0.8, 0.47, 1.0)]).to_svg().unwrap();
+        for shown in ["0.1±0.3", "0.8±0.3", "pacing, 5 % lost", "+40.0", "-20.0", "-3.0"] {
             assert!(svg.contains(shown), "{shown}");
         }
         assert_eq!(grid_map("none", &[]).to_svg(), None);

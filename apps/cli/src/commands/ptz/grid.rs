@@ -7,9 +7,6 @@ use pursuit::ptz::simulation::{Contender, Grid, Pair, Study, Walk};
 use std::fmt::Write;
 use std::process::ExitCode;
 
-/// A loss of more than this counts as worse.
-const WORSE: f64 = -0.02;
-
 /// `pursuit ptz simulate --grid`.
 pub fn run(args: &PtzSimulate, study: &Study) -> anyhow::Result<ExitCode> {
     let (judged, other) = contenders(&args.controller)?;
@@ -36,10 +33,6 @@ fn contenders(named: &[String]) -> anyhow::Result<(Contender, Contender)> {
     }
 }
 
-fn is_worse(pair: &Pair) -> bool {
-    pair.gains().0.min(pair.gains().1) < WORSE
-}
-
 fn table(pairs: &[Pair], other: Contender) -> anyhow::Result<String> {
     let mut text = format!(
         "{:<9} {:>6} {:>7} {:>6} {:>9} {:>8} {:>9} {:>8}\n",
@@ -59,10 +52,10 @@ fn table(pairs: &[Pair], other: Contender) -> anyhow::Result<String> {
             percent(central),
             percent(pair.judged.shown),
             percent(shown),
-            if is_worse(pair) { "  worse" } else { "" }
+            if pair.is_worse() { "  worse" } else { "" }
         )?;
     }
-    let worse = pairs.iter().filter(|pair| is_worse(pair)).count();
+    let worse = pairs.iter().filter(|pair| pair.is_worse()).count();
     writeln!(text, "{worse} of {} are worse than {} by more than 2 points", pairs.len(), other.name())?;
     Ok(text)
 }
@@ -73,7 +66,7 @@ fn json(pairs: &[Pair]) -> anyhow::Result<String> {
         serde_json::json!({
             "walk": cell.walk, "delay_s": cell.delay_s, "jitter_s": cell.jitter_s, "loss": cell.loss,
             "judged": pair.judged, "other": pair.other,
-            "central_gain": central_gain, "shown_gain": shown_gain, "worse": is_worse(pair),
+            "central_gain": central_gain, "shown_gain": shown_gain, "worse": pair.is_worse(),
         })
     });
     Ok(serde_json::to_string_pretty(&rows.collect::<Vec<_>>())? + "\n")
