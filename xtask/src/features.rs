@@ -9,7 +9,7 @@ const BUILDS: [(&str, &str, &str); 9] = [
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
     ("pursuit-cli", "h264,nats", "no C++ compiler, messages to NATS alone"),
-    ("pursuit-cli", "encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,rten,studio", "everything"),
+    ("pursuit-cli", "encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,rten,studio,xlsx", "everything"),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit-media", "encode", "a recorder"),

@@ -12,6 +12,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-parameters", 0),
     // A development dependency of any floor; `ONLY_IN` keeps it out of all else.
     ("pursuit-testkit", 0),
+    ("pursuit-measuring", 1),
     ("pursuit-publish", 1),
     ("pursuit-estimation", 0),
     ("pursuit-imaging", 1),
@@ -59,6 +60,8 @@ const ONLY_IN: &[(&str, &[&str])] = &[
             "pursuit-ptz",
             "pursuit-evaluation",
             "pursuit-experiments",
+            // OpenCV writes cameras as JSON too.
+            "pursuit-measuring",
             "pursuit-cli",
             "pursuit-studio",
             "pursuit-python",

@@ -35,6 +35,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Demo(args) => commands::demo::run(args, &cli.global),
         Command::Track(args) => commands::track::run(args, &cli.global),
         Command::Associate(args) => commands::associate::run(args),
+        Command::Calibrate(args) => commands::measure::calibrate(args),
+        Command::Measure(args) => commands::measure::run(args),
         Command::Batch(args) => commands::batch::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
         #[cfg(feature = "reproduce")]

@@ -11,6 +11,7 @@ mod estimation;
 mod evaluate;
 mod iterated;
 mod many;
+mod measure;
 mod pixels;
 mod registry;
 mod saved;
@@ -33,6 +34,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<clip::Clip>()?;
     registry::add(module)?;
     evaluate::add(module)?;
+    measure::add(module)?;
     batch::add(module)?;
     estimation::add(module)
 }

@@ -106,6 +106,7 @@ impl<'a> Plan<'a> {
                 Marks::Line { .. } => self.line(out, series),
                 Marks::Points => self.points(out, series),
                 Marks::Named => self.dots(out, series),
+                Marks::Area => self.area(out, series),
             }
             out.push_str("</g>");
         }
@@ -166,6 +167,20 @@ impl<'a> Plan<'a> {
         }
         let (dashes, name) = (none_if_empty(series.dashes()), escape(&series.name));
         let _ = write!(out, r#"<path d="{path}" stroke-dasharray="{dashes}"><title>{name}</title></path>"#);
+    }
+
+    fn area(&self, out: &mut String, series: &Series) {
+        let mut path = String::new();
+        for [upper, lower] in series.areas() {
+            let places = |points: &[(f64, f64)]| thinned(points.iter().map(|p| self.at(*p)).collect());
+            let back = places(lower).into_iter().rev();
+            for (i, (x, y)) in places(upper).into_iter().chain(back).enumerate() {
+                let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
+            }
+            path.push('Z');
+        }
+        let name = escape(&series.name);
+        let _ = write!(out, r#"<path class="area" d="{path}"><title>{name}</title></path>"#);
     }
 
     fn points(&self, out: &mut String, series: &Series) {

@@ -45,7 +45,11 @@ impl<'a> Legend<'a> {
             let _ = write!(out, r#"<g class="legend"><g class="series {}">"#, series.color.class());
             let _ = match series.marks {
                 Marks::Points => write!(out, r#"<path class="dots" d="M{:.1} {y:.1}h0"/>"#, x + SWATCH / 2.0),
-                _ => {
+                Marks::Area => {
+                    let (top, high) = (y - 5.0, 10.0);
+                    write!(out, r#"<path class="area" d="M{x:.1} {top:.1}h{SWATCH}v{high}h-{SWATCH}Z"/>"#)
+                }
+                Marks::Line { .. } | Marks::Named => {
                     let dashes = series.dashes();
                     write!(out, r#"<path d="M{x:.1} {y:.1}h{SWATCH}" stroke-dasharray="{}"/>"#, none_if_empty(dashes))
                 }

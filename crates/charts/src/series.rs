@@ -48,6 +48,8 @@ pub(crate) enum Marks {
     Points,
     /// Large dots with the series' name beside them.
     Named,
+    /// The area between two curves: the points of the lower one follow those of the upper one.
+    Area,
 }
 
 /// One curve or cloud of points.
@@ -78,6 +80,31 @@ impl Series {
     /// Large dots, each with the name beside it; the legend leaves them out.
     pub fn named(name: impl Into<String>, color: Color, points: Vec<(f64, f64)>) -> Self {
         Self { marks: Marks::Named, ..Self::line(name, color, points) }
+    }
+
+    /// The area between two curves over the same x, `(x, lower, upper)`: what is uncertain around a line. What is not a number
+    /// interrupts it.
+    pub fn area(name: impl Into<String>, color: Color, points: &[(f64, f64, f64)]) -> Self {
+        let upper = points.iter().map(|p| (p.0, if p.1.is_finite() { p.2 } else { f64::NAN }));
+        let lower = points.iter().map(|p| (p.0, if p.2.is_finite() { p.1 } else { f64::NAN }));
+        let both = upper.chain(lower).collect();
+        Self { marks: Marks::Area, ..Self::line(name, color, both) }
+    }
+
+    /// Upper and lower curve of an area, stretch by stretch.
+    pub(crate) fn areas(&self) -> impl Iterator<Item = [&[(f64, f64)]; 2]> {
+        let (upper, lower) = self.points.split_at(self.points.len() / 2);
+        let stretches = |points: &'_ [(f64, f64)]| -> Vec<(usize, usize)> {
+            let mut at = 0;
+            let all = points.split(|p| !can_be_drawn(*p)).map(|s| {
+                let span = (at, at + s.len());
+                at += s.len() + 1;
+                span
+            });
+            all.filter(|(from, to)| to > from).collect()
+        };
+        let spans = stretches(upper);
+        spans.into_iter().filter_map(move |(from, to)| Some([upper.get(from..to)?, lower.get(from..to)?]))
     }
 
     /// The points that can be drawn.

@@ -38,6 +38,7 @@ const SHAPES: &str = "svg.chart{display:block;width:100%;height:auto}\
 .chart .title{font-size:15px;font-weight:600}\
 .chart .series path{fill:none;stroke-width:1.8;stroke-linejoin:round;stroke-linecap:butt}\
 .chart .series path.dots{stroke-width:4.6;stroke-linecap:round;opacity:.75}\
+.chart .series path.area{stroke:none;opacity:.22}\
 .chart .series circle{stroke:none}.chart .series text{font-weight:560}";
 
 /// The style sheet that a page with [elements](crate::Chart::to_element) needs, once. It also defines the colours as
@@ -71,7 +72,10 @@ fn rules(color: impl Fn(Named) -> String) -> String {
     );
     for (class, named) in SERIES {
         let color = color(named);
-        let _ = write!(rules, ".chart .{class} path{{stroke:{color}}}.chart .{class} circle{{fill:{color}}}");
+        let _ = write!(
+            rules,
+            ".chart .{class} path{{stroke:{color}}}.chart .{class} circle,.chart .{class} path.area{{fill:{color}}}"
+        );
     }
     rules
 }
@@ -90,7 +94,10 @@ mod tests {
             assert_eq!((page.matches(&rule).count(), file.matches(&rule).count()), (1, 2), "{rule}");
         }
         assert!(!file.contains("var(") && page.contains("--c7:#5f3dc4;") && page.contains("--c7:#a99bff;"));
-        assert!(file.contains(".chart .t7 path{stroke:#5f3dc4}") && file.contains(".chart .t7 circle{fill:#a99bff}"));
+        assert!(
+            file.contains(".chart .t7 path{stroke:#5f3dc4}")
+                && file.contains(".chart .t7 circle,.chart .t7 path.area{fill:#a99bff}")
+        );
         for sheet in [page, file] {
             assert_eq!(sheet.matches('{').count(), sheet.matches('}').count());
         }

@@ -95,3 +95,14 @@ fn absurd_numbers_do_no_harm() {
         }
     }
 }
+
+#[test]
+fn areas_are_closed_and_break_where_nothing_is_known() {
+    let points = [(0.0, 0.1, 0.3), (0.4, 0.2, 0.5), (0.6, f64::NAN, 0.5), (0.8, 0.2, 0.4), (1.0, 0.3, 0.6)];
+    let element = chart(Series::area("± 2 σ", Color::Estimate, &points)).to_element();
+    let [path] = paths(&element)[..] else { panic!("{element}") };
+    assert_eq!((path.matches('M').count(), path.matches('L').count(), path.matches('Z').count()), (2, 6, 2), "{path}");
+    assert!(element.contains("class=\"area\""));
+    let empty = chart(Series::area("a", Color::Estimate, &[(0.0, f64::NAN, 1.0)]));
+    assert!(empty.is_empty() && empty.to_svg().is_none());
+}

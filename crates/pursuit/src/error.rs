@@ -1,5 +1,6 @@
 use pursuit_estimation::EstimationError;
 use pursuit_evaluation::EvaluationError;
+use pursuit_measuring::MeasuringError;
 use pursuit_media::MediaError;
 use pursuit_parameters::ParameterError;
 use pursuit_tracking::TrackingError;
@@ -30,6 +31,9 @@ pub enum RunError {
     /// A filter refuses its parameters or a measurement.
     #[error(transparent)]
     Estimation(#[from] EstimationError),
+    /// A calibration, or something that cannot be measured.
+    #[error(transparent)]
+    Measuring(#[from] MeasuringError),
     /// A pan-tilt head, or what is said of one.
     #[cfg(feature = "ptz")]
     #[error(transparent)]
@@ -48,7 +52,8 @@ impl RunError {
     /// The exit status that the README promises: 2 wrong usage, 3 input that cannot be read, 4 output that cannot be written.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage { .. } | Self::Parameter(_) => 2,
+            Self::Measuring(MeasuringError::Smoothing { .. }) => 1,
+            Self::Usage { .. } | Self::Parameter(_) | Self::Measuring(_) => 2,
             Self::Input(e) if e.is_output() => 4,
             Self::Input(_) => 3,
             Self::Evaluation(e) if e.is_output() => 4,

@@ -1,5 +1,5 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 10] = [
+pub const FEATURES: [(&str, bool); 11] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
     ("mqtt", cfg!(feature = "mqtt")),
@@ -7,6 +7,7 @@ pub const FEATURES: [(&str, bool); 10] = [
     ("nats", cfg!(feature = "nats")),
     ("tls", cfg!(feature = "tls")),
     ("parquet", cfg!(feature = "parquet")),
+    ("xlsx", cfg!(feature = "xlsx")),
     ("ptz", cfg!(feature = "ptz")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),

@@ -32,6 +32,7 @@ mod follow;
 #[cfg(feature = "ptz")]
 pub mod head;
 mod input;
+pub mod measure;
 pub mod publish;
 mod record;
 mod resume;
@@ -69,6 +70,7 @@ pub use pursuit_evaluation as evaluation;
 pub use pursuit_geometry as geometry;
 pub use pursuit_imaging as imaging;
 pub use pursuit_inference as inference;
+pub use pursuit_measuring as measuring;
 pub use pursuit_media as media;
 pub use pursuit_parameters as parameters;
 #[cfg(feature = "ptz")]

@@ -2,7 +2,7 @@
 
 use crate::RunError;
 use crate::sinks::Format;
-use crate::trajectory_plots;
+use crate::{measure, trajectory_plots};
 use pursuit_address::Locator;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -154,14 +154,16 @@ fn results_in(folder: &Path) -> Vec<PathBuf> {
         .into_iter()
         .chain(Format::ALL.iter().map(|f| f.file_name()))
         .map(|name| folder.join(name));
-    let plots = std::fs::read_dir(folder.join(PLOTS)).into_iter().flatten().flatten();
-    let plots = plots.filter(|e| e.file_name().to_str().is_some_and(trajectory_plots::is_plot)).map(|e| e.path());
+    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_plot = |name: &str| trajectory_plots::is_plot(name) || measure::is_result(name);
+    let plots = entries(&folder.join(PLOTS)).filter(|e| e.file_name().to_str().is_some_and(is_plot)).map(|e| e.path());
+    let measured = entries(folder).filter(|e| e.file_name().to_str().is_some_and(measure::is_result)).map(|e| e.path());
     let holds = |file: &PathBuf| match file.metadata() {
         Ok(target) => target.is_file() || target.is_dir(),
         Err(_) => file.is_symlink(),
     };
     let numbered = (2..).map(|n| folder.join(format!("overlay-{n}.mp4"))).take_while(|path| path.exists());
-    fixed.chain(plots).chain(numbered).filter(holds).collect()
+    fixed.chain(plots).chain(measured).chain(numbered).filter(holds).collect()
 }
 
 fn holds_a_run(folder: &Path) -> bool {

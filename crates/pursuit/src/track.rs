@@ -9,7 +9,7 @@ use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
 use crate::start::Start;
-use crate::{Fetched, RunError, run_folder, trajectory_plots};
+use crate::{Fetched, RunError, measure, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
 use pursuit_imaging::{CameraPose, ImageView};
 use pursuit_media::wrappers::PrefetchStats;
@@ -96,6 +96,9 @@ impl Run {
             None => None,
         };
         let destination = destination(&config, name)?;
+        if config.measure == Some(true) {
+            check_measure(&config, destination.as_ref())?;
+        }
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, stats } =
             input::open((name, given), &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
@@ -249,7 +252,7 @@ impl Run {
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
         if let Some(folder) = &folder {
-            let late = conclude(&facts, folder, self.config.plots == Some(true), &mut files);
+            let late = conclude(&facts, folder, &self.config, &mut files);
             outcome.failure = outcome.failure.or(late.err());
         }
         Ok(Finished { out: folder.map(|f| f.path().to_path_buf()), files, facts, outcome })
@@ -320,14 +323,30 @@ fn create_sinks(
 }
 
 /// Writes what is known at the end.
-fn conclude(facts: &RunFile, folder: &RunFolder, plots: bool, files: &mut Vec<PathBuf>) -> Result<(), RunError> {
+fn conclude(facts: &RunFile, folder: &RunFolder, config: &RunConfig, files: &mut Vec<PathBuf>) -> Result<(), RunError> {
     let run_json = folder.file(FACTS);
     facts.write(&run_json)?;
     files.push(run_json);
-    if plots {
+    if config.plots == Some(true) {
         files.extend(trajectory_plots::draw(&folder.file(Format::CSV.file_name()), &folder.file(PLOTS))?);
     }
+    if config.measure == Some(true) {
+        let options = &config.measure_options;
+        let found = measure::measure(folder.path(), None, options)?;
+        let plots = options.plots != Some(false);
+        files.extend(measure::Destination::new(folder.path(), &options.formats, plots)?.write(&found)?);
+    }
     Ok(())
+}
+
+/// Refuses before anything is followed what could not be measured after it.
+fn check_measure(config: &RunConfig, destination: Option<&Destination>) -> Result<(), RunError> {
+    let Some(destination) = destination else {
+        return Err(RunError::usage("what goes to standard output is not measured; name a folder with `--out DIR`"));
+    };
+    let options = &config.measure_options;
+    measure::Destination::new(destination.path(), &options.formats, false).map(drop)?;
+    options.check(config.input.as_ref().map(Locator::path))
 }
 
 /// Where results go; none is standard output, which takes one format.

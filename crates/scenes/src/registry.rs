@@ -96,7 +96,7 @@ pub static SCENES: &[SceneEntry] = &[
     },
     SceneEntry {
         name: "motion",
-        summary: "the patch moves on a line, turns, stops and goes, or the camera jumps: for comparing motion models",
+        summary: "the patch moves on a line, turns, stops and goes, is thrown or swings, or the camera jumps: for comparing motion models",
         plan: &Built {
             defaults: || (within(Picture { width: 640, height: 360, ..lasting(5.0) }, at(110.0)), Motion::default()),
             build: patches::motion,

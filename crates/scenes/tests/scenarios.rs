@@ -52,6 +52,27 @@ fn a_stop_lasts_a_second() {
 }
 
 #[test]
+fn what_is_thrown_falls_by_gravity() {
+    let fps = 100.0;
+    let at = centers("scene:motion?motion=throw&fps=100&duration=0.5&gravity=1500&speed=200");
+    for w in at.windows(3) {
+        let change = |a: f64, b: f64, c: f64| (a - 2.0 * b + c) * fps * fps;
+        assert!((change(w[0].y, w[1].y, w[2].y) - 1500.0).abs() < 1e-4 && change(w[0].x, w[1].x, w[2].x).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn a_pendulum_has_its_length_and_period() {
+    let at = centers("scene:motion?motion=swing&radius=200&gravity=981&fps=100&duration=3");
+    let above = Point::new(320.0, 180.0 - 200.0);
+    assert!(at.iter().all(|p| (p.distance(above) - 200.0).abs() < 1e-9));
+    // At a quarter of the period it passes the middle.
+    let quarter = std::f64::consts::TAU * (200.0_f64 / 981.0).sqrt() / 4.0 * 100.0;
+    let (before, after) = (at[quarter as usize].x, at[quarter as usize + 1].x);
+    assert!(before > 320.0 && after < 320.0, "{before} {after}");
+}
+
+#[test]
 fn the_camera_jumps_and_the_world_jumps_with_the_target() {
     let query = "scene:motion?motion=jump&jump=40&fps=30&speed=60&seed=2&noise=0";
     let steps = steps(&centers(query));

@@ -2,6 +2,7 @@
 
 mod associate;
 mod batch;
+mod measure;
 mod ptz;
 mod publish;
 #[cfg(feature = "studio")]
@@ -11,6 +12,7 @@ mod tests;
 
 pub use associate::Associate;
 pub use batch::Batch;
+pub use measure::{Calibrate, Measure, Measuring};
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
 pub use publish::Publish;
 #[cfg(feature = "studio")]
@@ -95,6 +97,10 @@ pub enum Command {
     Batch(Batch),
     /// Tell targets apart in the boxes of any detector, from files: no picture needed
     Associate(Associate),
+    /// Say how long a pixel is in a clip, where the origin is and which way is up: writes calibration.toml beside it
+    Calibrate(Calibrate),
+    /// Measure a run: position, velocity and acceleration in metres, each with its standard deviation; events and fits
+    Measure(Box<Measure>),
     /// Measure trackers on annotated sequences
     Eval(Eval),
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
@@ -227,9 +233,14 @@ pub struct Track {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+    /// Measure the run when it is done, by the calibration beside it (see `pursuit measure`)
+    #[arg(long)]
+    pub measure: bool,
     /// Write the trajectory in a further format
     #[arg(long = "format", value_parser = format_parser(), value_name = "FORMAT", value_delimiter = ',')]
     pub formats: Vec<Format>,
+    #[command(flatten)]
+    pub measuring: Measuring,
     #[command(flatten)]
     pub publish: Publish,
     /// First frame to look at, from 0

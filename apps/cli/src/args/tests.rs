@@ -122,6 +122,7 @@ fn every_run_option_has_its_flag() {
         "depth_options" => "depth-coding".to_owned(),
         "video" => "no-video".to_owned(),
         "formats" => "format".to_owned(),
+        "measure_options" => "measure-method".to_owned(),
         "publish_options" => "publish-every".to_owned(),
         "parameters" => "set".to_owned(),
         other => other.replace('_', "-"),

@@ -6,6 +6,7 @@ pub mod demo;
 pub mod eval;
 mod eval_many;
 pub mod licences;
+pub mod measure;
 pub mod ptz;
 #[cfg(feature = "reproduce")]
 pub mod reproduce;

@@ -141,6 +141,8 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
             Overlay::None => None,
         }),
         plots: flag(args.plots, true),
+        measure: flag(args.measure, true),
+        measure_options: args.measuring.options(),
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
         publish: args.publish.address.clone().map(Locator::new),
         publish_options: args.publish.options(),

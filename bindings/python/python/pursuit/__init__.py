@@ -11,6 +11,7 @@ Associator     tracks of the boxes that a detector of your own finds, on numpy a
 Detector       find targets in frames; detect: in one frame or a whole input
 trackers       every tracker by name; help(pursuit.trackers.kcf) shows its parameters
 estimation     Kalman filters, IMM, particle filters, smoothers, association on arrays of N tracks x T steps
+measure        a run in metres: velocity, acceleration, events, fits, each with its error; calibrate: keep the ruler
 eval           measure trackers on annotated sequences; reproduce: run a paper's experiment again
 cv2            OpenCV's tracker interface; integrations: got10k, VOT, TrackEval, supervision, Ultralytics
 ray            pursuit.ray.batch: a manifest of clips on a cluster
@@ -21,6 +22,7 @@ Every error is a PursuitError with one line that says what was wrong, where, and
 
 from . import estimation
 from ._eval import eval, reproduce  # noqa: A004
+from ._measure import Measured, calibrate, measure
 from ._native import (
     Associator,
     ComputationError,
@@ -45,6 +47,7 @@ __all__ = [
     "Detector",
     "Estimate",
     "InputError",
+    "Measured",
     "MultiTracker",
     "OutputError",
     "PursuitError",
@@ -54,10 +57,12 @@ __all__ = [
     "Tracks",
     "UsageError",
     "__version__",
+    "calibrate",
     "detect",
     "detectors",
     "estimation",
     "eval",
+    "measure",
     "reproduce",
     "track",
     "trackers",

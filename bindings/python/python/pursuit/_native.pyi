@@ -208,6 +208,15 @@ def reproduce(
     seeds: int | None = None,
     dataset: str | os.PathLike[str] | None = None,
 ) -> dict[str, Any]: ...
+def measure(
+    path: str | os.PathLike[str],
+    ruler: dict[str, Any],
+    how: dict[str, Any],
+    out: str | os.PathLike[str] | None,
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any], list[str]]: ...
+def calibrate(
+    path: str | os.PathLike[str], ruler: dict[str, Any], picture: list[int] | None, overwrite: bool
+) -> None: ...
 def crowd_scores(
     truth: list[tuple[int, int, float, float, float, float]],
     said: list[tuple[int, int, float, float, float, float]],

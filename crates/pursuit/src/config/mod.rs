@@ -11,6 +11,7 @@ pub use texts::{parse_box, parse_setting};
 
 use crate::associate::FileDetector;
 use crate::config::options::options;
+use crate::measure::MeasureOptions;
 use crate::publish::PublishOptions;
 use crate::sinks::OverlayStyle;
 use crate::start::StartFrom;
@@ -69,6 +70,10 @@ options! {
         pub overlay: Option<OverlayStyle>,
         /// Whether to draw plots.
         pub plots: Option<bool>,
+        /// Whether the run is measured when it is done, by the calibration beside it.
+        pub measure: Option<bool>,
+        /// How it is measured.
+        pub measure_options: MeasureOptions,
         /// Further trajectory files, by the names of [`Format`](crate::sinks::Format).
         pub formats: Vec<String>,
         /// A broker that results are published to, `mqtt://[USER@]HOST[:PORT][/PREFIX]` or `nats://…`. A password in it is
@@ -245,7 +250,7 @@ mod tests {
         let some = |n: u32| {
             read(&format!(
                 "input = 'clip {n}'\nboxes = [[{n}, 0, 1, 1]]\nformats = ['format {n}']\nstride = {n}\nfps = {n}.5\n\
-                 depth_options.intrinsics = [{n}, 1, 1, 1]\npublish_options.qos = {n}\nparameters.n = {n}"
+                 depth_options.intrinsics = [{n}, 1, 1, 1]\npublish_options.qos = {n}\nmeasure_options.window = {n}\nparameters.n = {n}"
             ))
         };
         assert_eq!(some(1).overridden_by(RunConfig::default()), some(1));

@@ -27,6 +27,8 @@ pub use moment::Moment;
 pub use overlay::OverlaySink;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
+#[cfg(feature = "parquet")]
+pub(crate) use parquet::write_column as parquet_column;
 pub(crate) use text::TextSink;
 
 use crate::{Record, RunError};

@@ -9,7 +9,7 @@ use crate::{Scene, hash};
 use pursuit_geometry::{BBox, Point};
 use std::f64::consts::TAU;
 
-/// Straight on, turning, stopping, or a camera that jumps; rates of 5 frames a second are asked for by `fps=5`.
+/// Straight on, turning, stopping, thrown, swinging, or a camera that jumps; rates of 5 frames a second are asked for by `fps=5`.
 pub(crate) fn motion(seed: u64, (common, own): &(Common, Motion)) -> Box<dyn Scene> {
     let stage = Stage::new(seed, common);
     let size = stage.patch.size;
@@ -23,6 +23,8 @@ pub(crate) fn motion(seed: u64, (common, own): &(Common, Motion)) -> Box<dyn Sce
             Box::new(world(stage, boxed(move |t| line(going(t)), size)))
         }
         Course::Jump => jumping(stage, own.jump),
+        Course::Throw => Box::new(world(stage, boxed(thrown(stage, own.gravity), size))),
+        Course::Swing => Box::new(world(stage, boxed(swing(stage, own), size))),
     }
 }
 
@@ -55,6 +57,27 @@ fn circle(stage: Stage<'_>, radius: f64) -> impl Fn(f64) -> Point + Send + Sync 
     move |t| {
         let (sin, cos) = (omega * t + phase).sin_cos();
         Point::new(center.x + radius * cos, center.y + radius * sin)
+    }
+}
+
+/// Thrown from the lower left so that it comes down at the lower right: a parabola as high as the picture leaves room for, or less
+/// where `speed` across would lead out of the picture before.
+fn thrown(stage: Stage<'_>, gravity: f64) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+    let ((width, height), margin) = (stage.extent(), stage.patch.size * 0.75);
+    let high = (height - 2.0 * margin).max(1.0);
+    let upward = (2.0 * gravity * high).sqrt();
+    let across = stage.speed.min((width - 2.0 * margin).max(1.0) * gravity / (2.0 * upward));
+    move |t| Point::new(margin + across * t, height - margin - upward * t + gravity * t * t / 2.0)
+}
+
+/// A pendulum that hangs from above the picture's middle, let go ten degrees to the right: the motion of small swings.
+fn swing(stage: Stage<'_>, own: &Motion) -> impl Fn(f64) -> Point + Send + Sync + use<> {
+    let ((width, height), length) = (stage.extent(), own.radius);
+    let omega = (own.gravity / length).sqrt();
+    let reach = 10_f64.to_radians();
+    move |t| {
+        let (sin, cos) = (reach * (omega * t).cos()).sin_cos();
+        Point::new(width / 2.0 + length * sin, height / 2.0 + length * (cos - 1.0))
     }
 }
 

@@ -107,18 +107,25 @@ choices! {
         Stop = "stop",
         /// The camera, by jumps, and the patch on a line.
         Jump = "jump",
+        /// The patch, thrown.
+        Throw = "throw",
+        /// The patch, on a pendulum.
+        Swing = "swing",
     }
 }
 
 parameters! {
     /// Of `motion`.
     pub struct Motion {
-        /// What moves: the patch on a line, on a circle, in goes and stops of a second, or the camera by jumps.
+        /// What moves: the patch on a line, on a circle, in goes and stops of a second, thrown, or on a pendulum; or the camera by
+        /// jumps.
         pub motion: Course = Course::Line;
-        /// The circle's radius.
+        /// The circle's radius, and the pendulum's length.
         pub radius: f64 = 90.0, in 5.0..=2000.0, unit "px";
         /// How far the camera jumps every second.
         pub jump: f64 = 40.0, in 0.0..=400.0, unit "px";
+        /// How fast what is thrown or swings falls: of a world of 100 pixels a metre, unless it is said otherwise.
+        pub gravity: f64 = 981.0, in 1.0..=100_000.0, unit "px/s²";
     }
 }
 

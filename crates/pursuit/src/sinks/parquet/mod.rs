@@ -3,6 +3,8 @@ mod sink;
 
 #[cfg(feature = "parquet")]
 pub use sink::ParquetSink;
+#[cfg(feature = "parquet")]
+pub(crate) use sink::write_column;
 
 use super::format::{Declared, Format, Kind};
 

@@ -125,7 +125,8 @@ fn write_group(mut group: SerializedRowGroupWriter<'_, File>, rows: &[Record]) -
     Ok(())
 }
 
-fn write_column<T: parquet::data_type::DataType>(
+/// Writes the next column of a group; a cell that is not there is a null, where the column may have such.
+pub(crate) fn write_column<T: parquet::data_type::DataType>(
     group: &mut SerializedRowGroupWriter<'_, File>,
     cells: impl Iterator<Item = Option<T::T>>,
     optional: bool,

@@ -1,0 +1,146 @@
+use super::print;
+use crate::args::{Calibrate, Measure};
+use crate::console;
+use pursuit::RunError;
+use pursuit::measure::{CALIBRATION, Destination, Facts, measure, write_calibration};
+use pursuit::measuring::{Calibration, Ruler};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// `pursuit measure RUN`.
+pub fn run(args: &Measure) -> anyhow::Result<ExitCode> {
+    let options = args.measuring.options();
+    let said = args.ruler.options();
+    let of_run = || if args.run.is_dir() { args.run.clone() } else { args.run.with_file_name("") };
+    let folder = args.out.clone().unwrap_or_else(of_run);
+    let destination = Destination::new(&folder, &options.formats, options.plots != Some(false))?;
+    let calibration = if said.is_silent() {
+        None
+    } else {
+        let base = pursuit::measure::calibration_of(&args.run, &options)?;
+        Some(said.applied(base)?)
+    };
+    let found = measure(&args.run, calibration, &options)?;
+    let files = destination.write(&found)?;
+    for warning in &found.facts.warnings {
+        tracing::warn!("{warning}");
+    }
+    let text = if args.json {
+        let mut value = serde_json::to_value(&found.facts)?;
+        value["files"] = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().into();
+        serde_json::to_string_pretty(&value)? + "\n"
+    } else {
+        console::printable(&summary(&found.facts, &files)?)
+    };
+    print(text.as_bytes())
+}
+
+fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let Some(ruler) = &facts.ruler else { return Ok(text) };
+    let unit = ruler.unit;
+    match (ruler.per_pixel, ruler.relative_error, &facts.calibration_file) {
+        _ if ruler.kind == "pixels" => {
+            writeln!(text, "ruler     none: lengths are in pixels (calibrate with --scale or `pursuit calibrate`)")?
+        }
+        (Some(length), Some(error), from) => {
+            writeln!(
+                text,
+                "ruler     {}, {length:.6} {unit} a pixel ± {:.2} %{}",
+                ruler.kind,
+                100.0 * error,
+                named(from)
+            )?;
+        }
+        (.., from) => writeln!(text, "ruler     {}{}", ruler.kind, named(from))?,
+    }
+    for t in &facts.targets {
+        writeln!(
+            text,
+            "target {}  measured in {} frames from {:.3} s to {:.3} s, {} bridged, {} outside",
+            t.target, t.measured, t.from_s, t.to_s, t.bridged, t.outside
+        )?;
+        writeln!(
+            text,
+            "  noise     {:.3} px, found from the track; model: constant {}",
+            t.noise_px,
+            if t.model_order == 4 { "jerk" } else { "acceleration" }
+        )?;
+        writeln!(text, "  path      {:.4} ± {:.4} {unit}", t.path[0], t.path[1])?;
+        writeln!(text, "  top speed {:.4} ± {:.4} {unit}/s", t.top_speed[0], t.top_speed[1])?;
+    }
+    for fit in &facts.fits {
+        writeln!(
+            text,
+            "fit       {} of target {}, {:.3} s to {:.3} s, {} frames",
+            fit.asked.shape.name(),
+            fit.target,
+            fit.from_s,
+            fit.to_s,
+            fit.count
+        )?;
+        for p in &fit.parameters {
+            writeln!(text, "  {:<12} {:.5} ± {:.5} {}", p.name, p.value, p.error, p.unit)?;
+        }
+        let rms: Vec<String> = fit.residual_rms.iter().map(|r| format!("{r:.5}")).collect();
+        writeln!(text, "  left over    {} {unit} (RMS)", rms.join(", "))?;
+    }
+    if !facts.events.is_empty() {
+        writeln!(text, "events    {}", facts.events.len())?;
+    }
+    for event in facts.events.iter().take(20) {
+        let name = event.name.as_deref().unwrap_or_default();
+        let [x, y] = event.at;
+        writeln!(
+            text,
+            "  {:<9} {:.4} ± {:.4} s, target {} at {x:.4}, {y:.4} {name}",
+            event.kind.as_str(),
+            event.time_s,
+            event.time_error_s,
+            event.target
+        )?;
+    }
+    writeln!(text, "files")?;
+    files.iter().try_for_each(|file| writeln!(text, "  {}", file.display()))?;
+    Ok(text)
+}
+
+fn named(file: &Option<PathBuf>) -> String {
+    file.as_ref().map_or_else(String::new, |file| format!(", of {}", file.display()))
+}
+
+/// `pursuit calibrate INPUT`.
+pub fn calibrate(args: &Calibrate) -> anyhow::Result<ExitCode> {
+    let said = args.ruler.options();
+    if said.is_silent() {
+        return Err(RunError::usage(
+            "nothing is said of the ruler; give --scale X1,Y1,X2,Y2=LENGTH, --target-size or --plane",
+        )
+        .into());
+    }
+    let source = pursuit::open(args.input.as_str())?;
+    let size = source.info().size;
+    let base = Calibration { picture: Some([size.width, size.height]), ..Calibration::default() };
+    let made = said.applied(base)?;
+    let beside = || Path::new(&args.input).parent().unwrap_or(Path::new("")).join(CALIBRATION);
+    let path = args.out.clone().unwrap_or_else(|| if args.input.contains(':') { CALIBRATION.into() } else { beside() });
+    let mut text = String::new();
+    // The size of the target shows in a run only.
+    if made.target.is_none() {
+        let ruler = Ruler::new(&made, &[]).map_err(RunError::from)?;
+        let facts = ruler.facts();
+        if let (Some(length), Some(error)) = (facts.per_pixel, facts.relative_error) {
+            writeln!(text, "ruler     {}, {length:.6} {} a pixel ± {:.2} %", facts.kind, facts.unit, 100.0 * error)?;
+        }
+        for (i, residual) in facts.residuals_px.iter().enumerate() {
+            writeln!(text, "point {:<3} {residual:.2} px off", i + 1)?;
+        }
+        for warning in &facts.warnings {
+            tracing::warn!("{warning}");
+        }
+    }
+    write_calibration(&made, &path, args.overwrite)?;
+    writeln!(text, "written   {}", path.display())?;
+    print(console::printable(&text).as_bytes())
+}
