@@ -17,7 +17,7 @@ mod thread;
 mod time;
 pub mod visca;
 
-pub use address::{HeadAddress, open};
+pub use address::{Access, HeadAddress, certificate, open};
 pub use by_turns::ByTurns;
 pub use capabilities::Capabilities;
 pub use hook::Hook;
