@@ -116,6 +116,7 @@ mod tests {
         fn status(&mut self) -> pursuit::ptz::Result<Option<Status>> {
             Ok(None)
         }
+        fn leave(&mut self) {}
     }
 
     #[test]

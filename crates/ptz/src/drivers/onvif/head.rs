@@ -244,6 +244,10 @@ impl Head for Onvif {
         Ok(())
     }
 
+    fn leave(&mut self) {
+        self.moving = false;
+    }
+
     fn status(&mut self) -> Result<Option<Status>> {
         let answer = self.client.ask(Service::Ptz, "GetStatus", &profile(&self.facts.profile))?;
         let pan_tilt = answer.find("PanTilt").filter(|element| element.attribute("x").is_some());
