@@ -19,6 +19,8 @@ pursuit_parameters::parameters! {
     pub struct ManyParams {
         /// Which box is reported of a target that was detected.
         pub reported as "box": ReportedBox = ReportedBox::Measured, source "ours";
+        /// A target that was missed is reported again once it was detected in so many frames, one after the other; 0 and 1: at once.
+        pub reported_from: usize = 0, in 0..=15, unit "frames", source "bewley2016, its program: 3";
         /// For so long after its last detection a target may be followed by its appearance alone.
         pub appearance_s: f64 = 2.0, in 0.0.., unit "s", source "ours";
         /// Where nothing was detected, what appearance sees is believed from this probability.

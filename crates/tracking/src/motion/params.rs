@@ -7,6 +7,7 @@ use super::coordinated_turn::CoordinatedTurnParams;
 use super::gao2007::Gao2007Params;
 use super::imm::ImmParams;
 use super::input_estimation::InputEstimationParams;
+use super::per_frame::PerFrameParams;
 use super::sampled::{ExtrapolationParams, SamplingParams};
 use super::singer::{CurrentStatisticalParams, SingerParams};
 use super::zhu2014::Zhu2014Params;
@@ -40,6 +41,8 @@ pursuit_parameters::choices! {
         Qu2010 = "qu2010",
         /// The same without noise: extrapolation from the last samples (qu2010, section 5).
         Qu2010Simplified = "qu2010-simplified",
+        /// The filters that association by overlap is published with: noise per frame (bewley2016, aharon2022).
+        PerFrame = "per-frame",
         /// No motion: the target is expected where it was seen last.
         None = "none",
     }
@@ -93,6 +96,8 @@ pursuit_parameters::parameters! {
         /// The extrapolation of qu2010, section 5.
         pub qu2010_simplified as "qu2010-simplified": ExtrapolationParams = ExtrapolationParams::default(),
             of [MotionModel::Qu2010Simplified];
+        /// With noise per frame.
+        pub per_frame as "per-frame": PerFrameParams = PerFrameParams::default(), of [MotionModel::PerFrame];
     }
     renamed {
         "jerk" => ["constant-acceleration.jerk"],
