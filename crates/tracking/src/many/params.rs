@@ -65,11 +65,14 @@ impl ManyParams {
     }
 }
 
-/// Detectors draw boxes less exactly than trackers do; what they find walks or drives.
+/// Detectors draw boxes less exactly than trackers do; what they find walks or drives, and cameras turn suddenly.
 fn detected_motion() -> MotionParams {
     MotionParams {
-        acceleration: 2.3,
-        start_speed: 10.0,
+        acceleration: 0.1,
+        agile: 8.0,
+        agile_from: 28.0,
+        wander: 0.07,
+        start_speed: 20.0,
         position_noise: 0.035,
         size_noise: 0.09,
         noise_floor_px: 0.5,

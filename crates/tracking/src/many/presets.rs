@@ -61,7 +61,7 @@ fn lives(association: AssociationParams, state: BoxState, from: f64, hits: usize
         association,
         birth: BirthParams { model: BirthModel::Hits, from, crowding: 1.0, hits, ..BirthParams::default() },
         death: DeathParams { model: DeathModel::Misses, ..DeathParams::default() },
-        motion: MotionParams { model: MotionModel::PerFrame, per_frame, ..ManyParams::default().motion },
+        motion: MotionParams { model: MotionModel::PerFrame, per_frame, ..MotionParams::default() },
         policy: PolicyParams { model: PolicyModel::Always, ..PolicyParams::default() },
         ..ManyParams::default()
     }
@@ -140,9 +140,14 @@ mod tests {
     fn every_preset_is_in_range() {
         for preset in Preset::ALL {
             let params = preset.params();
-            params.validate("many").unwrap_or_else(|e| panic!("{preset}: {e}"));
+            params.validate("many").unwrap_or_else(|e| panic!("{}: {e}", preset.as_str()));
             let written = params.to_table("many").unwrap();
-            assert_eq!(ManyParams::default().with("many", &written).unwrap(), params, "{preset} survives being written");
+            assert_eq!(
+                ManyParams::default().with("many", &written).unwrap(),
+                params,
+                "{} survives being written",
+                preset.as_str()
+            );
         }
     }
 }

@@ -24,7 +24,7 @@ mod zhu2014;
 pub use bounce::{BounceParams, ManoeuvringBox};
 pub use camera::{CameraCompensation, CameraMotion, CameraShift};
 pub use constant_acceleration::ConstantAccelerationParams;
-pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
+pub use constant_velocity::{Agile, BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 pub use coordinated_turn::CoordinatedTurnParams;
 pub use gao2007::Gao2007Params;
 pub use imm::ImmParams;

@@ -58,6 +58,12 @@ pursuit_parameters::parameters! {
         pub camera: CameraCompensation = CameraCompensation::None, source "ours";
         /// How suddenly the target moves: spectral density of its white acceleration; of `imm` that of its agile mode.
         pub acceleration: f64 = 100.0, in above(0.0), unit "sizes²/s³", source "ours", of ACCELERATED;
+        /// Growth of the centre's standard deviation beside what its velocity brings about: walkers sway, detectors' boxes wander.
+        pub wander: f64 = 0.0, in 0.0.., unit "sizes/√s", source "ours", of [MotionModel::ConstantVelocity];
+        /// The acceleration of a target that manoeuvres: of one whose measured centre is farther than `agile_from` from the prediction. 0: that of others.
+        pub agile: f64 = 0.0, in 0.0.., unit "sizes²/s³", source "Bar-Shalom, Li and Kirubarajan 2001, section 11.2.2", of [MotionModel::ConstantVelocity];
+        /// Squared Mahalanobis distance of a measured centre beyond which a target manoeuvres.
+        pub agile_from: f64 = 9.0, in above(0.0), source "ours", of [MotionModel::ConstantVelocity];
         /// Growth of the size's standard deviation.
         pub size_change: f64 = 0.3, in 0.0.., unit "sizes/√s", source "ours";
         /// Standard deviation of the velocity at the start.
