@@ -133,6 +133,26 @@ fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
 }
 
 #[test]
+fn a_grid_is_printed_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let (head, map) = (folder.path().join("head.toml"), folder.path().join("map.svg"));
+    std::fs::write(&head, "duration_s = 4\njudged_from_s = 2").unwrap();
+    let (head, file) = (head.to_str().unwrap(), map.to_str().unwrap());
+    let grid = |rest: &[&str]| {
+        pursuit(
+            &[&["ptz", "simulate", "--grid", "--seeds", "1", "--walk", "standing", "--head", head][..], rest].concat(),
+        )
+    };
+    let output = grid(&["--heat-map", file]);
+    let text = stdout(&output);
+    assert!(output.status.success() && text.contains("of 60 are worse than unpredicted"), "{text}{}", stderr(&output));
+    assert_eq!(text.lines().filter(|line| line.starts_with("standing")).count(), 60);
+    assert!(std::fs::read_to_string(&map).unwrap().contains("standing, 20 % lost"));
+    fails(&grid(&["--heat-map", file, "--controller", "steps"]), 2, &["name two controllers"]);
+    fails(&grid(&["--heat-map", "/does/not/exist.svg"]), 1, &["heat map cannot be written"]);
+}
+
+#[test]
 fn passwords_appear_nowhere() {
     let folder = tempfile::tempdir().unwrap();
     let (secret, out, log) = (folder.path().join("secret"), folder.path().join("out"), folder.path().join("log"));
@@ -176,6 +196,16 @@ fn passwords_appear_nowhere() {
         assert!(!String::from_utf8_lossy(&bytes).contains(SECRET));
     }
     assert!(!std::fs::read_to_string(&log).unwrap().contains(SECRET));
+}
+
+#[test]
+fn a_probe_of_nobody_fails() {
+    let output = pursuit(&["ptz", "probe", "hook:/does/not/exist"]);
+    assert!(output.status.code() == Some(1) && stderr(&output).contains("no such command"), "{}", stderr(&output));
+    // A port of this machine at which nobody listens.
+    let free = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let output = pursuit(&["ptz", "probe", &format!("visca://127.0.0.1:{free}")]);
+    assert!(!output.status.success(), "{}", stdout(&output));
 }
 
 #[test]

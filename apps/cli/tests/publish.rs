@@ -44,14 +44,18 @@ fn every_frame_is_heard_as_it_was_written() {
         let x: f64 = row["x"].parse().unwrap();
         assert!((frame["box"][0].as_f64().unwrap() - x).abs() < 1e-3, "{frame}");
     }
-    let states = all_json(listener.under("yard/1/targets/1/state"));
+    let mut states = listener.under("yard/1/targets/1/state");
+    assert_eq!(states.pop().unwrap(), "", "the broker is made to forget");
+    let states = all_json(states);
+    assert_eq!((&states.last().unwrap()["state"], &states.last().unwrap()["present"]), (&"gone".into(), &false.into()));
     assert_eq!((&states[0]["state"], &states[0]["previous"]), (&"tracking".into(), &Value::Null));
     // Somebody who comes later hears what was retained.
     let late = mosquitto.listen(&[]);
     late.wait_for("yard/1/status", "offline");
     let about = all_json(late.under("yard/1/run"));
     assert_eq!((&about[0]["schema"], &about[0]["tracker"]), (&"pursuit.run/1".into(), &"mosse".into()));
-    assert_eq!(all_json(late.under("yard/1/targets/1/state"))[0], *states.last().unwrap());
+    assert!(late.under("yard/1/targets/1/state").is_empty(), "nothing haunts");
+    assert_eq!(all_json(late.under("yard/1/present"))[0]["targets"], serde_json::json!([]));
     let published = &run_json(folder.path())["publish"];
     assert_eq!((&published["dropped"], &published["connections"]), (&0.into(), &1.into()));
     assert!(stdout(&output).contains("0 dropped"), "{}", stdout(&output));
@@ -73,11 +77,14 @@ fn home_assistant_is_told_what_there_is_and_changes_alone_can_be_published() {
     let heard = listener.heard();
     assert!(heard.iter().all(|h| !h.topic.ends_with("/frame")), "{heard:?}");
     let config = "homeassistant/binary_sensor/pursuit_scene-drift-seed-7-duration-1/target_1/config";
-    let config: Value = serde_json::from_str(&listener.under(config)[0]).unwrap();
+    let configs = listener.under(config);
+    assert_eq!(configs.last().unwrap(), "", "a target that is no more is forgotten");
+    let config: Value = serde_json::from_str(&configs[0]).unwrap();
     // What the template makes of the messages under the topic is what Home Assistant shows.
     let topic = config["state_topic"].as_str().unwrap();
     assert_eq!(config["value_template"], "{{ 'ON' if value_json.present else 'OFF' }}");
-    assert_eq!(all_json(listener.under(topic))[0]["present"], true);
+    let first: Value = serde_json::from_str(&listener.under(topic)[0]).unwrap();
+    assert_eq!(first["present"], true);
     assert_eq!(config["availability_topic"], format!("{prefix}/status"));
     assert_eq!(all_json(listener.under(&format!("{prefix}/present")))[0]["targets"], serde_json::json!([1]));
     assert_eq!(run_json(folder.path())["publish"]["every"], "state");
@@ -121,6 +128,7 @@ fn a_broker_that_is_not_there_holds_nothing_up() {
     let published = &run_json(folder.path())["publish"];
     assert_eq!((&published["dropped"], &published["connections"]), (&published["messages"], &0.into()));
     assert!(stdout(&output).contains("0 sent to mqtt://127.0.0.1"), "{}", stdout(&output));
+    assert!(stderr(&output).contains("messages were dropped"), "{}", stderr(&output));
 }
 
 #[test]
@@ -138,6 +146,12 @@ fn the_broker_says_when_a_watcher_died() {
     watcher.kill().unwrap();
     watcher.wait().unwrap();
     listener.wait_for("p/status", "offline");
+    // What it left is cleared by the next run, whose one target takes another's place.
+    let next = track(&folder.path().join("next"), &["--publish", &format!("mqtt://127.0.0.1:{}/p", mosquitto.port)]);
+    assert!(next.status.success(), "{}", stderr(&next));
+    let fresh = mosquitto.listen(&[]);
+    fresh.wait_for("p/status", "offline");
+    assert!(fresh.heard().iter().all(|h| !h.topic.starts_with("p/targets/")), "{:?}", fresh.heard());
 }
 
 #[test]

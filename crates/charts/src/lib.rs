@@ -16,6 +16,7 @@
 mod axis;
 mod chart;
 mod draw;
+mod heat_map;
 mod labels;
 mod legend;
 mod series;
@@ -25,6 +26,7 @@ mod ticks;
 
 pub use axis::Axis;
 pub use chart::Chart;
+pub use heat_map::HeatMap;
 pub use series::{Color, Series};
 pub use style::page_style;
 pub use text::escape;

@@ -139,6 +139,12 @@ pub struct LongTermScore {
     pub f_best_threshold: Option<f64>,
     /// Fraction of the frames without the target that are reported `tracking`; `None` without such frames.
     pub false_alive: Option<f64>,
+    /// Fraction of the visible frames with a box that overlaps by at least .5 that are not reported `tracking`; `None` without such.
+    #[serde(default)]
+    pub right_untold: Option<f64>,
+    /// Fraction of the visible frames with a box that overlaps by less that are; `None` without such.
+    #[serde(default)]
+    pub wrong_told: Option<f64>,
     /// Median frames from a reappearance to overlap above .5, over the returns that were noticed.
     pub reacquire_frames: Option<f64>,
     /// The TLD evaluation at overlap above .25.

@@ -3,7 +3,7 @@
 use crate::metrics::calibration::{ScoreForecast, expected_calibration_error, reliability};
 use crate::metrics::long_term::{
     PrecisionRecall, ScoredFrame, best_f, detection, false_alive, precision_recall, precision_recall_curve,
-    reacquisition, thresholds,
+    reacquisition, right_untold, thresholds, wrong_told,
 };
 use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Fragment, SENSITIVITY, Supervised};
 use crate::metrics::{geometric_mean, mean, median, one_pass};
@@ -131,6 +131,8 @@ fn long_term(sequences: &[&[ScoredFrame]]) -> LongTermScore {
         f_best: best.map_or(0.0, |(_, p)| p.f()),
         f_best_threshold: best.map(|(t, _)| t).filter(|t| t.is_finite()),
         false_alive: false_alive(&together),
+        right_untold: right_untold(&together),
+        wrong_told: wrong_told(&together),
         reacquire_frames: median(&delays),
         detection25: detection_score(sequences, 0.25),
         detection50: detection_score(sequences, 0.5),

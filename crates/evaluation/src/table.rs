@@ -20,6 +20,8 @@ pub fn text_table(results: &Results) -> String {
             row.push(maybe(long.map(|l| l.detection25.f)));
             row.push(maybe(long.map(|l| l.detection50.f)));
             row.push(maybe(long.and_then(|l| l.false_alive)));
+            row.push(maybe(long.and_then(|l| l.right_untold)));
+            row.push(maybe(long.and_then(|l| l.wrong_told)));
             row.push(long.map_or_else(|| "-".to_owned(), |l| format!("{}/{}", l.reacquired, l.returns)));
             row.push(long.and_then(|l| l.reacquire_frames).map_or_else(|| "-".to_owned(), |v| format!("{v:.1}")));
         }
@@ -61,7 +63,7 @@ fn has_long_term(results: &Results) -> bool {
 fn header(results: &Results) -> Vec<String> {
     let mut names = vec!["tracker", "AUC", "P20", "SR50", "fps", "ECE"];
     if has_long_term(results) {
-        names.extend(["F", "F25", "F50", "false alive", "returns", "noticed"]);
+        names.extend(["F", "F25", "F50", "false alive", "right untold", "wrong told", "returns", "noticed"]);
     }
     if results.trackers.values().any(|t| t.mean.supervised.is_some()) {
         names.extend(["accuracy", "failures", "robustness", "EAO"]);

@@ -6,6 +6,7 @@ use crate::kernels::{
     Activation, Convolution, Depthwise, DepthwiseShape, LANES, Map, Pointwise, PointwiseInput, SqueezeExcite, TOGETHER,
 };
 use crate::weights::{Layer, Weights};
+use crate::written::Embedding;
 use Activation::{HardSwish, None as Linear, Relu, Relu6};
 use std::ops::Range;
 
@@ -151,14 +152,15 @@ impl Backbone {
         }
         Ok(Self { image, stem, first, first_project, blocks: made })
     }
+}
 
-    /// The image, to be written before [`run`](Self::run): three planes, as the network wants them.
-    pub const fn image_mut(&mut self) -> &mut Map {
+impl Embedding for Backbone {
+    fn image_mut(&mut self) -> &mut Map {
         &mut self.image
     }
 
-    /// The features of the image: 96 channels at a sixteenth of its size.
-    pub fn run(&mut self) -> &mut Map {
+    /// 96 channels at a sixteenth of its size.
+    fn run(&mut self) -> &mut Map {
         let mut input = self.first.run_behind(&self.stem, &self.image, &mut self.first_project);
         for block in &mut self.blocks {
             input = PointwiseInput::plain(block.run(input));

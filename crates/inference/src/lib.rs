@@ -17,6 +17,7 @@ mod shared;
 pub mod siamese;
 pub mod vittrack;
 mod weights;
+mod written;
 
 pub use error::InferenceError;
 pub use network::{Network, Port};

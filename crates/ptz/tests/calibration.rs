@@ -7,12 +7,16 @@ use pursuit_ptz::{Direction, Result};
 
 /// Measures a head by how the middle of its picture shifts; the place of each picture errs by up to `noise_px`.
 fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::calibration::Calibration> {
+    measure_by(head, age_s, noise_px, 1)
+}
+
+fn measure_by(head: HeadParams, age_s: f64, noise_px: f64, seed: u64) -> Result<pursuit_ptz::calibration::Calibration> {
     let mut camera = SimulatedCamera::new(CameraParams { age_s, ..CameraParams::usual().unwrap() }, 1).unwrap();
-    let mut head = SimulatedHead::new(head, 1).unwrap();
+    let mut head = SimulatedHead::new(head, seed).unwrap();
     let mut calibrator = Calibrator::new(CalibrationParams::default(), 0.0).unwrap();
     let mut under_way = std::collections::VecDeque::new();
     let mut before: Option<(f64, f64)> = None;
-    for tick in 0..6000_u32 {
+    for tick in 0..9000_u32 {
         let now = f64::from(tick) * 0.01;
         while camera.next_s() <= now {
             head.advance_to(camera.next_s());
@@ -35,7 +39,7 @@ fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::c
             Step::Done(calibration) => return Ok(calibration),
         }
     }
-    panic!("not done within 60 s")
+    panic!("not done within 90 s")
 }
 
 #[test]
@@ -68,4 +72,22 @@ fn a_head_that_does_not_move_or_stop_is_given_up() {
     assert!(error.contains("does not shift"), "{error}");
     let error = measure(HeadParams::default(), 0.1, 9.0).unwrap_err().to_string();
     assert!(error.contains("stand still"), "{error}");
+}
+
+#[test]
+fn jitter_and_loss_are_measured_apart_from_the_delay() {
+    let steady = measure(HeadParams { delay_s: 0.18, ..HeadParams::default() }, 0.12, 0.0).unwrap();
+    assert!(steady.jitter_s() < 0.01 && steady.loss == 0.0, "{steady:?}");
+    // Uniform from 0 to 0.3 s: 0.087 s of deviation; few moves tell that to a half.
+    let jitters = HeadParams { delay_s: 0.18, jitter_s: 0.3, ..HeadParams::default() };
+    let found: Vec<_> = (0..12).map(|seed| measure_by(jitters.clone(), 0.12, 0.0, seed).unwrap()).collect();
+    let mean = |of: fn(&pursuit_ptz::calibration::Calibration) -> f64| found.iter().map(of).sum::<f64>() / 12.0;
+    let jitter_s = (mean(|c| c.jitter_s().powi(2))).sqrt();
+    assert!((0.06..0.12).contains(&jitter_s), "{jitter_s}");
+    assert!((mean(|c| c.delay_s()) - 0.45).abs() < 0.05, "{}", mean(|c| c.delay_s()));
+    let lossy = HeadParams { dropped: 0.15, ..HeadParams::default() };
+    let losses: Vec<f64> =
+        (0..20).filter_map(|seed| Some(measure_by(lossy.clone(), 0.12, 0.0, seed).ok()?.loss)).collect();
+    let loss = losses.iter().sum::<f64>() / losses.len() as f64;
+    assert!(losses.len() >= 12 && (0.05..0.25).contains(&loss), "{loss} {losses:?}");
 }

@@ -64,7 +64,7 @@ fn prediction_keeps_a_walker_in_the_middle_where_the_same_loop_without_it_does_n
     let without = FollowerParams { predict_by: PredictBy::Nothing, ..params() };
     let without = figures(&plain(), Walk::Passing, &follower(without));
     assert!(with.central >= 0.99, "{with:?}");
-    assert!(with.rms_deg <= without.rms_deg * 0.4, "{with:?} {without:?}");
+    assert!(with.rms_deg <= without.rms_deg * 0.5, "{with:?} {without:?}");
     let turning = figures(&plain(), Walk::Pacing, &follower(params()));
     assert!(turning.central >= 0.97 && turning.longest_absence_s == 0.0, "{turning:?}");
     let waiting = figures(&plain(), Walk::Pacing, &stop_and_go());
@@ -91,8 +91,18 @@ fn wireless() -> Simulation {
 
 #[test]
 fn delays_that_jitter_are_measured_and_borne() {
-    for (kind, central) in [(Walk::Passing, 0.9), (Walk::Standing, 0.9), (Walk::Pacing, 0.45)] {
+    for (kind, central) in [(Walk::Passing, 0.9), (Walk::Standing, 0.95), (Walk::Pacing, 0.70)] {
         let figures = figures(&wireless(), kind, &follower(params()));
+        assert!(figures.central >= central && figures.shown >= 0.99, "{kind:?}: {figures:?}");
+    }
+}
+
+#[test]
+fn a_head_that_lies_about_itself_is_followed_by_its_commands() {
+    let mut lies = wireless();
+    lies.head.status.says = StatusHonesty::AlwaysMoving;
+    for (kind, central) in [(Walk::Passing, 0.85), (Walk::Standing, 0.95), (Walk::Pacing, 0.55)] {
+        let figures = figures(&lies, kind, &follower(params()));
         assert!(figures.central >= central && figures.shown >= 0.985, "{kind:?}: {figures:?}");
     }
 }
@@ -101,7 +111,7 @@ fn delays_that_jitter_are_measured_and_borne() {
 fn a_runner_is_not_predicted_where_predictions_do_not_come_true() {
     use pursuit_ptz::control::TrustParams;
     let judged = figures(&plain(), Walk::DogLeg, &follower(params()));
-    assert!(judged.shown >= 0.97 && judged.rms_deg <= 13.6, "{judged:?}");
+    assert!(judged.shown >= 0.985 && judged.rms_deg <= 12.0, "{judged:?}");
     let blind = FollowerParams { trust: TrustParams { judges: false, ..TrustParams::default() }, ..params() };
     let blind = figures(&plain(), Walk::DogLeg, &follower(blind));
     assert!(blind.rms_deg > judged.rms_deg + 2.0, "{blind:?} {judged:?}");
@@ -151,6 +161,15 @@ fn a_runner_who_turns_abruptly_is_found_again() {
 }
 
 #[test]
+fn the_aim_point_is_where_the_target_is_kept() {
+    use pursuit_ptz::control::AimPoint;
+    let beside = FollowerParams { aim: AimPoint { right: 0.3, up: -0.2 }, dead_zone: 0.02, ..params() };
+    let samples = walk(&plain(), Walk::Standing, 3, &follower(beside));
+    let (right, down) = samples.last().unwrap().offset.unwrap();
+    assert!((right - 0.3).abs() < 0.05 && (down - 0.2).abs() < 0.05, "{right} {down}");
+}
+
+#[test]
 fn steps_keep_a_walker_too() {
     use pursuit_ptz::control::Scheme;
     let steps = FollowerParams { scheme: Scheme::Steps, ..params() };
@@ -169,6 +188,19 @@ fn the_zoom_brings_a_walker_to_size_and_gives_way_where_the_place_is_uncertain()
     let fills = 0.32 / (2.0 * tangent * 9.0 / 16.0);
     assert!((0.5..0.7).contains(&fills), "{fills}");
     assert!(last.shown && last.offset.unwrap().0.abs() < 0.2);
+}
+
+#[test]
+fn surprises_zoom_out_and_steady_targets_zoom_in_again() {
+    let zooming =
+        FollowerParams { zoom: Some(ZoomParams { target_fraction: 0.8, ..ZoomParams::default() }), ..params() };
+    let mean_zoom = |kind| {
+        let samples = walk(&plain(), kind, 2, &follower(zooming.clone()));
+        let late = samples.iter().filter(|s| s.time_s > 10.0);
+        late.clone().map(|s| s.position.zoom).sum::<f64>() / late.count() as f64
+    };
+    let (standing, running) = (mean_zoom(Walk::Standing), mean_zoom(Walk::DogLeg));
+    assert!(standing > 2.0 * running, "{standing} {running}");
 }
 
 #[test]

@@ -223,6 +223,17 @@ fn a_wrong_password_is_said_and_never_shown() {
         assert!(matches!(error, PtzError::Unauthorised { .. }), "{answer}: {error}");
         assert!(!format!("{error} {error:?}").contains("sesame"));
     }
+    for words in [
+        "Authentication failed",
+        "wsse:FailedAuthentication The security token could not be authenticated or authorized",
+    ] {
+        let (url, _heard) = camera(move |action, _, _| match action {
+            "getsystemdateandtime" => usual(action),
+            _ => Does::Status(400, "", fault(words)),
+        });
+        let error = connect(&url).err().unwrap();
+        assert!(matches!(error, PtzError::Unauthorised { .. }), "{words}: {error}");
+    }
     let (url, _heard) = camera(|action, _, _| match action {
         "getsystemdateandtime" => usual(action),
         _ => Does::Status(401, "", String::new()),

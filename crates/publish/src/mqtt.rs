@@ -8,7 +8,7 @@ use rumqttc::{
     AsyncClient, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions, Outgoing, Packet, QoS,
     Request, StateError, Transport,
 };
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::Notify;
@@ -18,7 +18,7 @@ const WINDOW: u64 = 64;
 /// Messages on their way that are not acknowledged: brokers that say nothing of what they hold (3.1.1) may forget more,
 /// Mosquitto those of quality 2.
 const UNACKNOWLEDGED: u16 = 20;
-/// Bytes of a message that comes in (answers alone do), and of one that goes out.
+/// Bytes of a message that comes in (answers, and what a former publisher left), and of one that goes out.
 const LARGEST: (usize, usize) = (64 << 10, 1 << 20);
 
 /// Brokers that speak MQTT 3.1.1.
@@ -95,6 +95,8 @@ struct Tally {
     ended: Cell<bool>,
     /// Told when there is room for more.
     room: Notify,
+    /// Topics under which a former publisher left something, to be made forgotten.
+    ghosts: RefCell<Vec<String>>,
 }
 
 fn add(count: &Cell<u64>) {
@@ -120,7 +122,30 @@ impl Tally {
         }
     }
 
+    /// Makes the broker forget what a former publisher left, as far as there is room.
+    fn lay_ghosts(&self, client: &AsyncClient, link: &Link<'_>) {
+        let mut ghosts = self.ghosts.borrow_mut();
+        while let Some(topic) = ghosts.pop() {
+            // What is said anew under the same topic takes its place anyway.
+            if link.outbox.holds(&topic) {
+                continue;
+            }
+            if client.try_publish(&topic, QoS::AtLeastOnce, true, Vec::new()).is_err() {
+                ghosts.push(topic);
+                return;
+            }
+            add(&self.handed);
+        }
+    }
+
     fn note(&self, event: &Event) {
+        // Only what was there before is handed on as retained.
+        if let Event::Incoming(Packet::Publish(left)) = event
+            && left.retain
+            && !left.payload.is_empty()
+        {
+            self.ghosts.borrow_mut().push(left.topic.clone());
+        }
         if let Event::Outgoing(Outgoing::Publish(id)) = event {
             add(&self.written);
             if *id == 0 {
@@ -136,7 +161,7 @@ impl Connection for Session {
         let Self { client, events, tally } = self;
         tokio::select! {
             biased;
-            end = pump(tally, client, events) => end.map_err(|error| explain(&error).0),
+            end = pump(link, tally, client, events) => end.map_err(|error| explain(&error).0),
             never = feed(link, tally, client) => match never {},
         }
     }
@@ -160,7 +185,9 @@ impl Connection for Session {
                 QoS::ExactlyOnce => Qos::ExactlyOnce,
             };
             unsure += u64::from(qos == Qos::AtMostOnce);
-            if publish.topic != link.options.status_topic {
+            // What would make the broker forget a message that is retained again is not said again.
+            let forgets_anew = publish.retain && publish.payload.is_empty() && link.outbox.holds(&publish.topic);
+            if publish.topic != link.options.status_topic && !forgets_anew {
                 let payload = publish.payload.to_vec();
                 messages.push(Message { topic: publish.topic, payload, qos, retain: publish.retain });
             }
@@ -173,6 +200,11 @@ impl Connection for Session {
 /// Hands the library what is to be sent; does not come back from that.
 async fn feed(link: &Link<'_>, tally: &Tally, client: &AsyncClient) -> Infallible {
     let ended = link.outbox.ended();
+    // A broker that closes the connection at the question is not asked again.
+    if let Some(own) = link.options.own_topics.as_ref().filter(|_| link.report.connections() <= 1) {
+        // It is the first request of this connection: there is room.
+        let _ = client.try_subscribe(own, QoS::AtLeastOnce);
+    }
     tally.give(client, link.status("online")).await;
     for document in link.outbox.documents() {
         tally.give(client, document).await;
@@ -194,9 +226,15 @@ async fn feed(link: &Link<'_>, tally: &Tally, client: &AsyncClient) -> Infallibl
 }
 
 /// Lets the library work until the connection breaks, or all is sent and acknowledged.
-async fn pump(tally: &Tally, client: &AsyncClient, events: &mut EventLoop) -> std::result::Result<(), ConnectionError> {
+async fn pump(
+    link: &Link<'_>,
+    tally: &Tally,
+    client: &AsyncClient,
+    events: &mut EventLoop,
+) -> std::result::Result<(), ConnectionError> {
     let mut said_good_bye = false;
     loop {
+        tally.lay_ghosts(client, link);
         let is_all = tally.ended.get() && tally.handed == tally.written && events.state.inflight() == 0;
         if is_all && !said_good_bye {
             said_good_bye = client.try_disconnect().is_ok();

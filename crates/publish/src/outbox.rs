@@ -12,6 +12,9 @@ pub(crate) trait Outbox: Send + Sync {
     /// What is retained now and does not wait to be sent anyway: a broker that lost its memory is told anew.
     fn documents(&self) -> Vec<Message>;
 
+    /// Whether something is retained under this topic now.
+    fn holds(&self, topic: &str) -> bool;
+
     /// Messages that a broken connection did not take, the oldest first; they wait again before all others.
     fn put_back(&self, messages: Vec<Message>);
 
@@ -134,6 +137,10 @@ impl<T: Send> Outbox for Queue<T> {
             })
             .collect();
         waiting.documents.values().filter(|d| !coming.contains(d.topic.as_str())).cloned().collect()
+    }
+
+    fn holds(&self, topic: &str) -> bool {
+        self.lock().documents.contains_key(topic)
     }
 
     fn put_back(&self, messages: Vec<Message>) {

@@ -20,6 +20,9 @@ pub struct Options {
     pub keep_alive: Duration,
     /// For how long the end waits for what has not been sent yet.
     pub linger: Duration,
+    /// Topics that are this publisher's alone, as a filter of MQTT (`yard/targets/+/state`): what one before it left retained
+    /// there is made forgotten at the first connection. Of no meaning to brokers that retain nothing.
+    pub own_topics: Option<String>,
 }
 
 impl Options {
@@ -30,6 +33,7 @@ impl Options {
             status_topic: status_topic.into(),
             keep_alive: Duration::from_secs(10),
             linger: Duration::from_secs(5),
+            own_topics: None,
         }
     }
 }

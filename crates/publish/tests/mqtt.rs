@@ -97,6 +97,27 @@ fn messages_wait_for_a_broker_that_comes_later() {
 }
 
 #[test]
+fn what_a_former_publisher_left_is_forgotten() {
+    let Some(mosquitto) = Mosquitto::open() else { return };
+    let mut former = publisher(broker(mosquitto.port), options(), Qos::AtLeastOnce);
+    for n in 0..200 {
+        former.push(Message::retained(format!("t/targets/{n}/state"), "present"));
+    }
+    former.push(Message::retained("t/other/1/state", "stays"));
+    assert_eq!(former.finish().dropped, 0);
+    let own = Options { own_topics: Some("t/targets/+/state".into()), ..options() };
+    let mut next = publisher(broker(mosquitto.port), own, Qos::AtLeastOnce);
+    next.push(Message::retained("t/targets/7/state", "new"));
+    let counts = next.finish();
+    assert_eq!((counts.messages, counts.dropped), (1, 0), "{counts:?}");
+    let fresh = mosquitto.listen(&[]);
+    fresh.wait_for("t/status", "offline");
+    let left: BTreeSet<String> =
+        fresh.heard().iter().filter(|h| h.is_old && h.topic != "t/status").map(|h| h.topic.clone()).collect();
+    assert_eq!(left.into_iter().collect::<Vec<_>>(), ["t/other/1/state", "t/targets/7/state"]);
+}
+
+#[test]
 fn a_wrong_password_is_said_and_never_shown() {
     let Some(mosquitto) = Mosquitto::with_password() else { return };
     publishers::a_wrong_password_is_said_and_never_shown(&broker(mosquitto.port));

@@ -153,3 +153,33 @@ fn a_network_asked_rarely_says_the_same() {
     let claims = gone.iter().filter(|e| e.state == TrackState::Tracking).count();
     assert!(claims <= 1 && gone.last().unwrap().state == TrackState::Lost, "tracked nothing in {claims} frames");
 }
+
+/// In how many of 30 frames LightFC is asked, if it is in every tenth and in every `doubtful`-th in doubt: where boxes overlap by
+/// less than `agree_from`.
+fn asked(agree_from: f64, doubtful: i64) -> usize {
+    let set: [(&str, toml::Value); 4] = [
+        ("fusion.agree_from", agree_from.into()),
+        ("fusion.same_from", 1.0.into()),
+        ("networks.lightfc_every", 10.into()),
+        ("networks.lightfc_doubtful_every", doubtful.into()),
+    ];
+    let table = set.map(|(k, v)| (k.to_owned(), v)).into_iter().collect();
+    let mut tracker = registry::tracker("pursuit")
+        .unwrap()
+        .recipe(&table)
+        .unwrap()
+        .init(&frame(0, Some(place(0))), place(0))
+        .unwrap();
+    let mut said =
+        |k: u64| tracker.update(&frame(k, Some(place(k)))).unwrap().diagnostics.get("network_lightfc").unwrap();
+    let scores: Vec<f64> = (1..31).map(&mut said).collect();
+    scores.windows(2).filter(|pair| pair[0] != pair[1]).count()
+}
+
+#[test]
+fn lightfc_is_asked_sooner_in_doubt() {
+    let (all_differ, none) = (0.999, 0.1);
+    assert!((14..=15).contains(&asked(all_differ, 2)));
+    assert!((9..=10).contains(&asked(all_differ, 3)));
+    assert!((2..=3).contains(&asked(none, 2)));
+}

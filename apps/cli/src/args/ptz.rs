@@ -102,6 +102,13 @@ pub struct PtzSimulate {
     /// The first of the seeds
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
     pub first_seed: u64,
+    /// Compare two controllers (velocity and unpredicted where --controller names no other two) over delays, jitter, losses
+    /// and walks, over 3 seeds where --seeds says nothing else, and write a heat map
+    #[arg(long, conflicts_with_all = ["scene", "clip"])]
+    pub grid: bool,
+    /// Where the heat map of --grid goes
+    #[arg(long, value_name = "FILE.svg", default_value = "ptz-grid.svg", requires = "grid")]
+    pub heat_map: PathBuf,
     /// Print the figures as JSON
     #[arg(long)]
     pub json: bool,

@@ -102,9 +102,25 @@ pub fn best_f(curves: &[Vec<PrecisionRecall>], thresholds: &[f64]) -> Option<(f6
 
 /// Fraction of the frames without the target in which the tracker says that it sees it; `None` without such frames.
 pub fn false_alive(frames: &[ScoredFrame]) -> Option<f64> {
-    let absent = frames.iter().filter(|j| !j.visible).count();
-    let false_ones = frames.iter().filter(|j| !j.visible && j.alive).count();
-    (absent > 0).then(|| false_ones as f64 / absent as f64)
+    share(frames.iter().filter(|j| !j.visible), |j| j.alive)
+}
+
+/// Overlap from which on a box is right.
+const RIGHT_FROM: f64 = 0.5;
+
+/// Fraction of the frames with a right box in which the tracker does not say that it sees the target; `None` without such frames.
+pub fn right_untold(frames: &[ScoredFrame]) -> Option<f64> {
+    share(frames.iter().filter(|j| j.visible && j.overlap >= RIGHT_FROM), |j| !j.alive)
+}
+
+/// Fraction of the frames with a wrong box of a visible target in which the tracker says that it sees it; `None` without such frames.
+pub fn wrong_told(frames: &[ScoredFrame]) -> Option<f64> {
+    share(frames.iter().filter(|j| j.visible && j.overlap < RIGHT_FROM), |j| j.alive)
+}
+
+fn share<'a>(of: impl Iterator<Item = &'a ScoredFrame>, counts: impl Fn(&ScoredFrame) -> bool) -> Option<f64> {
+    let (all, counted) = of.fold((0_usize, 0_usize), |(all, n), j| (all + 1, n + usize::from(counts(j))));
+    (all > 0).then(|| counted as f64 / all as f64)
 }
 
 /// For every return of the target after an absence, how many frames pass from the first visible one until the overlap
@@ -154,6 +170,17 @@ mod tests {
             _ => ScoredFrame { visible: false, alive: true, overlap: 0.0, score: 0.6 },
         };
         spec.chars().map(judged).collect()
+    }
+
+    #[test]
+    fn doubts_and_claims_are_counted_where_they_matter() {
+        // Told and untold, with right boxes and wrong ones.
+        let frame = |alive, overlap| ScoredFrame { visible: true, alive, overlap, score: 0.5 };
+        let mut all = frames("aA");
+        all.extend([frame(true, 0.5), frame(true, 0.9), frame(false, 0.8), frame(false, 0.7)]);
+        all.extend([frame(true, 0.49), frame(false, 0.2), frame(false, 0.0)]);
+        assert_eq!((right_untold(&all), wrong_told(&all)), (Some(0.5), Some(1.0 / 3.0)));
+        assert_eq!((right_untold(&frames("mA")), wrong_told(&frames("va"))), (None, None));
     }
 
     #[test]

@@ -65,6 +65,11 @@ pub(super) fn leaderboard(results: &Results, ranking: &[&str]) -> String {
         columns.extend([
             ("F", "long-term F at the state reported"),
             ("false alive", "fraction of frames without the target that are reported as tracking"),
+            (
+                "right untold",
+                "fraction of the right boxes (overlap of at least one half) that are not reported as tracking",
+            ),
+            ("wrong told", "fraction of the wrong boxes of a visible target that are reported as tracking"),
             ("returns", "returns of the target that were noticed"),
             ("noticed", "median frames until a return was noticed"),
         ]);
@@ -104,6 +109,8 @@ fn leader_cells(tracker: &TrackerResults, long_term: bool, supervised: bool) -> 
         let long = mean.long_term.as_ref();
         cells.push_str(&figure(long.map(|l| l.f), 3));
         cells.push_str(&figure(long.and_then(|l| l.false_alive), 3));
+        cells.push_str(&figure(long.and_then(|l| l.right_untold), 3));
+        cells.push_str(&figure(long.and_then(|l| l.wrong_told), 3));
         cells.push_str(&long.map_or_else(
             || figure(None, 0),
             |l| format!("<td data-v=\"{}\">{} of {}</td>", l.reacquired, l.reacquired, l.returns),

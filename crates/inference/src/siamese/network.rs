@@ -1,6 +1,4 @@
-use crate::lightfc::LightFc;
-use crate::nanotrack::{NanoTrackV3, Patch};
-use crate::vittrack::VitTrack;
+use crate::written::{Network, Patch, WrittenOut};
 use crate::{InferenceError, Result};
 
 /// Sides of the square images and of the answer.
@@ -52,43 +50,36 @@ pub trait SiameseNetwork: Send {
     fn search(&mut self) -> Result<Answer<'_>>;
 }
 
-/// The networks that are written out have the same functions under the same names.
-macro_rules! written_out {
-    ($($network:ty, $name:literal);*) => { $(
-        impl SiameseNetwork for $network {
-            fn sides(&self) -> Sides {
-                Sides { template: Self::TEMPLATE_SIDE, search: Self::SEARCH_SIDE, answer: Self::ANSWER_SIDE }
-            }
+impl<N: Network> SiameseNetwork for WrittenOut<N> {
+    fn sides(&self) -> Sides {
+        Sides { template: N::TEMPLATE_SIDE, search: N::SEARCH_SIDE, answer: N::ANSWER_SIDE }
+    }
 
-            fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
-                Self::write_row(self, patch, y, planes);
-            }
+    fn write_row(&mut self, patch: Patch, y: usize, planes: [&[f32]; 3]) {
+        Self::write_row(self, patch, y, planes);
+    }
 
-            fn embed(&mut self) -> Result<Vec<f32>> {
-                Ok(self.template_features())
-            }
+    fn embed(&mut self) -> Result<Vec<f32>> {
+        Ok(self.template_features())
+    }
 
-            fn set_template(&mut self, features: &[f32]) -> Result<()> {
-                if Self::set_template(self, features) {
-                    return Ok(());
-                }
-                Err(InferenceError::Tensor {
-                    what: $name.into(),
-                    port: "template features".into(),
-                    expected: Self::TEMPLATE_LEN,
-                    actual: features.len(),
-                })
-            }
-
-            fn search(&mut self) -> Result<Answer<'_>> {
-                let (scores, distances) = Self::search(self);
-                Ok(Answer { scores, distances })
-            }
+    fn set_template(&mut self, features: &[f32]) -> Result<()> {
+        if Self::set_template(self, features) {
+            return Ok(());
         }
-    )* };
-}
+        Err(InferenceError::Tensor {
+            what: N::NAME.into(),
+            port: "template features".into(),
+            expected: N::TEMPLATE_LEN,
+            actual: features.len(),
+        })
+    }
 
-written_out! { NanoTrackV3, "nanotrack-v3"; LightFc, "lightfc"; VitTrack, "vittrack" }
+    fn search(&mut self) -> Result<Answer<'_>> {
+        let (scores, distances) = Self::search(self);
+        Ok(Answer { scores, distances })
+    }
+}
 
 impl SiameseNetwork for Box<dyn SiameseNetwork> {
     fn sides(&self) -> Sides {

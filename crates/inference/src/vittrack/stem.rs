@@ -2,6 +2,7 @@ use super::CHANNELS;
 use crate::Result;
 use crate::kernels::{Activation, Convolution, Map};
 use crate::weights::Weights;
+use crate::written::Embedding;
 
 /// Channels in front of and behind the four layers.
 const WIDTHS: [usize; 5] = [3, 6, 12, 24, CHANNELS];
@@ -33,18 +34,19 @@ impl Stem {
             .collect();
         Ok(Self { maps, layers: layers? })
     }
+}
 
-    /// The image, to be written before [`run`](Self::run): red, green and blue, normalised.
-    pub fn image_mut(&mut self) -> &mut Map {
+impl Embedding for Stem {
+    fn image_mut(&mut self) -> &mut Map {
         &mut self.maps[0]
     }
 
     /// The tokens of the image, 48 channels at a sixteenth of its size, in which positions are not yet told apart.
-    pub fn run(&mut self) -> &Map {
+    fn run(&mut self) -> &mut Map {
         for (n, layer) in self.layers.iter().enumerate() {
             let (from, to) = self.maps.split_at_mut(n + 1);
             layer.run(&from[n], &mut to[0]);
         }
-        &self.maps[self.layers.len()]
+        &mut self.maps[self.layers.len()]
     }
 }

@@ -29,6 +29,8 @@ pub struct AxisFacts {
     pub px_per_deg: f64,
     /// From a command to when its effect is seen in a frame, seconds.
     pub delay_s: f64,
+    /// How much that varies from move to move, one standard deviation, seconds, from two pairs of equal moves.
+    pub jitter_s: f64,
     /// How fast the axis gains speed, degrees per second²; `None` where that took no time that could be measured.
     pub acceleration_deg_s2: Option<f64>,
     /// How far the motor turns at a reversal before the camera follows, degrees.
@@ -42,6 +44,8 @@ pub struct Calibration {
     pub pan: AxisFacts,
     /// Tilt.
     pub tilt: AxisFacts,
+    /// Which part of the commands got lost: did nothing, and had to be given again.
+    pub loss: f64,
     /// How long the measurement took, seconds.
     pub took_s: f64,
 }
@@ -52,10 +56,19 @@ impl Calibration {
         0.5 * (self.pan.delay_s + self.tilt.delay_s)
     }
 
+    /// How much that varies from command to command, one standard deviation, seconds.
+    pub fn jitter_s(&self) -> f64 {
+        (0.5 * (self.pan.jitter_s.powi(2) + self.tilt.jitter_s.powi(2))).sqrt()
+    }
+
+    /// Less jitter than that is not told from none by so few moves, seconds.
+    const LEAST_JITTER_S: f64 = 0.01;
+
     /// Puts what was measured into a follower's parameters. Of the whole delay, `frame_age_s` stays with the pictures and
     /// the rest is taken for the commands'; only the sum matters much.
     pub fn apply(&self, params: &mut FollowerParams) {
         params.command_delay_s = (self.delay_s() - params.frame_age_s).clamp(0.0, 5.0);
+        params.motion.jitter_s = self.jitter_s().clamp(Self::LEAST_JITTER_S, 1.0);
         for (facts, limits) in [(&self.pan, &mut params.limits.pan), (&self.tilt, &mut params.limits.tilt)] {
             limits.max_acceleration_deg_s2 = facts.acceleration_deg_s2.unwrap_or(1e4);
             limits.backlash_deg = facts.backlash_deg.clamp(0.0, 10.0);
@@ -100,6 +113,11 @@ pub struct Calibrator {
     rest: Record,
     answers: Vec<Answer>,
     pan: Option<AxisFacts>,
+    /// How many commands were sent, and how many of them did nothing.
+    sent: u32,
+    lost: u32,
+    /// Whether the move under way went on too long, for its stop got lost.
+    spoiled: bool,
 }
 
 impl Calibrator {
@@ -121,8 +139,16 @@ impl Calibrator {
             rest: Record::default(),
             answers: Vec::new(),
             pan: None,
+            sent: 0,
+            lost: 0,
+            spoiled: false,
         })
     }
+
+    /// The most commands that may get lost.
+    const MOST_LOST: u32 = 6;
+    /// After this time a head that does not stop is told so again, seconds.
+    const STOPS_WITHIN_S: f64 = 2.0;
 
     /// Takes note of a shift of the picture. Stamps are on the same clock as the times given to [`step`](Self::step).
     pub fn see(&mut self, shift: &Shift) {
@@ -159,20 +185,43 @@ impl Calibrator {
             }
             State::Moving(told) if waited >= self.params.move_s => {
                 (self.state, self.since_s) = (State::Stopping(told), now_s);
+                self.sent += 1;
                 Ok(Step::Send(Command::Stop))
             }
             State::Moving(_) => Ok(Step::Wait),
             State::Stopping(_) => {
                 let still = self.record.rests(self.params.rest_s, self.params.still_px);
                 let begun = self.record.answer().is_some();
+                let goes_on = waited > Self::STOPS_WITHIN_S.min(self.params.patience_s) && !still;
                 match (still && begun, waited > self.params.patience_s) {
+                    (true, _) if self.spoiled => Ok(self.again(now_s)),
                     (true, _) => self.finish_move(now_s),
+                    _ if begun && goes_on && self.lost < Self::MOST_LOST => {
+                        (self.lost, self.sent, self.spoiled, self.since_s) =
+                            (self.lost + 1, self.sent + 1, true, now_s);
+                        Ok(Step::Send(Command::Stop))
+                    }
                     (_, true) if begun => Err(failed("the head does not stop")),
+                    (_, true) if self.lost < Self::MOST_LOST && self.moved() => {
+                        self.lost += 1;
+                        Ok(self.again(now_s))
+                    }
                     (_, true) => Err(failed("the picture does not shift when the head is told to move")),
                     _ => Ok(Step::Wait),
                 }
             }
         }
+    }
+
+    /// Whether the head has moved at all so far: one that never does is not one that loses commands.
+    fn moved(&self) -> bool {
+        self.pan.is_some() || !self.answers.is_empty()
+    }
+
+    /// The same move once more, after a rest.
+    fn again(&mut self, now_s: f64) -> Step {
+        (self.state, self.since_s, self.rest, self.spoiled) = (State::Resting, now_s, Record::default(), false);
+        Step::Wait
     }
 
     fn begin(&mut self, now_s: f64) -> Step {
@@ -184,6 +233,7 @@ impl Calibrator {
             Velocity { tilt_deg_s: speed, ..Velocity::ZERO }
         };
         (self.state, self.since_s, self.record) = (State::Moving(now_s), now_s, Record::default());
+        self.sent += 1;
         Step::Send(Command::Move(velocity))
     }
 
@@ -201,7 +251,8 @@ impl Calibrator {
             return Ok(Step::Wait);
         };
         self.state = State::Done;
-        Ok(Step::Done(Calibration { pan, tilt: facts, took_s: now_s - self.began_s }))
+        let loss = f64::from(self.lost) / f64::from(self.sent.max(1));
+        Ok(Step::Done(Calibration { pan, tilt: facts, loss, took_s: now_s - self.began_s }))
     }
 }
 
@@ -227,6 +278,9 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
     }
     let onset_middle = 0.5 * (middle.onset_s + middle_back.onset_s);
     let onset_fast = 0.5 * (fast.onset_s + fast_back.onset_s);
+    // The same move to and fro takes effect after the same time but for the jitter: two pairs of two.
+    let square = |a: &Answer, b: &Answer| 0.5 * (a.onset_s - b.onset_s).powi(2);
+    let jitter_s = (0.5 * (square(middle, middle_back) + square(fast, fast_back))).sqrt();
     let slope = (onset_fast - onset_middle) / (fast_deg_s - middle_deg_s);
     // A ramp shorter than that is not told from none.
     let slope = if slope > 1e-4 { slope } else { 0.0 };
@@ -234,6 +288,7 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
     Ok(AxisFacts {
         px_per_deg,
         delay_s,
+        jitter_s,
         acceleration_deg_s2: (slope > 0.0).then(|| 0.5 / slope),
         backlash_deg: (slow_deg_s * params.move_s - (back.way_px / px_per_deg).abs()).max(0.0),
     })
@@ -291,11 +346,17 @@ mod tests {
 
     #[test]
     fn what_was_measured_goes_into_the_followers_parameters() {
-        let axis = AxisFacts { px_per_deg: 10.0, delay_s: 0.4, acceleration_deg_s2: Some(90.0), backlash_deg: 0.2 };
+        let axis = AxisFacts {
+            px_per_deg: 10.0,
+            delay_s: 0.4,
+            jitter_s: 0.06,
+            acceleration_deg_s2: Some(90.0),
+            backlash_deg: 0.2,
+        };
         let tilt = AxisFacts { delay_s: 0.3, acceleration_deg_s2: None, ..axis };
         let mut params = FollowerParams { frame_age_s: 0.1, ..FollowerParams::default() };
-        Calibration { pan: axis, tilt, took_s: 30.0 }.apply(&mut params);
-        assert!((params.command_delay_s - 0.25).abs() < 1e-12);
+        Calibration { pan: axis, tilt, loss: 0.0, took_s: 30.0 }.apply(&mut params);
+        assert!((params.command_delay_s - 0.25).abs() < 1e-12 && (params.motion.jitter_s - 0.06).abs() < 1e-12);
         assert_eq!((params.limits.pan.max_acceleration_deg_s2, params.limits.tilt.backlash_deg), (90.0, 0.2));
         params.validate("follower").unwrap();
     }

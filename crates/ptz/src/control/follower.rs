@@ -1,107 +1,39 @@
+use super::Controller;
+use super::believed_head::BelievedHead;
 use super::dead_zone::DeadZone;
-use super::head_model::HeadModel;
+use super::departure::Departure;
+use super::diagnosis::{Diagnosis, Mode};
+use super::jitter::Jitter;
 use super::lateness::Lateness;
 use super::lost::Loss;
 use super::params::{FollowerParams, PredictBy, Scheme};
+use super::prediction::{Prediction, slowed};
+use super::rehearsal::{Cue, Rehearsal};
 use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
 use super::steps::meeting;
 use super::target_motion::{SeenAt, TargetMotion};
-use super::trust::Trust;
 use crate::geometry::FieldsOfView;
 use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
 use pursuit_geometry::Size;
 use pursuit_imaging::CameraPose;
 use pursuit_parameters::Parameters;
 use pursuit_tracking::TrackState;
-use std::fmt;
-
-/// What drives a head.
-pub trait Controller {
-    /// A frame has been looked at: `stamp_s` is its time stamp, `now_s` the time now, `forecast` what the tracker says.
-    ///
-    /// # Errors
-    /// Where a number is not finite.
-    fn see(&mut self, now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()>;
-
-    /// What the head shall do now, if anything new: to be asked often, at least once a frame. `status` is what the head
-    /// said of itself last, if it says anything.
-    ///
-    /// # Errors
-    /// Where a number is not finite.
-    fn act(&mut self, now_s: f64, status: Option<&Status>) -> Result<Option<Command>>;
-
-    /// How the camera is believed to have stood when it took the frame of this time stamp; `None` for a controller that does
-    /// not keep account of it.
-    fn camera(&self, _stamp_s: f64) -> Option<CameraPose> {
-        None
-    }
-}
-
-/// What a follower is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
-    /// No target has been seen yet.
-    Waiting,
-    /// Follows a target that is measured.
-    Following,
-    /// Follows a target that is predicted.
-    Coasting,
-    /// The target is lost; the policy for that is carried out.
-    Lost,
-    /// A person drives the head.
-    Manual,
-}
-
-/// What a follower thinks, for people to read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Diagnosis {
-    /// What it is doing.
-    pub mode: Mode,
-    /// Where the target is predicted to be when the next command takes effect.
-    pub target: Option<Direction>,
-    /// Where the head is believed to look then.
-    pub head: Position,
-    /// How fast the head is believed to turn then.
-    pub turning: Velocity,
-}
-
-impl fmt::Display for Diagnosis {
-    /// What the head is believed to do.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mode = match self.mode {
-            Mode::Waiting => "waits for a target",
-            Mode::Following => "follows",
-            Mode::Coasting => "follows the prediction",
-            Mode::Lost => "has lost the target",
-            Mode::Manual => "is driven by hand",
-        };
-        let Position { direction, zoom } = self.head;
-        write!(f, "head {mode}: pan {:.1}°, tilt {:.1}°, zoom {zoom:.2}", direction.pan_deg, direction.tilt_deg)
-    }
-}
-
-/// Where the target will be: its direction, its speed, and the standard deviation of its direction.
-#[derive(Debug, Clone, Copy)]
-struct Prediction {
-    direction: Direction,
-    speed: Direction,
-    sigma_deg: f64,
-}
 
 /// Keeps a target in the middle of the picture.
 ///
 /// Each picture is dated back to when it was taken, and the target in it is turned into a direction in the world by where
 /// the head looked **then**. Each command is made for when it takes effect: for where the target will be **then**, and
-/// from where the head will look **then**. What the head says of itself is not used.
+/// from where the head will look **then**. What the head says of itself is used as far as it proves true
+/// ([`OwnWord`](super::OwnWord)).
 #[derive(Debug, Clone)]
 pub struct Follower {
     params: FollowerParams,
     views: FieldsOfView,
     size: Size,
-    head: HeadModel,
+    head: BelievedHead,
     target: Option<Lateness>,
-    trust: Trust,
+    trust: Rehearsal,
     sighting: Option<Sighting>,
     measured_s: f64,
     given_up: bool,
@@ -131,8 +63,8 @@ impl Follower {
             return Err(PtzError::Parameter { name: "now_s", value: now_s, wanted: "a finite time" });
         }
         Ok(Self {
-            head: HeadModel::new(params.limits, params.command_delay_s, params.home, now_s),
-            trust: Trust::new(params.trust),
+            head: BelievedHead::new(params.limits, params.command_delay_s, params.home, now_s),
+            trust: Rehearsal::new(params.trust, params.limits, params.command_delay_s, params.home, now_s),
             params,
             views,
             size,
@@ -164,12 +96,38 @@ impl Follower {
         self.note(now_s, command)
     }
 
+    /// What the head was noticed to do that it was not told, once for each time.
+    pub fn departure(&mut self) -> Option<Departure> {
+        self.head.departure()
+    }
+
     /// What it thinks at `now_s`.
     pub fn diagnosis(&self, now_s: f64) -> Diagnosis {
-        let effect_s = now_s + self.params.command_delay_s;
+        let effect_s = self.effect_s(now_s);
         let (head, turning) = self.head.at(effect_s);
         let target = self.predict(effect_s).ok().flatten().map(|p| p.direction);
         Diagnosis { mode: self.mode, target, head, turning }
+    }
+
+    /// When a command that is sent now takes effect, seconds.
+    fn effect_s(&self, now_s: f64) -> f64 {
+        now_s + self.params.command_delay_s + self.head.late_s()
+    }
+
+    /// The head says how it stands.
+    fn hear(&mut self, now_s: f64, status: &Status) -> Result<()> {
+        let by = self.head.hear(now_s, status);
+        if by == Direction::AHEAD {
+            return Ok(());
+        }
+        if let Some(target) = &mut self.target {
+            target.shift(by)?;
+        }
+        if let Some(sighting) = &mut self.sighting {
+            sighting.shift(by);
+        }
+        self.trust.shift(by);
+        Ok(())
     }
 
     fn note(&mut self, now_s: f64, command: Command) -> Command {
@@ -186,8 +144,9 @@ impl Follower {
     /// Where the target will be when the head stands where its model says that it stands at `time_s`.
     fn predict(&self, time_s: f64) -> Result<Option<Prediction>> {
         let (Some(target), Some(sighting)) = (&self.target, &self.sighting) else { return Ok(None) };
-        let here = |direction, speed, sigma: Direction| Prediction {
-            direction,
+        let beside = self.params.aim.beside(self.half_view_deg(self.head.at(time_s).0.zoom));
+        let here = |direction: Direction, speed, sigma: Direction| Prediction {
+            direction: direction.turned(beside),
             speed,
             sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
         };
@@ -196,15 +155,9 @@ impl Follower {
         let slower = |speed: Direction| Direction::new(part * speed.pan_deg, part * speed.tilt_deg);
         Ok(Some(match self.params.predict_by {
             PredictBy::World => {
-                let belief = target.at(&|late_s| target.time_s() + slowed(time_s + late_s - target.time_s()).0)?;
-                // None of the prediction is where the target was seen, as without prediction.
-                let here_now = sighting.seen.direction;
-                let factor = self.trust.factor();
-                let ahead = belief.direction.from(here_now);
-                let trusted = here_now.turned(Direction::new(factor * ahead.pan_deg, factor * ahead.tilt_deg));
-                let speed = slower(belief.speed_deg_s);
-                let speed = Direction::new(factor * speed.pan_deg, factor * speed.tilt_deg);
-                here(trusted, speed, belief.sigma_deg)
+                let (cue, sigma_deg) = self.cue(target, sighting, time_s)?;
+                let (direction, speed) = cue.by(self.trust.factor());
+                here(direction, speed, sigma_deg)
             }
             PredictBy::Tracker => match sighting.forecast_at(target.time_s() + horizon_s) {
                 Some((direction, speed)) => here(direction, slower(speed), sighting.seen.sigma_deg),
@@ -214,31 +167,44 @@ impl Follower {
         }))
     }
 
+    /// What is known of the target for a command that takes effect at `time_s`, and how uncertain its direction is then.
+    fn cue(&self, target: &Lateness, sighting: &Sighting, time_s: f64) -> Result<(Cue, Direction)> {
+        let belief = target.at(&|late_s| target.time_s() + slowed(time_s + late_s - target.time_s()).0)?;
+        let (_, part) = slowed(time_s + self.late_s() - target.time_s());
+        let speed = Direction::new(part * belief.speed_deg_s.pan_deg, part * belief.speed_deg_s.tilt_deg);
+        // None of the prediction is where the target was seen, as without prediction.
+        let seen = sighting.seen.direction;
+        Ok((Cue { seen, ahead: belief.direction.from(seen), speed }, belief.sigma_deg))
+    }
+
     /// Follows: the command for a target that is believed in.
     fn follow(&mut self, now_s: f64) -> Result<Option<Command>> {
-        let effect_s = now_s + self.params.command_delay_s;
+        let effect_s = self.effect_s(now_s);
         let Some(there) = self.predict(effect_s)? else { return Ok(None) };
         let (head, turning) = self.head.at(effect_s);
         let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
+        if let (PredictBy::World, Some(target), Some(sighting)) = (self.params.predict_by, &self.target, &self.sighting)
+        {
+            let (cue, _) = self.cue(target, sighting, effect_s)?;
+            let late_s = self.late_s() + self.head.late_s();
+            let late = (late_s, self.command_jitter_s());
+            self.trust.act(now_s, late, &cue, self.params.gain_per_s);
+        }
         match self.params.scheme {
             Scheme::Velocity => Ok(self.velocity(now_s, head, turning, &there, zoom)),
             Scheme::Steps => self.step(now_s, effect_s, (head, turning), zoom),
         }
     }
 
-    /// How fast to close the distance: the more slowly, the more the delays vary.
-    fn gain_per_s(&self) -> f64 {
-        let FollowerParams { gain_per_s, caution, .. } = self.params;
-        let sigma_s = self.target.as_ref().map_or(0.0, |target| {
-            let jitter = target.jitter().map_or(0.0, |jitter| jitter.commands_s().hypot(jitter.pictures_s()));
-            jitter.hypot(target.late_s().1)
-        });
-        gain_per_s / (1.0 + caution * gain_per_s * sigma_s)
+    /// How much the delay of commands varies, one standard deviation, seconds: by the head's own word, else as measured by sightings.
+    fn command_jitter_s(&self) -> f64 {
+        let measured = || self.target.as_ref().and_then(Lateness::jitter).map_or(0.0, Jitter::commands_s);
+        self.head.word().jitter_s().unwrap_or_else(measured)
     }
 
     fn zoom_goal(&self, zoom: f64, sigma_deg: f64) -> Option<f64> {
         let (params, sighting) = (self.params.zoom.as_ref()?, self.sighting.as_ref()?);
-        params.goal(&self.views, zoom, &sighting.bbox, &sighting.lens, sigma_deg)
+        params.goal(&self.views, zoom, &sighting.bbox, &sighting.lens, sigma_deg.max(self.trust.error_deg()))
     }
 
     fn velocity(
@@ -251,7 +217,6 @@ impl Follower {
     ) -> Option<Command> {
         let away = there.direction.from(head.direction);
         let (half_x, half_y) = self.half_view_deg(head.zoom);
-        let gain_per_s = self.gain_per_s();
         let params = &self.params;
         let pan = AxisAim {
             head_deg: head.direction.pan_deg,
@@ -271,7 +236,7 @@ impl Follower {
         let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
             let zone = params.dead_zone * half_deg;
             let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
-            if rests { 0.0 } else { aim.speed_deg_s(gain_per_s, limits) }
+            if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
         };
         let velocity = Velocity {
             pan_deg_s: drive(pan_rest, pan, half_x, &params.limits.pan),
@@ -326,7 +291,7 @@ impl Follower {
     }
 
     fn lost(&mut self, now_s: f64) -> Result<Option<Command>> {
-        let effect_s = now_s + self.params.command_delay_s;
+        let effect_s = self.effect_s(now_s);
         let (head, _) = self.head.at(effect_s);
         let mut loss = match self.loss {
             Some(loss) => loss,
@@ -376,18 +341,13 @@ impl Controller for Follower {
             }
             Some(target) => {
                 target.renew(motion, taken_s, &seen)?;
-                self.trust.begin();
+                self.trust.begin(taken_s, head.at(taken_s).0);
             }
             slot => *slot = Some(Lateness::new(motion, taken_s, &seen)?),
         }
         self.sighting = Some(sighting);
-        if let Some(target) = &self.target {
-            let latency_s = self.params.command_delay_s + self.params.frame_age_s + target.late_s().0;
-            let horizon_s = self.trust.horizon_s(latency_s.max(0.0));
-            let here = target.at(&|_| taken_s)?;
-            let there = target.at(&|_| taken_s + horizon_s)?;
-            self.trust.note(taken_s, here.direction, there.direction.from(here.direction), horizon_s);
-        }
+        let latency_s = self.params.command_delay_s + self.head.late_s() + self.params.frame_age_s + self.late_s();
+        self.trust.judge(taken_s, sighting.seen.direction, latency_s);
         self.measured_s = taken_s;
         (self.loss, self.given_up) = (None, false);
         Ok(())
@@ -400,7 +360,10 @@ impl Controller for Follower {
         CameraPose::new(stamp_s, direction.pan_deg.to_radians(), direction.tilt_deg.to_radians(), lens).ok()
     }
 
-    fn act(&mut self, now_s: f64, _status: Option<&Status>) -> Result<Option<Command>> {
+    fn act(&mut self, now_s: f64, status: Option<&Status>) -> Result<Option<Command>> {
+        if let Some(status) = status {
+            self.hear(now_s, status)?;
+        }
         if now_s < self.manual_until_s || now_s < self.next_s {
             return Ok(None);
         }
@@ -419,16 +382,4 @@ impl Controller for Follower {
         };
         if self.mode == Mode::Lost { self.lost(now_s) } else { self.follow(now_s) }
     }
-}
-
-/// How far ahead to predict, seconds, a target that was seen `unseen_s` ago, and which part of its speed it keeps.
-///
-/// Over the usual latency the prediction is used as it is. Whoever is unseen for longer has mostly turned or stopped, which
-/// is why they are unseen: the prediction comes to rest, so that the head does not run away from where they were seen.
-fn slowed(unseen_s: f64) -> (f64, f64) {
-    const AS_IT_IS_S: f64 = 0.6;
-    const COMES_TO_REST_S: f64 = 0.3;
-    let beyond = (unseen_s - AS_IT_IS_S).max(0.0);
-    let part = (-beyond / COMES_TO_REST_S).exp();
-    (unseen_s.min(AS_IT_IS_S) + COMES_TO_REST_S * (1.0 - part), part)
 }

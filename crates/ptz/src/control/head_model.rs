@@ -65,6 +65,11 @@ impl HeadModel {
         }
     }
 
+    /// It stands elsewhere than was thought, and stood so all the time.
+    pub fn shift(&mut self, by: Direction) {
+        self.axes.shift(by);
+    }
+
     /// Lets the oldest command act for good.
     fn settle_first(&mut self) {
         if let Some((time, command, _)) = self.commands.pop_front() {

@@ -67,6 +67,14 @@ impl Lateness {
         Ok(())
     }
 
+    /// All directions are counted from elsewhere: what was at 0 is at `by`.
+    ///
+    /// # Errors
+    /// Where a number is not finite.
+    pub fn shift(&mut self, by: Direction) -> Result<()> {
+        self.members.iter_mut().try_for_each(|member| member.motion.shift(by))
+    }
+
     /// The target was seen again at `time_s`, `seen` by how much later than assumed and which jitter.
     ///
     /// # Errors

@@ -13,6 +13,10 @@ choices! {
         Home = "home",
         /// Zoom out and look to both sides of where the target was expected, wider and wider.
         Search = "search",
+        /// Stand still, and after a while go to a stored position of the head.
+        Preset = "preset",
+        /// Stand still, and after a while go from one stored position of the head to the next, again and again.
+        Patrol = "patrol",
     }
 }
 
@@ -24,8 +28,14 @@ parameters! {
         pub policy: LostPolicy = LostPolicy::Hold;
         /// Of `search`: how far the first look to the side goes.
         pub amplitude_deg: f64 = 20.0, in above(0.0).at_most(180.0), unit "deg";
-        /// Of `search`: how long to look at each place.
-        pub dwell_s: f64 = 1.0, in 0.0..=60.0, unit "s";
+        /// Of `search` and `patrol`: how long to look at each place; a patrol's way there counts.
+        pub dwell_s: f64 = 1.0, in 0.0..=3600.0, unit "s";
+        /// Of `preset` and `patrol`: for how long to stand still first.
+        pub after_s: f64 = 10.0, in 0.0..=86400.0, unit "s";
+        /// Of `preset` and `patrol`: the number of the stored position, the first of several.
+        pub preset: u32 = 1, in 0..=255;
+        /// Of `patrol`: how many stored positions there are, numbered on from the first.
+        pub presets: u32 = 2, in 1..=255;
         /// Of `search`: after how many looks to stand still.
         pub looks: u32 = 12;
     }
@@ -38,6 +48,7 @@ pub(super) struct Loss {
     around: Direction,
     looked: u32,
     next_s: f64,
+    began_s: f64,
 }
 
 impl Loss {
@@ -45,7 +56,7 @@ impl Loss {
     const STOP_AGAIN_S: f64 = 1.0;
 
     pub const fn new(now_s: f64, around: Direction) -> Self {
-        Self { around, looked: 0, next_s: now_s }
+        Self { around, looked: 0, next_s: now_s, began_s: now_s }
     }
 
     /// The next command of the policy, if one is due; the head stands at `from` by then.
@@ -62,6 +73,17 @@ impl Loss {
                 (look == 0).then_some(Command::GoTo { direction: limits.reachable(from.direction), zoom: Some(0.0) })
             }
             LostPolicy::Home => (look == 0).then_some(Command::Home),
+            LostPolicy::Preset | LostPolicy::Patrol if now_s < self.began_s + params.after_s => {
+                self.looked = 0;
+                let stop = self.stop(now_s);
+                self.next_s = self.next_s.min(self.began_s + params.after_s);
+                Some(stop)
+            }
+            LostPolicy::Preset => (look == 0).then(|| preset(params, 0)),
+            LostPolicy::Patrol => {
+                self.next_s = now_s + params.dwell_s.max(Self::STOP_AGAIN_S);
+                Some(preset(params, look % params.presets.max(1)))
+            }
             LostPolicy::Search => {
                 if look >= params.looks {
                     return Some(self.stop(now_s));
@@ -87,6 +109,11 @@ impl Loss {
         let sign = if look % 2 == 1 { 1.0 } else { -1.0 };
         Direction::new(sign * ring * amplitude_deg, 0.0)
     }
+}
+
+/// The stored position so many numbers after the first.
+fn preset(params: &LostParams, later: u32) -> Command {
+    Command::Preset { number: u8::try_from(params.preset.saturating_add(later)).unwrap_or(u8::MAX) }
 }
 
 #[cfg(test)]
@@ -125,8 +152,30 @@ mod tests {
     }
 
     #[test]
+    fn presets_are_gone_to_after_a_while() {
+        let params = LostParams { policy: LostPolicy::Preset, after_s: 3.0, preset: 7, ..LostParams::default() };
+        let told = commands(params);
+        let moves: Vec<_> = told.iter().filter(|(_, command)| *command != Command::Stop).collect();
+        assert_eq!(moves.len(), 1, "{told:?}");
+        assert!((moves[0].0 - 13.0).abs() < 0.11 && moves[0].1 == Command::Preset { number: 7 });
+        assert!(told.len() >= 4, "it is told to stand before");
+        let params = LostParams { policy: LostPolicy::Patrol, dwell_s: 20.0, after_s: 0.0, presets: 3, ..params };
+        let numbers: Vec<u8> = commands(params)
+            .iter()
+            .filter_map(|(_, command)| if let Command::Preset { number } = command { Some(*number) } else { None })
+            .collect();
+        assert_eq!(numbers, [7, 8, 9, 7, 8]);
+    }
+
+    #[test]
     fn a_search_widens_within_the_travel_and_ends() {
-        let search = LostParams { policy: LostPolicy::Search, amplitude_deg: 30.0, dwell_s: 2.0, looks: 6 };
+        let search = LostParams {
+            policy: LostPolicy::Search,
+            amplitude_deg: 30.0,
+            dwell_s: 2.0,
+            looks: 6,
+            ..LostParams::default()
+        };
         let found = commands(search);
         let pans: Vec<f64> = found
             .iter()

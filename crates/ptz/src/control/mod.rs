@@ -5,27 +5,38 @@
 //! directions in the world where the target will be then.
 
 mod baselines;
+mod believed_head;
+mod controller;
 mod dead_zone;
+mod departure;
+mod diagnosis;
 mod follower;
 mod head_model;
 mod jitter;
 mod lateness;
 mod lost;
+mod own_word;
 mod params;
+mod prediction;
+mod rehearsal;
 mod servo;
 mod sighting;
 mod steps;
 mod target_motion;
-mod trust;
 mod zoom;
 
 pub use baselines::{Proportional, StopAndGo};
-pub use follower::{Controller, Diagnosis, Follower, Mode};
+pub use believed_head::BelievedHead;
+pub use controller::Controller;
+pub use departure::Departure;
+pub use diagnosis::{Diagnosis, Mode};
+pub use follower::Follower;
 pub use head_model::HeadModel;
 pub use jitter::Jitter;
 pub use lateness::Lateness;
 pub use lost::{LostParams, LostPolicy};
-pub use params::{FollowerParams, MotionParams, PredictBy, Scheme};
+pub use own_word::{Honesty, OwnWord};
+pub use params::{AimPoint, FollowerParams, MotionParams, PredictBy, Scheme};
+pub use rehearsal::TrustParams;
 pub use target_motion::{SeenAt, TargetBelief, TargetMotion};
-pub use trust::TrustParams;
 pub use zoom::ZoomParams;

@@ -1,7 +1,7 @@
 use super::{LostParams, TrustParams, ZoomParams};
-use crate::Position;
 use crate::geometry::AngleFormula;
 use crate::mechanics::HeadLimits;
+use crate::{Direction, Position};
 use pursuit_parameters::{choices, parameters};
 
 choices! {
@@ -53,6 +53,29 @@ parameters! {
 }
 
 parameters! {
+    /// Where in the picture the target shall be.
+    #[derive(Copy)]
+    pub struct AimPoint {
+        /// How far to the right of the middle, of half the picture's width.
+        pub right: f64 = 0.0, in -0.8..=0.8;
+        /// How far above the middle, of half the picture's height; below 0 there is room above the target's head.
+        pub up: f64 = 0.0, in -0.8..=0.8;
+    }
+}
+
+impl AimPoint {
+    /// By how much the head looks beside the target so that it stands there, where the picture reaches `half_deg` to either side.
+    pub(super) fn beside(&self, half_deg: (f64, f64)) -> Direction {
+        // In the middle whatever the lens.
+        if self.right == 0.0 && self.up == 0.0 {
+            return Direction::AHEAD;
+        }
+        let angle = |part: f64, half_deg: f64| (part * half_deg.to_radians().tan()).atan().to_degrees();
+        Direction::new(-angle(self.right, half_deg.0), -angle(self.up, half_deg.1))
+    }
+}
+
+parameters! {
     /// Parameters of a [`Follower`](super::Follower).
     pub struct FollowerParams {
         /// How the head is driven.
@@ -70,10 +93,12 @@ parameters! {
         /// How old a picture is at the time it is stamped with: 0 for stamps from the camera, the camera's delay for stamps of
         /// arrival. Measured by the calibration, together with the delay of commands.
         pub frame_age_s: f64 = 0.0, in 0.0..=5.0, unit "s";
-        /// Time between two commands.
-        pub period_s: f64 = 0.1, in 0.01..=2.0, unit "s";
+        /// Time between two commands. Commands that are as frequent as pictures bear it better that some come late or never.
+        pub period_s: f64 = 0.04, in 0.01..=2.0, unit "s";
         /// How fast the velocity scheme closes the distance.
-        pub gain_per_s: f64 = 3.0, in 0.01..=50.0, unit "1/s";
+        pub gain_per_s: f64 = 4.5, in 0.01..=50.0, unit "1/s";
+        /// Where in the picture the target shall be.
+        pub aim: AimPoint = AimPoint::default();
         /// Half the side of the zone in the middle of the picture within which a standing target is left alone, as a fraction
         /// of half the picture. The paper `qu2010` asks for such a zone and gives no size.
         pub dead_zone: f64 = 0.1, in Bounds::from(0.0..).below(1.0);
@@ -89,9 +114,6 @@ parameters! {
         pub motion: MotionParams = MotionParams::default();
         /// How far the prediction is trusted.
         pub trust: TrustParams = TrustParams::default();
-        /// By how much delays that vary slow the closing of the distance: `gain_per_s / (1 + caution gain_per_s σ)`, `σ` being the
-        /// standard deviation of the whole delay as measured so far.
-        pub caution: f64 = 1.8, in 0.0..=100.0;
         /// How the zoom is driven; without it the zoom is left alone.
         pub zoom: Option<ZoomParams> = None;
     }

@@ -51,6 +51,12 @@ impl Sighting {
         Ok(Self { taken_s, lens, bbox: aim.bbox, seen, forecast: knots })
     }
 
+    /// All directions are counted from elsewhere: what was at 0 is at `by`.
+    pub fn shift(&mut self, by: Direction) {
+        self.seen.direction = self.seen.direction.turned(by);
+        self.forecast.iter_mut().flatten().for_each(|knot| *knot = knot.turned(by));
+    }
+
     /// What the same frame shows if the head stood at `pose` and turned at `turning`, which it did by its model `late_s` earlier.
     pub fn by(&self, view: &View<'_>, (pose, turning): (Position, Velocity), late_s: f64, aim: &Aim) -> SeenAt {
         let direction = direction_of(&self.lens, pose.direction, aim.bbox.center(), view.formula);

@@ -93,6 +93,19 @@ impl TargetMotion {
         self
     }
 
+    /// All directions are counted from elsewhere: what was at 0 is at `by`.
+    ///
+    /// # Errors
+    /// Where a number is not finite; the belief is then as it was.
+    pub fn shift(&mut self, by: Direction) -> Result<()> {
+        let by = SVector::from([by.pan_deg, by.tilt_deg, 0.0, 0.0, 0.0]);
+        let [calm, brisk] = self.belief.beliefs();
+        let shifted = |of: &Gaussian<5>| Gaussian::new(of.mean() + by, *of.covariance());
+        let probabilities = (*self.belief.probabilities()).into();
+        self.belief = Imm::from_beliefs([shifted(calm)?, shifted(brisk)?], probabilities)?;
+        Ok(())
+    }
+
     /// The target was seen again. A time that is earlier than the last is ignored; pictures that arrive together count together. Gives
     /// back the logarithm of how likely the sighting was, but for a constant; surprises beyond three deviations count as three.
     ///

@@ -7,7 +7,8 @@ pursuit_parameters::parameters! {
     pub struct ZoomParams {
         /// How much of the picture the target shall fill, its height or its width, whichever fills more.
         pub target_fraction: f64 = 0.4, in above(0.0).at_most(1.0);
-        /// How many standard deviations of the predicted place must stay in view.
+        /// How many standard deviations of the predicted place must stay in view, or of how far heads were off the target of late
+        /// where that is more: a target that surprises is seen wider until it no longer does.
         pub sigmas: f64 = 3.0, in 0.0..=100.0;
         /// Which part of half the picture may be used for that.
         pub margin: f64 = 0.6, in above(0.0).at_most(1.0);

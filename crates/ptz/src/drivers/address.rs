@@ -132,7 +132,9 @@ pub fn open(address: &HeadAddress, password: Option<&Password>, timeouts: Timeou
 
 #[cfg(not(all(feature = "onvif", feature = "serial")))]
 fn without(feature: &str) -> PtzError {
-    PtzError::Address { reason: format!("this build was made without the feature `{feature}`, which such heads need") }
+    PtzError::Address {
+        reason: format!("this build was made without the feature `ptz-{feature}`, which such heads need"),
+    }
 }
 
 #[cfg(feature = "serial")]

@@ -32,6 +32,23 @@ impl Hook {
     /// How long a program may take to end after its input was closed.
     const LAST_WORDS: Duration = Duration::from_secs(1);
 
+    /// How long a shell may take to say that there is no such command.
+    const FIRST_WORDS: Duration = Duration::from_millis(100);
+
+    /// Fails where the shell ends at once because there is no such command (127) or it cannot be run (126).
+    fn exists(child: &mut Child) -> std::io::Result<()> {
+        let deadline = Instant::now() + Self::FIRST_WORDS;
+        while Instant::now() < deadline {
+            if let Some(status) = child.try_wait()? {
+                let missing = matches!(status.code(), Some(126 | 127));
+                let reason = || std::io::Error::new(std::io::ErrorKind::NotFound, "there is no such command");
+                return if missing { Err(reason()) } else { Ok(()) };
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Ok(())
+    }
+
     /// Starts `command` with the system's shell.
     ///
     /// # Errors
@@ -42,6 +59,7 @@ impl Hook {
         let (shell, flag) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
         let mut child =
             std::process::Command::new(shell).args([flag, command]).stdin(Stdio::piped()).spawn().map_err(io)?;
+        Self::exists(&mut child).map_err(io)?;
         let input = child.stdin.take();
         let (lines, waiting) = sync_channel::<Vec<u8>>(Self::WAITING);
         let (fail, failed) = sync_channel(1);
@@ -147,6 +165,7 @@ mod tests {
         let error = (0..100_000).find_map(|_| deaf.send(&long).err()).unwrap();
         assert!(matches!(error, PtzError::TimedOut { .. }), "{error}");
         drop(deaf);
+        assert!(Hook::start("/does/not/exist --now").unwrap_err().to_string().contains("no such command"));
         let mut gone = Hook::start("exit 0").unwrap();
         gone.child.wait().unwrap();
         let error = (0..1000).find_map(|_| {

@@ -5,6 +5,7 @@
 //! it panics.
 
 mod address;
+mod by_turns;
 mod capabilities;
 mod hook;
 #[cfg(feature = "onvif")]
@@ -17,6 +18,7 @@ mod time;
 pub mod visca;
 
 pub use address::{HeadAddress, open};
+pub use by_turns::ByTurns;
 pub use capabilities::Capabilities;
 pub use hook::Hook;
 pub use password::Password;

@@ -1,5 +1,5 @@
 use super::{HeadThread, Report};
-use crate::control::{Controller, Diagnosis, Follower};
+use crate::control::{Controller, Departure, Diagnosis, Follower};
 use crate::{Command, Forecast, Result};
 use pursuit_imaging::CameraPose;
 use std::time::Duration;
@@ -11,6 +11,8 @@ use std::time::Duration;
 pub struct Pilot {
     follower: Follower,
     head: HeadThread,
+    /// How often the head had said how it stands when it was listened to last.
+    words: u64,
 }
 
 impl Pilot {
@@ -18,9 +20,12 @@ impl Pilot {
     /// between two frames of a slow camera, shorter than a head takes to turn far.
     pub const WATCHDOG: Duration = Duration::from_millis(1000);
 
+    /// How often a head is asked how it stands, to go with [`HeadThread::start`].
+    pub const POLL: Duration = Duration::from_millis(200);
+
     /// Follows by `follower`, with `head`.
     pub const fn new(follower: Follower, head: HeadThread) -> Self {
-        Self { follower, head }
+        Self { follower, head, words: 0 }
     }
 
     /// A frame has been looked at: `stamp_s` is its time stamp, `now_s` the time now, on one clock. Gives back what the head was
@@ -38,7 +43,12 @@ impl Pilot {
     /// # Errors
     /// As [`see`](Self::see).
     pub fn act(&mut self, now_s: f64) -> Result<Option<Command>> {
-        let command = self.follower.act(now_s, None)?;
+        let heard = self.head.heard_since(self.words);
+        let status = heard.map(|(words, status)| {
+            self.words = words;
+            status
+        });
+        let command = self.follower.act(now_s, status.as_ref())?;
         command.map(|command| self.head.tell(command).map(|()| command)).transpose()
     }
 
@@ -58,6 +68,11 @@ impl Pilot {
     /// How the camera is believed to have stood when it took the frame of this time stamp.
     pub fn camera(&self, stamp_s: f64) -> Option<CameraPose> {
         self.follower.camera(stamp_s)
+    }
+
+    /// What the head was noticed to do that it was not told, if anything since the last call.
+    pub fn departure(&mut self) -> Option<Departure> {
+        self.follower.departure()
     }
 
     /// What has become of the head since the last report.

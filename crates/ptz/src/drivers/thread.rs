@@ -40,6 +40,8 @@ struct State {
     ending: bool,
     ended: bool,
     status: Option<Status>,
+    /// How often the head has said how it stands.
+    words: u64,
     errors: VecDeque<PtzError>,
     overtaken: u64,
 }
@@ -120,6 +122,12 @@ impl HeadThread {
         }
     }
 
+    /// What the head said of itself last, where it has said something since it had done so `words` times; with how often it has.
+    pub fn heard_since(&self, words: u64) -> Option<(u64, Status)> {
+        let state = self.shared.lock();
+        state.status.filter(|_| state.words > words).map(|status| (state.words, status))
+    }
+
     /// Stops the head and ends its thread; whether it ended within the patience.
     pub fn end(&self) -> bool {
         let deadline = Instant::now() + self.patience;
@@ -154,6 +162,9 @@ impl Drop for Ended {
     }
 }
 
+/// How much later a head is asked again that did not say how it stands.
+const STATUS_AGAIN: Duration = Duration::from_secs(5);
+
 /// What to do next.
 enum Task {
     Send(Command),
@@ -187,10 +198,20 @@ fn serve(mut head: impl Head, shared: &Shared, care: Care) {
                 }
             },
             Task::Poll => {
+                let answer = head.status();
+                // Counted from the answer, so that a slow head has as long for commands.
                 polled = Instant::now();
-                match head.status() {
-                    Ok(status) => shared.lock().status = status,
-                    Err(error) => shared.complain(error),
+                match answer {
+                    Ok(status) => {
+                        let mut state = shared.lock();
+                        state.status = status;
+                        state.words += 1;
+                    }
+                    Err(error) => {
+                        // Commands are not to wait behind a status that cannot be had.
+                        polled += STATUS_AGAIN;
+                        shared.complain(error);
+                    }
                 }
             }
             Task::End => {
@@ -203,17 +224,21 @@ fn serve(mut head: impl Head, shared: &Shared, care: Care) {
     }
 }
 
-/// Waits for the next task: a command at once, a stop when `quiet` is over, a poll when it is due.
+/// Waits for the next task: a command at once, a stop when `quiet` is over, a poll when it is due. Where a head takes longer than the
+/// time between two commands one always waits, so a poll that is due goes before it, but not before a stop.
 fn next(shared: &Shared, quiet: Option<Instant>, poll: Option<Instant>) -> Task {
     let mut state = shared.lock();
     loop {
         if state.ending {
             return Task::End;
         }
+        let now = Instant::now();
+        if state.next.is_some_and(|command| command != Command::Stop) && poll.is_some_and(|time| time <= now) {
+            return Task::Poll;
+        }
         if let Some(command) = state.next.take() {
             return Task::Send(command);
         }
-        let now = Instant::now();
         if quiet.is_some_and(|time| time <= now) {
             return Task::Stop;
         }
@@ -333,6 +358,27 @@ mod tests {
             assert!(Instant::now() < deadline);
             std::thread::sleep(Duration::from_millis(1));
         }
+        let (words, status) = head.heard_since(0).unwrap();
+        assert_eq!((status.moving, head.heard_since(u64::MAX)), (Some(true), None));
+        assert!(words > 0);
+    }
+
+    #[test]
+    fn a_slow_head_is_polled_between_commands() {
+        let ((sent, got), (permit, permits)) = (channel(), channel());
+        let fake = Fake { sent, permits: Some(permits), fails: false };
+        let every = Duration::from_millis(50);
+        let head = HeadThread::start(fake, LONG, Some(every), LONG).unwrap();
+        head.tell(MOVE).unwrap();
+        got.recv().unwrap();
+        // The poll becomes due while the head is busy, and another command waits.
+        std::thread::sleep(2 * every);
+        let before = head.heard_since(0).map_or(0, |(words, _)| words);
+        head.tell(MOVE).unwrap();
+        permit.send(()).unwrap();
+        assert_eq!(got.recv().unwrap(), MOVE);
+        assert_eq!(head.heard_since(0).map(|(words, _)| words), Some(before + 1));
+        drop(permit);
     }
 
     #[test]

@@ -54,6 +54,12 @@ impl Axes {
         }
     }
 
+    /// It stands elsewhere than was thought; where it is sent stays.
+    pub fn shift(&mut self, by: Direction) {
+        self.pan.shift(by.pan_deg);
+        self.tilt.shift(by.tilt_deg);
+    }
+
     /// Lets `seconds` pass.
     pub fn advance(&mut self, seconds: f64, limits: &HeadLimits) {
         self.pan.advance(seconds, &limits.pan);

@@ -52,6 +52,12 @@ impl Axis {
         self.goal = Goal::Angle(self.motor_deg + by_deg);
     }
 
+    /// It stands elsewhere than was thought; where it is sent stays.
+    pub fn shift(&mut self, by_deg: f64) {
+        self.motor_deg += by_deg;
+        self.camera_deg += by_deg;
+    }
+
     /// Whether it turns, or will.
     pub fn moves(&self) -> bool {
         self.speed_deg_s != 0.0

@@ -58,6 +58,22 @@ impl Pair {
     pub fn gains(&self) -> (f64, f64) {
         (self.judged.central - self.other.central, self.judged.shown - self.other.shown)
     }
+
+    /// A loss of more than this fraction counts.
+    const COUNTS: f64 = 0.02;
+
+    /// Whether the other one was better by more than two hundredths in either.
+    pub fn is_worse(&self) -> bool {
+        let (central, shown) = self.gains();
+        central.min(shown) < -Self::COUNTS
+    }
+
+    /// One figure for both gains: how much more often the target was central, unless it was so much less often in the picture that
+    /// it counts; then the lesser of both.
+    pub fn gain(&self) -> f64 {
+        let (central, shown) = self.gains();
+        if shown < -Self::COUNTS { central.min(shown) } else { central }
+    }
 }
 
 impl Grid {

@@ -25,7 +25,13 @@ impl HeadSink {
 
     /// Says what the head complained of.
     fn listen(&mut self) {
-        let report = self.steering.lock().pilot.report();
+        let (report, departure) = {
+            let mut steering = self.steering.lock();
+            (steering.pilot.report(), steering.pilot.departure())
+        };
+        if let Some(departure) = departure {
+            tracing::warn!("{departure}");
+        }
         for error in report.errors {
             let text = error.to_string();
             if self.complaint.as_ref() != Some(&text) {

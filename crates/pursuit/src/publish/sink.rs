@@ -5,7 +5,6 @@ use crate::RunError;
 use crate::run::{InputFacts, RecipeFacts};
 use crate::sinks::{Moment, Sink};
 use pursuit_address::Locator;
-use pursuit_imaging::Frame;
 use pursuit_publish::{Broker, Message, Options, PublishError, Publisher, Qos};
 use pursuit_tracking::{TargetId, TrackState};
 use std::collections::BTreeMap;
@@ -27,6 +26,8 @@ pub struct PublishSink {
     targets: BTreeMap<TargetId, Known>,
     /// The targets told to be there; none before the first frame.
     present: Option<Vec<u64>>,
+    /// Number and time of the last frame, and when it was looked at.
+    last: (u64, f64, f64),
     facts: Arc<Mutex<PublishFacts>>,
     is_finished: bool,
 }
@@ -77,6 +78,7 @@ impl Publication {
     pub fn start(&self, input: &InputFacts, recipe: &RecipeFacts) -> Result<PublishSink, RunError> {
         let mut options = Options::new(format!("{}/status", self.prefix));
         options.capacity = self.options.buffer.unwrap_or(options.capacity);
+        options.own_topics = Some(format!("{}/targets/+/state", self.prefix));
         let qos = self.options.qos.and_then(Qos::of).unwrap_or(Qos::AtMostOnce);
         let (every, prefix) = (self.options.every(), self.prefix.clone());
         let encode = move |sample: Sample| Message {
@@ -116,6 +118,7 @@ impl Publication {
             home,
             targets: BTreeMap::new(),
             present: None,
+            last: (0, 0.0, 0.0),
             facts: Arc::new(Mutex::new(facts)),
             is_finished: false,
         };
@@ -168,14 +171,14 @@ impl PublishSink {
     }
 
     /// Tells which targets are there, where that is news.
-    fn tell_present(&mut self, frame: &Frame, unix_time_s: f64) {
+    fn tell_present(&mut self) {
         let there = self.targets.iter().filter(|(_, known)| known.state != TrackState::Lost);
         let targets: Vec<u64> = there.map(|(id, _)| id.0).collect();
         if self.present.as_ref() == Some(&targets) {
             return;
         }
         self.present = Some(targets.clone());
-        let (frame, time_s, present) = (frame.index(), frame.time_s(), targets.len());
+        let ((frame, time_s, unix_time_s), present) = (self.last, targets.len());
         let message = Present { schema: PRESENT_SCHEMA, frame, time_s, unix_time_s, present, targets };
         self.publisher.push(Message::retained(format!("{}/present", self.prefix), to_json(&message)));
     }
@@ -186,6 +189,7 @@ impl Sink for PublishSink {
         let Moment { frame, records, .. } = *moment;
         self.check()?;
         let unix_time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        self.last = (frame.index(), frame.time_s(), unix_time_s);
         let (mut has_changed, mut due) = (self.present.is_none(), Vec::with_capacity(records.len()));
         for record in records {
             let state = record.estimate.as_ref().map_or(TrackState::Lost, |e| e.state);
@@ -221,7 +225,7 @@ impl Sink for PublishSink {
             }
         }
         if has_changed {
-            self.tell_present(frame, unix_time_s);
+            self.tell_present();
         }
         self.publisher.extend(due);
         Ok(())
@@ -231,7 +235,19 @@ impl Sink for PublishSink {
         if std::mem::replace(&mut self.is_finished, true) {
             return Ok(());
         }
+        // Nobody watches any more: what was there is told to be gone, and nothing of it stays with the broker.
+        let (frame, time_s, unix_time_s) = self.last;
+        for (id, known) in std::mem::take(&mut self.targets) {
+            self.end(&Sample::gone(id.0, frame, time_s, unix_time_s), known.state);
+        }
+        if self.present.is_some() {
+            self.tell_present();
+        }
         let counts = self.publisher.finish();
+        if counts.dropped > 0 {
+            let (all, dropped) = (counts.messages, counts.dropped);
+            tracing::warn!("{dropped} of {all} messages were dropped: the broker did not take them in time");
+        }
         let mut facts = self.facts.lock().unwrap_or_else(PoisonError::into_inner);
         facts.messages = counts.messages;
         facts.dropped = counts.dropped;

@@ -20,9 +20,11 @@ impl WitnessLocalizer {
         let sure = logit(self.params.networks.lightfc_below);
         let doubt = fused.is_none_or(|f| !f.agreed || f.leading().is_none_or(|c| c.log_odds < sure));
         let mut fused = fused;
-        let every = self.params.networks.lightfc_every;
+        let networks = &self.params.networks;
+        let doubtful = networks.lightfc_doubtful_every.min(networks.lightfc_every);
+        let every = if doubt { doubtful } else { networks.lightfc_every };
         let opinion = match &mut self.expert {
-            Some(expert) if expert.is_due(every, doubt) => expert.look(frame, expected)?,
+            Some(expert) if expert.is_due(every) => expert.look(frame, expected)?,
             _ => None,
         };
         if let Some(opinion) = opinion {

@@ -61,9 +61,9 @@ impl<P: SiameseModel> Expert<P> {
         Ok(Self { localizer, convention, offset: SearchOffset::new(&bbox), frames: 0, remark })
     }
 
-    /// Whether it is to be asked in this frame.
-    pub const fn is_due(&self, every: usize, doubt: bool) -> bool {
-        every > 0 && (doubt || self.frames + 1 >= every)
+    /// Whether it is to be asked in this frame, where it is in every so many.
+    pub const fn is_due(&self, every: usize) -> bool {
+        self.frames + 1 >= every
     }
 
     /// What it sees where the loop expects the target at `expected`.

@@ -59,7 +59,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             whole_size: true,
             tentative: 2,
             believe_at: 2.5,
-            neutral: 1.2,
+            neutral: 0.6,
             news: 0.3,
             ..SearchParams::at_last_place()
         },

@@ -91,10 +91,12 @@ pursuit_parameters::parameters! {
 pursuit_parameters::parameters! {
     /// Which network is asked when.
     pub struct NetworksParams {
-        /// LightFC is asked in every so many frames, and whenever there is a doubt, and its box is taken; 0: never.
+        /// LightFC is asked in every so many frames, sooner where there is a doubt, and its box is taken; 0: never.
         pub lightfc_every: usize = 5, in 0..=1000, source "ours";
         /// What is less likely than this is a doubt, as are witnesses that differ.
         pub lightfc_below: f64 = 0.6, in 0.01..=0.99, source "ours";
+        /// In doubt LightFC is asked in every so many frames, if it is asked at all.
+        pub lightfc_doubtful_every: usize = 2, in 1..=1000, source "ours";
     }
 }
 

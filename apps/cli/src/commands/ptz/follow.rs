@@ -32,8 +32,10 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let by_tracker = params.predict_by == PredictBy::Tracker && config.region.is_none();
     let config = if by_tracker { head::compensated(config) } else { config };
     let run = Run::prepare(config, &track::open_options(&args.track))?;
+    let mut params = params;
+    let head = super::able(super::reach(&args.head.head, &args.head.secret)?, &mut params)?;
     let follower = Follower::new(params, views, run.input().input_size(), 0.0)?;
-    let thread = super::on_a_thread(super::reach(&args.head.head, &args.head.secret)?, Pilot::WATCHDOG)?;
+    let thread = super::on_a_thread(head, Pilot::WATCHDOG)?;
     let carry_out = |run: Run, remarks: Remarks| {
         let run = head::follow(run, Pilot::new(follower, thread), move |diagnosis| remarks(diagnosis.to_string()));
         let say = |finished: &_| if args.track.json { track::json(finished) } else { track::summary(finished, false) };

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod follow;
+mod grid;
 mod probe;
 mod simulate;
 
@@ -9,7 +10,8 @@ use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
 use pursuit::parameters::{Table, merge, nested};
 use pursuit::ptz::PtzError;
-use pursuit::ptz::drivers::{Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use pursuit::ptz::control::{FollowerParams, Scheme};
+use pursuit::ptz::drivers::{ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -64,5 +66,68 @@ fn on_a_thread(head: Box<dyn Head>, watchdog: Duration) -> anyhow::Result<HeadTh
     let waits = Timeouts::default();
     // One call under way, and the stop after it.
     let patience = waits.connect + 2 * waits.answer;
-    Ok(HeadThread::start(head, watchdog.max(Pilot::WATCHDOG), None, patience)?)
+    let poll = head.capabilities().status.then_some(Pilot::POLL);
+    Ok(HeadThread::start(head, watchdog.max(Pilot::WATCHDOG), poll, patience)?)
+}
+
+/// A head in a way that can be followed with: by velocities, else by turns, else by positions, which the parameters then say.
+///
+/// # Errors
+/// Where it can do none of these.
+fn able(head: Box<dyn Head>, params: &mut FollowerParams) -> anyhow::Result<Box<dyn Head>> {
+    let can = head.capabilities();
+    if can.velocity || (can.absolute && params.scheme == Scheme::Steps) {
+        return Ok(head);
+    }
+    if can.relative {
+        tracing::warn!("{} cannot move at a velocity; it is followed by turns, which is less smooth", head.name());
+        return Ok(Box::new(ByTurns::new(head)));
+    }
+    if can.absolute {
+        tracing::warn!("{} cannot move at a velocity; it is followed by positions (scheme = steps)", head.name());
+        params.scheme = Scheme::Steps;
+        return Ok(head);
+    }
+    anyhow::bail!(
+        "{} can neither move at a velocity, nor turn by an angle, nor go to a position: there is nothing to follow with",
+        head.name()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit::ptz::drivers::Capabilities;
+    use pursuit::ptz::{Command, Status};
+
+    struct Limited(Capabilities);
+
+    impl Head for Limited {
+        fn name(&self) -> &str {
+            "limited"
+        }
+        fn capabilities(&self) -> Capabilities {
+            self.0
+        }
+        fn send(&mut self, _: &Command) -> pursuit::ptz::Result<()> {
+            Ok(())
+        }
+        fn status(&mut self) -> pursuit::ptz::Result<Option<Status>> {
+            Ok(None)
+        }
+    }
+
+    #[test]
+    fn heads_are_followed_as_they_can_or_refused() {
+        let none = Capabilities::default();
+        let with = |capabilities: Capabilities| {
+            let mut params = FollowerParams::default();
+            let head = able(Box::new(Limited(capabilities)), &mut params).ok();
+            (head.map(|head| head.capabilities().velocity), params.scheme)
+        };
+        assert_eq!(with(Capabilities { velocity: true, ..none }), (Some(true), Scheme::Velocity));
+        assert_eq!(with(Capabilities { relative: true, ..none }), (Some(true), Scheme::Velocity));
+        assert_eq!(with(Capabilities { absolute: true, ..none }), (Some(false), Scheme::Steps));
+        assert_eq!(with(Capabilities { status: true, presets: true, ..none }).0, None);
+    }
 }

@@ -11,7 +11,10 @@ pub fn run(args: &PtzProbe) -> anyhow::Result<ExitCode> {
     match head.status() {
         Ok(Some(status)) => writeln!(text, "It says of itself: {status:?}")?,
         Ok(None) => writeln!(text, "It says nothing of itself.")?,
-        Err(error) => writeln!(text, "Its status could not be read: {error}")?,
+        Err(error) => {
+            print(text.as_bytes())?;
+            return Err(super::said(error).context("it does not say how it stands"));
+        }
     }
     print(text.as_bytes())
 }

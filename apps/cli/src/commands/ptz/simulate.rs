@@ -37,6 +37,9 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     let wrong = || format!("{} is no simulation of a head", super::origin(args.head.as_deref()));
     let study: Study = said.try_into().with_context(wrong)?;
     study.validate().with_context(wrong)?;
+    if args.grid {
+        return super::grid::run(args, &study);
+    }
     let world = match (&args.scene, &args.clip) {
         (Some(query), _) => Some(KnownWorld::scene(query)?),
         (_, Some(input)) => Some(KnownWorld::clip(input, args.clip_view)?),

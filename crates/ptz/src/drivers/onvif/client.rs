@@ -37,6 +37,15 @@ pub(super) struct Client {
     nonces: u64,
 }
 
+/// What faults say of a wrong user or password: ONVIF's own, that of some makers, and that of gSOAP's plugin for WS-Security.
+const DENIALS: [&str; 5] = [
+    "NotAuthorized",
+    "not authorized",
+    "Authentication failed",
+    "FailedAuthentication",
+    "could not be authenticated or authorized",
+];
+
 impl Client {
     /// The longest answer read, bytes. Profiles of cameras with many streams take a tenth of it.
     const LONGEST: u64 = 512 * 1024;
@@ -186,8 +195,7 @@ impl Client {
         let head = || self.name.clone();
         let answer = parse_answer(text);
         let fault = answer.as_ref().ok().and_then(|root| root.find("Fault")).map(fault_text);
-        let denied =
-            fault.as_deref().is_some_and(|fault| fault.contains("NotAuthorized") || fault.contains("not authorized"));
+        let denied = fault.as_deref().is_some_and(|fault| DENIALS.iter().any(|words| fault.contains(words)));
         if status == StatusCode::UNAUTHORIZED || denied {
             let reason = if self.login.is_some() {
                 "wrong user or password, or the camera's clock is far off".to_owned()
