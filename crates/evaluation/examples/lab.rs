@@ -107,6 +107,7 @@ fn main() {
         .map(|(n, arg)| {
             let mut sums = [0.0; 5];
             let mut sws = 0;
+            let mut det = String::new();
             let (params, off) = parse(arg);
             for rep in 0..reps {
                 let out = std::env::temp_dir().join(format!("lab{}_{n}_{rep}", std::process::id()));
@@ -167,6 +168,9 @@ fn main() {
                 let res = evaluate_crowds(&options).unwrap();
                 let t = &res.trackers["t"];
                 let h = |s: &str| 100.0 * t.sets[s].HOTA;
+                for (n, f) in &t.sets {
+                    writeln!(det, "  {n:16} HOTA {:.2} DetA {:.2} AssA {:.2} DetRe {:.2} DetPr {:.2} AssRe {:.2} AssPr {:.2} MOTA {:.2} IDF1 {:.2} IDSW {} TP {} FP {} FN {}", 100.*f.HOTA, 100.*f.DetA, 100.*f.AssA, 100.*f.MOTA, 100.*f.IDF1, f.IDSW, f.TP, f.FP, f.FN).unwrap();
+                }
                 let sw: u64 = t.sets.values().map(|f| f.IDSW as u64).sum();
                 let v = [h("mot15"), h("car-rrc"), h("car-pointrcnn"), h("ped-yolox"), h("ped-pointrcnn")];
                 for i in 0..5 {
@@ -177,6 +181,7 @@ fn main() {
             }
             let v = sums;
             let sw = sws / reps;
+            if std::env::var("DET").is_ok() { println!("{arg}\n{det}"); }
             format!(
                 "{:60} {:6.2} {:6.2} {:6.2} {:6.2} {:6.2} {:6.2} {:5}",
                 arg,

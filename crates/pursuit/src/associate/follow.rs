@@ -8,8 +8,8 @@ use crate::{Record, RunError};
 use pursuit_evaluation::boxes::{Boxes, read_boxes};
 use pursuit_geometry::Size;
 use pursuit_media::Source;
-use pursuit_tracking::{Detection, Estimate};
 use pursuit_tracking::many::{Associating, Looked, ManyParams, OfflineParams, Placed, offline};
+use pursuit_tracking::{Detection, Estimate};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -82,13 +82,7 @@ impl Track<'_> {
     }
 
     /// The whole clip at once.
-    fn offline(
-        &self,
-        size: Option<Size>,
-        boxes: &Boxes,
-        files: &mut Files,
-        known: &mut Known,
-    ) -> Result<(), RunError> {
+    fn offline(&self, size: Option<Size>, boxes: &Boxes, files: &mut Files, known: &mut Known) -> Result<(), RunError> {
         let fps = self.work.fps.unwrap_or(USUAL_FPS);
         let frames = self.work.frames.unwrap_or(0).max(boxes.frames());
         let looked = |frame: u64| Looked {

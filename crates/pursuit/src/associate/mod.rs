@@ -107,7 +107,9 @@ impl Associate {
             return Err(RunError::usage(format!("--video is of one sequence; there are {count}, name one of them")));
         }
         if self.video.is_some() && self.offline {
-            return Err(RunError::usage("--offline goes by the boxes alone; leave --video out, and say --fps and --size"));
+            return Err(RunError::usage(
+                "--offline goes by the boxes alone; leave --video out, and say --fps and --size",
+            ));
         }
         let params = self.params()?;
         let layout = if works.iter().all(|w| w.set == works[0].set) { layout } else { Layout::BySet };

@@ -137,6 +137,6 @@ mod tests {
         assert_eq!(with(former).unwrap(), with(now).unwrap());
         let both = with("gate = 2.0\nassociation.gate = 3.0\nassociation.reach = 5.0").unwrap();
         assert_eq!((both.association.gate, both.association.reach), (3.0, 5.0), "the new name counts more");
-        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, appearance_s"));
+        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, reported_from, appearance_s"));
     }
 }

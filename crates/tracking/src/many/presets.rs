@@ -142,12 +142,9 @@ mod tests {
             let params = preset.params();
             params.validate("many").unwrap_or_else(|e| panic!("{}: {e}", preset.as_str()));
             let written = params.to_table("many").unwrap();
-            assert_eq!(
-                ManyParams::default().with("many", &written).unwrap(),
-                params,
-                "{} survives being written",
-                preset.as_str()
-            );
+            // What the models chosen do not use is not written, and may differ.
+            let read = ManyParams::default().with("many", &written).unwrap();
+            assert_eq!(read.to_table("many").unwrap(), written, "{} survives being written", preset.as_str());
         }
     }
 }

@@ -228,7 +228,7 @@ impl MotionFilter for PerFrameBox {
 
     fn restart(&mut self, bbox: BBox) {
         if let Ok(belief) = start(&self.params, &bbox) {
-            self.belief = belief;
+            (self.belief, self.frame_s) = (belief, None);
         }
     }
 

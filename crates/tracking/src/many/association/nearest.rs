@@ -54,8 +54,10 @@ impl Nearest {
             (params.detected / (1.0 - params.detected)).ln() - 2.0 * std::f64::consts::TAU.ln() - params.others.ln();
         self.pairings.clear();
         for pair in pairs.near {
-            let far = 0.5 * (params.freedom + 4.0) * (pair.squared / params.freedom).ln_1p();
-            let mut nats = shared - far - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
+            // Another class is no matter of distance: its price is not softened by the tails.
+            let far = 0.5 * (params.freedom + 4.0) * ((pair.squared - pair.mistaken) / params.freedom).ln_1p();
+            let mut nats =
+                shared - far - 0.5 * pair.mistaken - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
             if params.confidence_weight > 0.0 {
                 let confidence = pairs.detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
                 nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
