@@ -301,7 +301,9 @@ mod tests {
                 // Two frames at once are two frames.
                 let mut twice = filter.clone();
                 twice.predict(2.0 * dt_s).unwrap();
-                (0..2).for_each(|_| drop(filter.predict(dt_s).unwrap()));
+                for _ in 0..2 {
+                    filter.predict(dt_s).unwrap();
+                }
                 assert!(twice.bbox().center().distance(filter.bbox().center()) < 1e-9, "{state:?}");
             }
         }
