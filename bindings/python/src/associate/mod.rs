@@ -11,6 +11,7 @@ use given::Given;
 use pursuit::Frame;
 use pursuit::associate::Associate;
 use pursuit::geometry::Size;
+use pursuit::parameters::ParameterError;
 use pursuit::toml::Table;
 use pursuit::tracking::many::Associating;
 use pursuit::tracking::{MultiTracker as _, TrackingError};
