@@ -5,9 +5,10 @@ usage (from the repository): cargo xtask peers onvif; needs, from PyPI: ipycam, 
 
 The simulator checks WS-UsernameToken digests and how old they are. Judged by what its head did: every command arrives, and the
 head stands when the program has ended in mid-move. Then a wrong password, a clock an hour off, and a camera that hangs up in
-mid-move: an error in time, and the password in no output.
+mid-move: an error in time, and the password in no output. All commands once more over HTTPS, where the camera's own certificate is
+trusted by its file, and by nothing else (where there is openssl).
 """
-import calendar, datetime, json, os, socket, socketserver, subprocess, sys, threading, time
+import calendar, datetime, json, os, socket, socketserver, ssl, subprocess, sys, tempfile, threading, time
 import ipycam.onvif
 from ipycam.config import CameraConfig
 from ipycam.http import IPCameraHTTPHandler
@@ -21,7 +22,8 @@ CALLS = ['continuous_move', 'stop_movement', 'absolute_move', 'relative_move', '
 class Camera:
     """The parts of the simulator that answer ONVIF; no video."""
 
-    def __init__(self):
+    def __init__(self, certificate=None):
+        self.scheme = 'onvifs' if certificate else 'onvif'
         self.config = CameraConfig(local_ip='127.0.0.1', username='admin', password=SECRET)
         self.ptz = PTZController()
         self.onvif = ONVIFService(self.config, self.ptz)
@@ -51,6 +53,10 @@ class Camera:
                 pass
 
         self.server = Server(('127.0.0.1', 0), Handler)
+        if certificate:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(certificate)
+            self.server.socket = context.wrap_socket(self.server.socket, server_side=True)
         self.config.onvif_port = self.server.server_address[1]
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
 
@@ -60,10 +66,11 @@ class Camera:
             return call(*args, **kwargs)
         return noted
 
-    def drive(self, user='admin', password=SECRET):
+    def drive(self, user='admin', password=SECRET, trusted=None):
         began = time.monotonic()
-        command = [os.environ['DRIVE'], f'onvif://{user}@127.0.0.1:{self.config.onvif_port}', '0.2']
-        done = subprocess.run(command, env={**os.environ, 'PURSUIT_PTZ_PASSWORD': password}, capture_output=True, text=True, timeout=300)
+        command = [os.environ['DRIVE'], f'{self.scheme}://{user}@127.0.0.1:{self.config.onvif_port}', '0.2']
+        environment = {**os.environ, 'PURSUIT_PTZ_PASSWORD': password, **({'PURSUIT_PTZ_CA': trusted} if trusted else {})}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
         assert password not in done.stdout + done.stderr, 'the password is shown'
         assert done.returncode == 0 and 'panicked' not in done.stderr, done.stderr
         return [json.loads(line) for line in done.stdout.splitlines()], time.monotonic() - began
@@ -107,7 +114,28 @@ def main():
     assert any(line.get('error') for line in cut[1:]) and all(line['took_s'] < 10 for line in cut[1:])
     if skewed[0]['open'] or any(line['error'] for line in skewed[1:]):
         sys.exit('a camera whose clock is off is not reached')
+    secret()
     print('ok')
+
+
+def secret():
+    """All commands over HTTPS."""
+    with tempfile.TemporaryDirectory() as folder:
+        pem = os.path.join(folder, 'camera.pem')
+        make = ['openssl', 'req', '-x509', '-newkey', 'rsa:2048', '-nodes', '-days', '2', '-subj', '/CN=camera', '-keyout', pem, '-out', pem + '.crt']
+        try:
+            subprocess.run(make, check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError):
+            return print('skipped: HTTPS, there is no openssl that makes certificates')
+        with open(pem, 'a') as both, open(pem + '.crt') as certificate:
+            both.write(certificate.read())
+        camera = Camera(pem)
+        lines, _ = camera.drive(trusted=pem + '.crt')
+        assert lines[0]['open'] is None and not any(line['error'] for line in lines[1:]), lines
+        assert camera.heard[-1][0] == 'stop_movement'
+        strange, _ = Camera(pem).drive()
+        print('not trusted:', strange[0]['open'][:70])
+        assert 'not trusted' in strange[0]['open'], strange
 
 
 if __name__ == '__main__':

@@ -139,7 +139,7 @@ fn many_targets(python: &Path, arguments: &[OsString]) -> Result<()> {
 
 /// Our ONVIF driver and the camera simulator of the toolkits' environment.
 fn onvif(python: &Path) -> Result<()> {
-    run::suite("build").args(["--package", "pursuit-ptz", "--features", "onvif", "--example", "drive"]).run()?;
+    run::suite("build").args(["--package", "pursuit-ptz", "--features", "onvif-tls", "--example", "drive"]).run()?;
     let script = run::root().join("xtask/peers/onvif.py");
     run::program(python).arg(script).env("DRIVE", run::product("examples/drive")?).run()
 }

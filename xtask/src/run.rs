@@ -29,7 +29,8 @@ pub const PROFILE: &str = "suite";
 
 /// What the tests are built with beside the defaults. That each combination which users pick can be built alone is checked
 /// before.
-const TESTED: &str = "pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit-inference/onnxruntime,pursuit-inference/rten";
+const TESTED: &str = "pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit/ptz-onvif-tls,pursuit/ptz-serial,\
+                      pursuit-inference/onnxruntime,pursuit-inference/rten";
 
 /// `cargo SUBCOMMAND` as the suite builds.
 pub fn suite(subcommand: &str) -> Step {

@@ -199,6 +199,42 @@ fn passwords_appear_nowhere() {
 }
 
 #[test]
+fn all_targets_are_followed_together_and_the_head_goes_home() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (folder.path().join("log"), folder.path().join("out"));
+    let (head, out) = (hook(&log), out.to_str().unwrap());
+    let input = "scene:people?seed=2&duration=4";
+    let follow = ["ptz", "follow", input, "--many", "--detect", "motion", "--head", &head, "--out", out];
+    let manners = ["--set", "follower.subject=all", "--set", "follower.at_end.policy=home"];
+    let output = pursuit(&[&follow[..], &manners].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = said(&log);
+    assert!(said.iter().any(|c| c["command"] == "move"), "{said:?}");
+    assert_eq!(said.last().unwrap()["command"], "home");
+}
+
+#[test]
+fn zones_are_kept_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, out) = (folder.path().join("log"), folder.path().join("out"));
+    let (head, out) = (hook(&log), out.to_str().unwrap());
+    let follow =
+        ["ptz", "follow", "scene:drift?seed=7&duration=3", "--tracker", "mosse", "--head", &head, "--out", out];
+    let with = |zone: &str| pursuit(&[&follow[..], &["--set", &format!("follower.zones=[\"{zone}\"]")]].concat());
+    assert!(with("allowed pan -0.1..0.1 tilt -0.1..0.1").status.success());
+    let said = said(&log);
+    assert!(!said.iter().any(|c| c["command"] == "move" && c["pan_deg_s"].as_f64().unwrap().abs() > 1.0), "{said:?}");
+    fails(&with("allowed yaw 1..2"), 1, &["allowed yaw 1..2", "pan -30..10"]);
+}
+
+#[test]
+fn a_certificate_is_kept_of_onvifs_only() {
+    let kept = |head: &str| pursuit(&["ptz", "probe", head, "--save-certificate", "/does/not/exist.pem"]);
+    fails(&kept("visca://127.0.0.1"), 1, &["onvifs://"]);
+    fails(&kept("onvifs://127.0.0.1:1"), 1, &[]);
+}
+
+#[test]
 fn a_probe_of_nobody_fails() {
     let output = pursuit(&["ptz", "probe", "hook:/does/not/exist"]);
     assert!(output.status.code() == Some(1) && stderr(&output).contains("no such command"), "{}", stderr(&output));

@@ -105,6 +105,19 @@ def test_parameters_name_models():
     assert ids == [[], [1, 2, 3], [1, 2, 3]]
 
 
+def test_published_ways_are_taken_by_name():
+    told = {}
+    for name in ("sort", "bytetrack", "ocsort", "botsort", "cbiou"):
+        associator = pursuit.Associator(preset=name, fps=30)
+        told[name] = [associator.update(walkers(k), [0.9] * 3).ids.tolist() for k in range(6)]
+        assert told[name][-1] == [1, 2, 3]
+    assert told["bytetrack"][0] == [1, 2, 3]
+    later = pursuit.Associator(preset="bytetrack", birth="hits", birth__at_start=0, birth__hits__hits=3, birth__hits__looks=3)
+    assert later.update(walkers(0), [0.9] * 3).ids.tolist() == []
+    with pytest.raises(pursuit.UsageError, match="botsort"):
+        pursuit.Associator(preset="deep")
+
+
 def test_embeddings_tell_neighbours_apart():
     red, blue = [1.0, 0.0], [0.0, 1.0]
 

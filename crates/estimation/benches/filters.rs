@@ -43,13 +43,16 @@ fn benches(c: &mut Criterion) {
     let cv = ConstantVelocity::<2>::white(50.0).over(1.0 / 30.0).unwrap();
     linear(c, "linear 4/2", cv, LinearMeasurement::<2, 4>::select([0, 1], [1.0, 1.0]).unwrap());
     varying(c, "linear 4/2, dt new at each step", &ConstantVelocity::<2>::white(50.0));
-    let model = PhysicalBox { acceleration_density: 50.0, size_density: 1.0 };
+    let model = PhysicalBox { acceleration_density: 50.0, size_density: 1.0, position_density: 0.0 };
     let sensor = PhysicalBox::measurement(1.0, 1.0).unwrap();
     linear(c, "linear 6/4", model.over(1.0 / 30.0).unwrap(), sensor);
 
     let densities = [1.0, 50.0, 2500.0];
-    let transitions = densities
-        .map(|density| PhysicalBox { acceleration_density: density, size_density: 1.0 }.over(1.0 / 30.0).unwrap());
+    let transitions = densities.map(|density| {
+        PhysicalBox { acceleration_density: density, size_density: 1.0, position_density: 0.0 }
+            .over(1.0 / 30.0)
+            .unwrap()
+    });
     let switching = Sojourn::new([1.0; 3]).unwrap().over(1.0 / 30.0).unwrap();
     let start = Gaussian::<6>::new(SVector::zeros(), SMatrix::identity()).unwrap();
     let mut imm = Imm::new(start, [0.4, 0.3, 0.3]).unwrap();

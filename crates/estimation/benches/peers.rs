@@ -117,7 +117,7 @@ fn report_computed<const M: usize, const N: usize>(
 fn main() {
     let dt_s = 1.0 / 30.0;
     let four = ConstantVelocity::<2>::white(50.0).over(dt_s).unwrap();
-    let six = PhysicalBox { acceleration_density: 50.0, size_density: 1.0 }.over(dt_s).unwrap();
+    let six = PhysicalBox { acceleration_density: 50.0, size_density: 1.0, position_density: 0.0 }.over(dt_s).unwrap();
     let mut problems: [(&str, Box<dyn Contest>); 2] = [
         ("4/2", Box::new(Problem::new(four, LinearMeasurement::<2, 4>::select([0, 1], [1.0, 1.0]).unwrap()))),
         ("6/4", Box::new(Problem::new(six, PhysicalBox::measurement(1.0, 1.0).unwrap()))),
@@ -141,7 +141,12 @@ fn main() {
     let boxed = PhysicalBox::measurement(1.0, 1.0).unwrap();
     report_computed("4/2", rounds, &ConstantVelocity::<2>::white(50.0), &four);
     report_computed("6/2", rounds, &ConstantAcceleration::<2>::white(50.0), &six);
-    report_computed("6/4", rounds, &PhysicalBox { acceleration_density: 50.0, size_density: 1.0 }, &boxed);
+    report_computed(
+        "6/4",
+        rounds,
+        &PhysicalBox { acceleration_density: 50.0, size_density: 1.0, position_density: 0.0 },
+        &boxed,
+    );
     for (name, problem) in &mut problems {
         let mut least = [f64::INFINITY; 2];
         for _ in 0..rounds {

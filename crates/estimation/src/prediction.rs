@@ -210,7 +210,10 @@ mod tests {
             agree(ConstantVelocity::<2>::white(3.0).over(dt_s).unwrap(), true);
             agree(ConstantAcceleration::<2>::white(3.0).over(dt_s).unwrap(), true);
             agree(Singer::<1> { rate_per_s: 0.7, acceleration_variance: 2.0 }.over(dt_s).unwrap(), true);
-            agree(PhysicalBox { acceleration_density: 5.0, size_density: 1.0 }.over(dt_s).unwrap(), true);
+            agree(
+                PhysicalBox { acceleration_density: 5.0, size_density: 1.0, position_density: 0.0 }.over(dt_s).unwrap(),
+                true,
+            );
             agree(SortBox::sort2016(1.0).unwrap().over(dt_s).unwrap(), true);
             agree(KnownTurn { rate_rad_per_s: 0.4, acceleration_density: 1.0 }.over(dt_s).unwrap(), false);
         }

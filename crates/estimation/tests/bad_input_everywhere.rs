@@ -101,7 +101,7 @@ fn every_motion_model_refuses_a_step_that_is_none() {
         time_step(Singer::<1> { rate_per_s: 1.0, acceleration_variance: 1.0 }.over(dt_s));
         time_step(KnownTurn { rate_rad_per_s: 1.0, acceleration_density: 1.0 }.over(dt_s));
         time_step(StepBox::ball().over(dt_s));
-        time_step(PhysicalBox { acceleration_density: 1.0, size_density: 1.0 }.over(dt_s));
+        time_step(PhysicalBox { acceleration_density: 1.0, size_density: 1.0, position_density: 0.0 }.over(dt_s));
         time_step(SortBox::sort2016(1.0).unwrap().over(dt_s));
         let current = CurrentStatistical::<1> { rate_per_s: 1.0, max_acceleration: 1.0 };
         time_step(current.over_from(&SVector::<f64, 3>::zeros(), dt_s));

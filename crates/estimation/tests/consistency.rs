@@ -63,7 +63,7 @@ fn each_filter_on_its_own_model() {
     consistent("turn", &turn, &position, 0.1);
     let ball = StepBox::ball();
     consistent("ball", &ball, &ball.measurement().unwrap(), 1.0 / 30.0);
-    let physical = PhysicalBox { acceleration_density: 20.0, size_density: 0.5 };
+    let physical = PhysicalBox { acceleration_density: 20.0, size_density: 0.5, position_density: 0.0 };
     consistent("box", &physical, &PhysicalBox::measurement(1.0, 2.0).unwrap(), 0.04);
     let sort = SortBox::sort2016(1.0).unwrap();
     consistent("SORT box", &sort, &sort.measurement().unwrap(), 1.0);

@@ -1,9 +1,10 @@
 //! Drives a head through every kind of command and prints what becomes of each, a line of JSON each: to try a camera, and for
 //! the comparison with a camera simulator that we did not write (`xtask/peers/onvif.py`).
 //!
-//! usage: drive ADDRESS [PAUSE_S]; the password is read from PURSUIT_PTZ_PASSWORD
+//! usage: drive ADDRESS [PAUSE_S]; the password is read from PURSUIT_PTZ_PASSWORD, the file of trusted certificates is named by
+//! PURSUIT_PTZ_CA
 
-use pursuit_ptz::drivers::{HeadAddress, Password, Timeouts, open};
+use pursuit_ptz::drivers::{Access, HeadAddress, Password, Timeouts, open};
 use pursuit_ptz::{Command, Direction, Velocity};
 use std::time::{Duration, Instant};
 
@@ -13,7 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let address: HeadAddress = args.next().ok_or("usage: drive ADDRESS [PAUSE_S]")?.parse()?;
     let pause = Duration::from_secs_f64(args.next().map_or(Ok(0.3), |s| s.parse())?);
     let password = std::env::var("PURSUIT_PTZ_PASSWORD").ok().map(Password::new);
-    let mut head = match open(&address, password.as_ref(), Timeouts::default()) {
+    let access = Access { password, certificates: std::env::var_os("PURSUIT_PTZ_CA").map(Into::into) };
+    let mut head = match open(&address, &access, Timeouts::default()) {
         Ok(head) => head,
         Err(error) => {
             println!("{}", serde_json::json!({ "open": error.to_string() }));

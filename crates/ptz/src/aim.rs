@@ -25,6 +25,41 @@ impl Aim {
         }
         forecast(seconds).map(|ahead| Self { bbox: ahead.bbox, covariance: ahead.covariance, state })
     }
+
+    /// Several targets as one: the box around all that are not lost, measured where any of them is. One alone stays what it is.
+    pub fn around(targets: impl Iterator<Item = Self>) -> Option<Self> {
+        targets.reduce(|all, next| match (all.state, next.state) {
+            (_, TrackState::Lost) => all,
+            (TrackState::Lost, _) => next,
+            (a, b) => {
+                let is_measured = a == TrackState::Tracking || b == TrackState::Tracking;
+                let state = if is_measured { TrackState::Tracking } else { a };
+                // The edges of several boxes err by no one's covariance.
+                Self { bbox: all.bbox.union(&next.bbox), covariance: None, state }
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn aim(left: f64, state: TrackState) -> Aim {
+        Aim { bbox: BBox::from_ltwh(left, 10.0, 20.0, 40.0), covariance: None, state }
+    }
+
+    #[test]
+    fn several_targets_are_followed_as_one() {
+        let all = |aims: &[Aim]| Aim::around(aims.iter().copied());
+        let (seen, hidden, lost) = (TrackState::Tracking, TrackState::Occluded, TrackState::Lost);
+        let both = all(&[aim(0.0, hidden), aim(100.0, seen)]).unwrap();
+        assert_eq!((both.bbox, both.state), (BBox::from_ltwh(0.0, 10.0, 120.0, 40.0), seen));
+        assert_eq!(all(&[aim(0.0, lost), aim(100.0, hidden)]), Some(aim(100.0, hidden)));
+        assert_eq!(all(&[aim(0.0, seen), aim(100.0, lost)]), Some(aim(0.0, seen)));
+        assert_eq!(all(&[aim(0.0, lost), aim(9.0, lost)]).unwrap().state, lost);
+        assert_eq!(all(&[]), None);
+    }
 }
 
 /// What a tracker says of one target after a frame: a box as a function of time.

@@ -19,7 +19,7 @@ pub enum PtzError {
     },
     /// A head's address cannot be understood.
     #[error(
-        "{reason}; a head is given as onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND"
+        "{reason}; a head is given as onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND"
     )]
     Address {
         /// What is wrong with it.
@@ -72,6 +72,19 @@ pub enum PtzError {
         head: String,
         /// What it says, and what might mend it.
         reason: String,
+    },
+    /// A camera's certificate is signed by no authority that is trusted, or is for another name.
+    #[error(
+        "{head}: its certificate is not trusted ({reason}); its SHA-256 is {fingerprint}: where that is your camera's, keep the \
+         certificate in a file (`pursuit ptz probe --save-certificate FILE`) and trust that (`--head-ca FILE`)"
+    )]
+    Certificate {
+        /// Which head.
+        head: String,
+        /// Why it is not trusted.
+        reason: String,
+        /// The SHA-256 of the certificate, `AB:CD:…`.
+        fingerprint: String,
     },
     /// A head cannot do what is asked.
     #[error("{head}: cannot {what}")]

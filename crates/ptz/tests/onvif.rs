@@ -2,124 +2,14 @@
 #![allow(clippy::type_complexity, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![cfg(feature = "onvif")]
 
+mod common;
+
+use common::{Does, Heard, camera, fault, usual};
 use pursuit_ptz::drivers::onvif::{Login, Onvif, OnvifParams};
 use pursuit_ptz::drivers::{Head, Password, Timeouts};
 use pursuit_ptz::{Command, Direction, PtzError, Result, Velocity};
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::mpsc::{Receiver, channel};
+use std::net::TcpListener;
 use std::time::{Duration, Instant};
-
-/// What the camera does about an action: an answer's body, or something worse.
-enum Does {
-    Answers(String),
-    Status(u16, &'static str, String),
-    Raw(Vec<u8>),
-    Trickles,
-    HangsUp,
-}
-
-type Heard = (String, String, String);
-
-/// A camera that hears actions, with headers and bodies, until it is left alone.
-fn camera(does: impl Fn(&str, &str, &str) -> Does + Send + 'static) -> (String, Receiver<Heard>) {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let url = format!("http://{}/onvif/device_service", listener.local_addr().unwrap());
-    let (heard, hears) = channel();
-    std::thread::spawn(move || {
-        for stream in listener.incoming() {
-            let mut stream = stream.unwrap();
-            while let Some((action, head, body)) = request(&mut stream) {
-                let answer = does(&action, &head, &body);
-                heard.send((action, head, body)).ok();
-                let (status, headers, text) = match answer {
-                    Does::Answers(body) => (200, "", envelope(&body)),
-                    Does::Status(status, headers, body) => (status, headers, body),
-                    Does::Raw(bytes) => {
-                        stream.write_all(&bytes).ok();
-                        break;
-                    }
-                    Does::Trickles => {
-                        stream.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n").ok();
-                        while stream.write_all(b" ").is_ok() {
-                            std::thread::sleep(Duration::from_millis(30));
-                        }
-                        break;
-                    }
-                    Does::HangsUp => break,
-                };
-                let head = format!("HTTP/1.1 {status} X\r\nContent-Length: {}\r\n{headers}\r\n", text.len());
-                stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(text.as_bytes())).ok();
-            }
-        }
-    });
-    (url, hears)
-}
-
-fn request(stream: &mut TcpStream) -> Option<Heard> {
-    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-    let mut reader = BufReader::new(stream);
-    let mut head = String::new();
-    while !head.ends_with("\r\n\r\n") {
-        if reader.read_line(&mut head).ok()? == 0 {
-            return None;
-        }
-    }
-    let lower = head.to_lowercase();
-    let length = lower.split("content-length: ").nth(1)?.lines().next()?.trim().parse().ok()?;
-    let mut body = vec![0; length];
-    reader.read_exact(&mut body).ok()?;
-    let action = lower.split("soapaction: ").nth(1)?.lines().next()?.trim_matches('"').rsplit('/').next()?.to_owned();
-    Some((action, head, String::from_utf8(body).ok()?))
-}
-
-fn envelope(body: &str) -> String {
-    format!("<?xml version='1.0'?><e:Envelope xmlns:e='x'><e:Body>{body}</e:Body></e:Envelope>")
-}
-
-fn fault(text: &str) -> String {
-    envelope(&format!(
-        "<e:Fault><e:Code><e:Value>e:Sender</e:Value></e:Code><e:Reason><e:Text>{text}</e:Text></e:Reason></e:Fault>"
-    ))
-}
-
-/// A camera of two years ago by its own clock, behind a router, with generic spaces.
-fn usual(action: &str) -> Does {
-    let space = |kind: &str, name: &str| {
-        format!(
-            "<t:{kind}><t:URI>http://www.onvif.org/ver10/tptz/{name}</t:URI><t:XRange><t:Min>-1</t:Min><t:Max>1</t:Max></t:XRange>\
-             <t:YRange><t:Min>-1</t:Min><t:Max>1</t:Max></t:YRange></t:{kind}>"
-        )
-    };
-    Does::Answers(match action {
-        "getsystemdateandtime" => "<r><UTCDateTime><Time><Hour>10</Hour><Minute>0</Minute><Second>0</Second></Time>\
-            <Date><Year>2024</Year><Month>5</Month><Day>6</Day></Date></UTCDateTime></r>"
-            .into(),
-        "getcapabilities" => "<r><t:Media><t:XAddr>http://192.168.9.9/onvif/media</t:XAddr></t:Media>\
-            <t:PTZ><t:XAddr>http://192.168.9.9/onvif/ptz</t:XAddr></t:PTZ></r>"
-            .into(),
-        "getprofiles" => {
-            "<r><m:Profiles token='still'/><m:Profiles token='p&amp;1'><t:PTZConfiguration><t:NodeToken>n2\
-            </t:NodeToken></t:PTZConfiguration></m:Profiles></r>"
-                .into()
-        }
-        "getnodes" => format!(
-            "<r><p:PTZNode token='n1'/><p:PTZNode token='n2'><t:SupportedPTZSpaces>{}{}{}{}{}</t:SupportedPTZSpaces>\
-             <t:MaximumNumberOfPresets>8</t:MaximumNumberOfPresets><t:HomeSupported>true</t:HomeSupported></p:PTZNode></r>",
-            space("AbsolutePanTiltPositionSpace", "PanTiltSpaces/PositionGenericSpace"),
-            space("AbsoluteZoomPositionSpace", "ZoomSpaces/PositionGenericSpace"),
-            space("RelativePanTiltTranslationSpace", "PanTiltSpaces/TranslationSpaceFov"),
-            space("ContinuousPanTiltVelocitySpace", "PanTiltSpaces/VelocityGenericSpace"),
-            space("ContinuousZoomVelocitySpace", "ZoomSpaces/VelocityGenericSpace"),
-        ),
-        "getstatus" => "<r><t:Position><t:PanTilt x='0.5' y='-0.5'/><t:Zoom x='0.25'/></t:Position>\
-            <t:MoveStatus><t:PanTilt>IDLE</t:PanTilt></t:MoveStatus></r>"
-            .into(),
-        "getpresets" => "<r><p:Preset token='1'><t:Name>door</t:Name></p:Preset><p:Preset token='2'/></r>".into(),
-        "setpreset" => "<r><p:PresetToken>9</p:PresetToken></r>".into(),
-        _ => "<r/>".into(),
-    })
-}
 
 fn quick() -> Timeouts {
     Timeouts::from_secs(1.0, 1.0).unwrap()
@@ -130,7 +20,7 @@ fn login() -> Option<Login> {
 }
 
 fn connect(url: &str) -> Result<Onvif> {
-    Onvif::connect(url, login(), OnvifParams::default(), quick())
+    Onvif::connect(url, login(), None, OnvifParams::default(), quick())
 }
 
 const RIGHT: Command = Command::Move(Velocity { pan_deg_s: 30.0, tilt_deg_s: -15.0, zoom_per_s: 0.0 });
@@ -202,6 +92,59 @@ fn http_digest_is_answered_and_basic_is_not() {
 }
 
 #[test]
+fn the_strongest_digest_that_is_offered_is_answered() {
+    let offers = [
+        "WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=SHA-256\r\n\
+         WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=MD5\r\n",
+        "WWW-Authenticate: Basic realm=\"cam\", Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=SHA-256\r\n",
+        "WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", algorithm=SHAKE-9, qop=\"auth\"\r\n\
+         WWW-Authenticate: Digest realm=\"cam\", nonce=\"abc\", qop=\"auth\", algorithm=SHA-256\r\n",
+    ];
+    for offer in offers {
+        let (url, heard) = camera(move |action, head, _| {
+            if action == "getsystemdateandtime" || head.to_lowercase().contains("authorization: digest") {
+                return usual(action);
+            }
+            Does::Status(401, offer, String::new())
+        });
+        connect(&url).unwrap();
+        let proofs: Vec<Heard> = heard.try_iter().filter(|(_, head, _)| head.contains("SHA-256")).collect();
+        assert!(proofs.len() >= 3, "{offer}");
+    }
+}
+
+#[test]
+fn a_camera_of_profile_t_is_asked_by_its_second_media_service() {
+    let (url, heard) = camera(|action, _, body| {
+        match action {
+        "getcapabilities" => Does::Status(400, "", fault("ter:ActionNotSupported")),
+        "getservices" => Does::Answers(
+            "<r><d:Service><d:Namespace>http://www.onvif.org/ver20/media/wsdl</d:Namespace><d:XAddr>http://x/onvif/media2\
+             </d:XAddr></d:Service><d:Service><d:Namespace>http://www.onvif.org/ver20/ptz/wsdl</d:Namespace><d:XAddr>\
+             http://x/onvif/ptz</d:XAddr></d:Service></r>"
+                .into(),
+        ),
+        "getprofiles" if body.contains("ver20/media/wsdl") && body.contains("<n:Type>PTZ<") => Does::Answers(
+            "<r><m:Profiles token='a'><m:Configurations/></m:Profiles><m:Profiles token='b'><m:Configurations><m:PTZ token='z'>\
+             <t:NodeToken>n2</t:NodeToken></m:PTZ></m:Configurations></m:Profiles></r>"
+                .into(),
+        ),
+        "getprofiles" => Does::Status(400, "", fault("no such service")),
+        _ => usual(action),
+    }
+    });
+    let mut head = connect(&url).unwrap();
+    assert!(head.capabilities().velocity && head.capabilities().presets);
+    head.send(&RIGHT).unwrap();
+    let all: Vec<Heard> = heard.try_iter().collect();
+    let of = |name: &str| all.iter().find(|(action, _, _)| action == name).unwrap();
+    assert!(of("getprofiles").1.starts_with("POST /onvif/media2 "), "{}", of("getprofiles").1);
+    assert!(
+        of("continuousmove").2.contains("<n:ProfileToken>b<") && of("continuousmove").1.starts_with("POST /onvif/ptz ")
+    );
+}
+
+#[test]
 fn a_camera_that_tells_its_time_to_nobody_is_dated_by_its_http_server() {
     let (url, heard) = camera(|action, _, body| match action {
         "getsystemdateandtime" => Does::Status(401, "Date: Tue, 15 Nov 2022 08:12:31 GMT\r\n", String::new()),
@@ -238,7 +181,7 @@ fn a_wrong_password_is_said_and_never_shown() {
         "getsystemdateandtime" => usual(action),
         _ => Does::Status(401, "", String::new()),
     });
-    let error = Onvif::connect(&url, None, OnvifParams::default(), quick()).err().unwrap();
+    let error = Onvif::connect(&url, None, None, OnvifParams::default(), quick()).err().unwrap();
     assert!(error.to_string().contains("wants a user"), "{error}");
 }
 

@@ -3,7 +3,7 @@
 //! their first frames with their own boxes; other starts, other boxes and mirrored clips chose nothing.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may panic, and says what it skips")]
 
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_media::depth::DepthOptions;
 use pursuit_media::{OpenOptions, Truth, open};
@@ -61,6 +61,26 @@ fn mirrored(clip: &Clip) -> Clip {
         (turned.with_depth(depth).unwrap(), truth)
     };
     clip.iter().map(flip).collect()
+}
+
+/// The clip with no depth where the target is, from frame `from` on.
+fn without_its_depth(clip: &Clip, from: usize) -> Clip {
+    let hollow = |(k, (frame, truth)): (usize, &(Frame, Truth))| {
+        let Some(b) = truth.bbox().filter(|_| k >= from) else { return (frame.clone(), *truth) };
+        let depth = frame.depth_mm().unwrap();
+        let inside = |x: usize, y: usize| b.contains(Point::new(x as f64 + 0.5, y as f64 + 0.5));
+        let hollow =
+            Image::from_fn(
+                frame.size().width,
+                frame.size().height,
+                |x, y| {
+                    if inside(x, y) { 0 } else { depth.row(y)[x] }
+                },
+            );
+        let again = Frame::new(frame.index(), frame.time_s(), Pixels::Rgb8(frame.color().to_image().into()));
+        (again.with_depth(hollow.unwrap()).unwrap(), *truth)
+    };
+    clip.iter().enumerate().map(hollow).collect()
 }
 
 /// What is said of the frames after `start`, whose true box is moved by shares `(dx, dy)` of its size and scaled.
@@ -164,5 +184,14 @@ fn other_starts_boxes_and_mirrored_clips() {
                 eprintln!("    start {start} {drawn:?}: tracked while away {longest}, found after {found:?}");
             }
         }
+    }
+}
+
+#[test]
+fn a_toy_whose_own_depth_is_missing_is_followed_by_the_picture() {
+    let Some(clip) = clip("soft_toy_hand", DepthOptions::default()) else { return };
+    for (tracker, least) in [("depth-occlusion", 0.58), ("depth-occlusion-fused", 0.62)] {
+        let mean = mean_overlap(&follow(tracker, &without_its_depth(&clip, 50), 0, DRAWN[0]));
+        assert!(mean >= least, "{tracker}: {mean:.3}");
     }
 }

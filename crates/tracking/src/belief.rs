@@ -120,6 +120,25 @@ impl Belief {
         self.motion.predict(dt_s)
     }
 
+    /// Moves a target that is not seen back to where it is at most `outside` of its sizes out of the picture, unless that is 0: what
+    /// left the picture is beside it, however fast it went.
+    pub(crate) fn keep_near(&mut self, frame: Size, outside: f64, mut prior: Prior) -> Prior {
+        if outside <= 0.0 || self.state == TrackState::Tracking {
+            return prior;
+        }
+        let (w, h) = (outside * prior.bbox.width(), outside * prior.bbox.height());
+        let back = |least: f64, most: f64, length: usize, room: f64| {
+            if most < -room { -room - most } else { (length as f64 + room - least).min(0.0) }
+        };
+        let dx = back(prior.bbox.left(), prior.bbox.right(), frame.width, w);
+        let dy = back(prior.bbox.top(), prior.bbox.bottom(), frame.height, h);
+        if (dx, dy) != (0.0, 0.0) {
+            self.motion.carry((dx, dy));
+            prior.bbox = prior.bbox.translated(dx, dy);
+        }
+        prior
+    }
+
     /// What the policy says of what was found, and why the target is not tracked if it is not; `hidden` is asked why one is
     /// not seen that should be in the picture. `follows` says whether what is found in doubt moves the box where the policy says
     /// so: where it does not, the box coasts.
@@ -249,4 +268,29 @@ const fn is_hidden(doubt: Option<Doubt>) -> bool {
 /// Says of an error of the motion model whose it is.
 pub(crate) fn failed(owner: &str, index: u64, source: EstimationError) -> TrackingError {
     TrackingError::Computation { tracker: owner.to_owned(), index, source: Box::new(source) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_left_the_picture_stays_beside_it() {
+        let frame = Size::new(100, 80);
+        let at = |left: f64, top: f64| BBox::from_ltwh(left, top, 10.0, 8.0);
+        let near = |bbox: BBox, state: TrackState, outside: f64| {
+            let (motion, policy) = (MotionParams::default(), PolicyParams::default());
+            let mut belief = Belief::new(&motion, &policy, Stamp { index: 0, time_s: 0.0, size: frame }, bbox).unwrap();
+            belief.state = state;
+            let prior = belief.predict(1e-6).unwrap();
+            let kept = belief.keep_near(frame, outside, prior).bbox;
+            assert!(belief.motion.bbox().center().distance(kept.center()) < 1e-6, "what is believed goes along");
+            (kept.left().round(), kept.top().round())
+        };
+        assert_eq!(near(at(150.0, 30.0), TrackState::Occluded, 1.0), (110.0, 30.0));
+        assert_eq!(near(at(-60.0, -40.0), TrackState::Occluded, 1.0), (-20.0, -16.0));
+        assert_eq!(near(at(105.0, 30.0), TrackState::Occluded, 1.0), (105.0, 30.0), "less than its size outside");
+        assert_eq!(near(at(150.0, 30.0), TrackState::Occluded, 0.0), (150.0, 30.0));
+        assert_eq!(near(at(150.0, 30.0), TrackState::Tracking, 1.0), (150.0, 30.0));
+    }
 }

@@ -50,7 +50,8 @@ impl<L: Localizer> SingleTarget<L> {
             self.belief.carry(shift);
             self.searcher.proposer.carry(shift);
         }
-        self.belief.predict(dt_s).map_err(|e| failed(&self.searcher.name, frame.index(), e))
+        let prior = self.belief.predict(dt_s).map_err(|e| failed(&self.searcher.name, frame.index(), e))?;
+        Ok(self.belief.keep_near(frame.size(), self.searcher.proposer.params().outside, prior))
     }
 }
 

@@ -21,6 +21,12 @@ pub struct Associate {
     /// Size of the picture [default: what seqinfo.ini or the video says]
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     pub size: Option<String>,
+    /// A published way to associate, in place of our own defaults
+    #[arg(long, value_name = "NAME", value_parser = ["sort", "bytetrack", "ocsort", "botsort", "cbiou"])]
+    pub preset: Option<String>,
+    /// Look at the whole clip at once: targets from their first sighting on, gaps filled
+    #[arg(long, conflicts_with = "video")]
+    pub offline: bool,
     /// Set a parameter of how targets are told apart: many.KEY=VALUE
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,

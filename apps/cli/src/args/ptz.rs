@@ -24,14 +24,14 @@ pub enum PtzCommand {
 /// A head and the way to its password.
 #[derive(Debug, Args)]
 pub struct HeadAt {
-    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
     #[arg(long, value_name = "ADDRESS")]
     pub head: String,
     #[command(flatten)]
     pub secret: Secret,
 }
 
-/// Where a password is: never on the command line itself.
+/// What proves the user to a head, and the head to the user. A password is never on the command line itself.
 #[derive(Debug, Args)]
 pub struct Secret {
     /// Variable of the environment that holds the password
@@ -40,6 +40,9 @@ pub struct Secret {
     /// File whose first line is the password
     #[arg(long, value_name = "FILE", conflicts_with = "password_env")]
     pub password_file: Option<PathBuf>,
+    /// Trust these certificates (PEM) at an onvifs:// address in place of the system's; the camera's own may stand there
+    #[arg(long, value_name = "FILE")]
+    pub head_ca: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -116,8 +119,11 @@ pub struct PtzSimulate {
 
 #[derive(Debug, Args)]
 pub struct PtzProbe {
-    /// The head: onvif://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
     pub head: String,
     #[command(flatten)]
     pub secret: Secret,
+    /// Write the certificate that an onvifs:// camera shows to this file, print its SHA-256, and do nothing else
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["password_env", "password_file", "head_ca"])]
+    pub save_certificate: Option<PathBuf>,
 }

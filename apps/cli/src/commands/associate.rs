@@ -15,7 +15,9 @@ pub fn run(args: &Associate) -> anyhow::Result<ExitCode> {
         video: args.video.clone().map(Into::into),
         fps: args.fps,
         size: args.size.as_deref().map(size).transpose()?,
+        preset: args.preset.as_deref().map(str::parse).transpose().map_err(RunError::Parameter)?,
         parameters: settings(&args.settings)?,
+        offline: args.offline,
         formats: args.formats.clone(),
         open: OpenOptions::from_env(),
     };

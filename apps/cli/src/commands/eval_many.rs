@@ -12,6 +12,9 @@ use std::process::ExitCode;
 /// Our own association with its defaults.
 const OURS: &str = "pursuit";
 
+/// The same of whole clips at once.
+const OFFLINE: &str = "offline";
+
 /// Associates what is to be, and scores it beside the results given.
 pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
     if args.against.is_some() {
@@ -43,16 +46,19 @@ pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
     print(text.as_bytes())
 }
 
-/// The tracks of our association under `name`: `pursuit` has the defaults, other names are association models.
+/// The tracks of our association under `name`: `pursuit` has the defaults, `offline` looks at whole clips at once, other names are presets and association
+/// models.
 fn associated(args: &Eval, name: &str) -> Result<Given, RunError> {
     let mut parameters = settings(&args.settings)?;
-    if name != OURS {
+    let preset = name.parse().ok();
+    let offline = name == OFFLINE;
+    if name != OURS && !offline && preset.is_none() {
         let (key, value) = parse_setting(&format!("{MANY_PREFIX}.association.model={name}"))?;
         parameters.insert(key, value);
     }
     let sequences = CrowdSequence::discover_all(&args.datasets, args.sequences.as_deref())?;
     let out = args.out.join("tracks").join(name);
-    let options = Associate { parameters, ..Associate::default() };
+    let options = Associate { preset, parameters, offline, ..Associate::default() };
     options.sequences(&sequences, &out, console::stop_flag())?;
     Ok(Given { name: name.to_owned(), path: out })
 }

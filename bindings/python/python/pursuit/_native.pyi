@@ -136,6 +136,7 @@ class Associator:
         size: tuple[int, int] | None = None,
         fps: float = 30.0,
         channels: Literal["rgb", "bgr"] = "rgb",
+        preset: Literal["sort", "bytetrack", "ocsort", "botsort", "cbiou"] | None = None,
         **parameters: Any,
     ) -> None: ...
     @property

@@ -11,6 +11,7 @@ use given::Given;
 use pursuit::Frame;
 use pursuit::associate::Associate;
 use pursuit::geometry::Size;
+use pursuit::parameters::ParameterError;
 use pursuit::toml::Table;
 use pursuit::tracking::many::Associating;
 use pursuit::tracking::{MultiTracker as _, TrackingError};
@@ -23,10 +24,11 @@ pub use tracks::Tracks;
 
 /// Makes tracks of the boxes that a detector of your own finds, frame by frame.
 ///
-/// Associator(*, size=None, fps=30.0, channels="rgb", **parameters)
+/// Associator(*, size=None, fps=30.0, channels="rgb", preset=None, **parameters)
 ///
 /// size: (width, height) of the picture in pixels, by which it is known that a target has left it; None where that is not known. fps: frames a second,
-/// for updates without time_s. channels: "rgb" or "bgr", of frames given to update. parameters: those of the group `many`, association="buffered",
+/// for updates without time_s. channels: "rgb" or "bgr", of frames given to update. preset: "sort", "bytetrack", "ocsort", "botsort" or "cbiou", a
+/// published way to associate in place of our own defaults. parameters: those of the group `many`, association="buffered",
 /// birth__ratio__even=0.5; see docs/guide/targets.md.
 ///
 /// Raises UsageError for a parameter that there is not, or a value out of range.
@@ -94,20 +96,22 @@ impl Running {
 #[pymethods]
 impl Associator {
     #[new]
-    #[pyo3(signature = (*, size = None, fps = 30.0, channels = "rgb", **parameters))]
+    #[pyo3(signature = (*, size = None, fps = 30.0, channels = "rgb", preset = None, **parameters))]
     fn new(
         size: Option<(usize, usize)>,
         fps: f64,
         channels: &str,
+        preset: Option<&str>,
         parameters: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let preset = preset.map(str::parse).transpose().map_err(|e: ParameterError| usage(e.to_string()))?;
         let given = values::parameters(parameters, &given::schema())?;
         let settings = Settings { parameters: given, size, fps, channels: channels.to_owned() };
         if !settings.are_sound() {
             return Err(usage("fps is a number above 0, size the width and height of the picture in pixels"));
         }
         let prefixed = settings.parameters.iter().map(|(key, value)| (format!("many.{key}"), value.clone()));
-        let options = Associate { parameters: prefixed.collect(), ..Associate::default() };
+        let options = Associate { preset, parameters: prefixed.collect(), ..Associate::default() };
         let params = options.params().map_err(|e| of_run(&e))?;
         let targets = Associating::fed(params).map_err(of_tracking)?;
         Ok(Self::of(settings, targets, 0, 0.0))

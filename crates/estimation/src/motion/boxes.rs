@@ -56,6 +56,8 @@ pub struct PhysicalBox {
     pub acceleration_density: f64,
     /// Growth of the variance of width and height, px²/s. ≥ 0.
     pub size_density: f64,
+    /// Growth of the variance of the centre beside what its velocity brings about, px²/s: a centre that wanders about its path. ≥ 0.
+    pub position_density: f64,
 }
 
 impl PhysicalBox {
@@ -74,14 +76,15 @@ impl MotionModel<6> for PhysicalBox {
     fn over(&self, dt_s: f64) -> Result<Transition<6>> {
         let (_, centre) = ConstantVelocity::<2>::white(self.acceleration_density).axis(dt_s)?;
         require("size_density", self.size_density, self.size_density >= 0.0, "zero or more")?;
-        let size = self.size_density * dt_s;
-        // The five numbers of the noise are looked at here, not the 36 of the matrix.
-        if !(is_finite(&centre) && size.is_finite()) {
+        require("position_density", self.position_density, self.position_density >= 0.0, "zero or more")?;
+        let (size, wander) = (self.size_density * dt_s, self.position_density * dt_s);
+        // The six numbers of the noise are looked at here, not the 36 of the matrix.
+        if !(is_finite(&centre) && size.is_finite() && wander.is_finite()) {
             return Err(EstimationError::Overflow { what: "the transition of a motion model" });
         }
         let mut noise = SMatrix::<f64, 6, 6>::zeros();
         for axis in 0..2 {
-            noise[(axis, axis)] = centre[(0, 0)];
+            noise[(axis, axis)] = centre[(0, 0)] + wander;
             noise[(axis, axis + 2)] = centre[(0, 1)];
             noise[(axis + 2, axis)] = centre[(1, 0)];
             noise[(axis + 2, axis + 2)] = centre[(1, 1)];

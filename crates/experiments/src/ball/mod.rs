@@ -39,8 +39,14 @@ impl Filter {
             Self::Plain(acceleration) => {
                 let floor_px = BallParams::reference().measurement_variance.sqrt();
                 let measurement = MeasurementNoise { position: 0.0, size: 0.0, floor_px };
-                let noise =
-                    RelativeNoise { acceleration, size_change: SIZE_CHANGE, start_speed: START_SPEED, measurement };
+                let noise = RelativeNoise {
+                    acceleration,
+                    wander: 0.0,
+                    agile: None,
+                    size_change: SIZE_CHANGE,
+                    start_speed: START_SPEED,
+                    measurement,
+                };
                 Box::new(BoxFilter::new(BoxNoise::Relative(noise), bbox)?)
             }
             Self::Own => Box::new(ManoeuvringBox::new(&MotionParams::ball(), bbox)?),

@@ -13,7 +13,9 @@ use super::servo::AxisAim;
 use super::sighting::{Sighting, View};
 use super::steps::meeting;
 use super::target_motion::{SeenAt, TargetMotion};
+use super::zones::Permit;
 use crate::geometry::FieldsOfView;
+use crate::mechanics::HeadLimits;
 use crate::{Command, Direction, Forecast, Position, PtzError, Result, Status, Velocity};
 use pursuit_geometry::Size;
 use pursuit_imaging::CameraPose;
@@ -51,6 +53,8 @@ pub struct Follower {
 impl Follower {
     /// How often a head that shall stand is told so, seconds: a command may get lost.
     const STOP_AGAIN_S: f64 = 0.5;
+    /// How close to a place on its way the head need not come closer, degrees.
+    const NEAR_DEG: f64 = 0.1;
 
     /// A follower for a camera of these fields of view and this size of picture, whose head rests at `params.home`.
     ///
@@ -149,6 +153,7 @@ impl Follower {
             direction: direction.turned(beside),
             speed,
             sigma_deg: sigma.pan_deg.max(sigma.tilt_deg),
+            is_waypoint: false,
         };
         // A head that obeys late stands by its model where it stood that much earlier; the target goes on meanwhile.
         let (horizon_s, part) = slowed(time_s + self.late_s() - target.time_s());
@@ -183,6 +188,7 @@ impl Follower {
         let Some(there) = self.predict(effect_s)? else { return Ok(None) };
         let (head, turning) = self.head.at(effect_s);
         let zoom = self.zoom_goal(head.zoom, there.sigma_deg);
+        let (there, zoom) = self.permit().first(head, there, zoom);
         if let (PredictBy::World, Some(target), Some(sighting)) = (self.params.predict_by, &self.target, &self.sighting)
         {
             let (cue, _) = self.cue(target, sighting, effect_s)?;
@@ -217,7 +223,7 @@ impl Follower {
     ) -> Option<Command> {
         let away = there.direction.from(head.direction);
         let (half_x, half_y) = self.half_view_deg(head.zoom);
-        let params = &self.params;
+        let (params, limits) = (&self.params, self.limits());
         let pan = AxisAim {
             head_deg: head.direction.pan_deg,
             head_deg_s: turning.pan_deg_s,
@@ -234,18 +240,20 @@ impl Follower {
         let speed = there.speed.pan_deg.hypot(there.speed.tilt_deg);
         let [pan_rest, tilt_rest] = &mut self.rests;
         let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
-            let zone = params.dead_zone * half_deg;
+            let zone = if there.is_waypoint { Self::NEAR_DEG } else { params.dead_zone * half_deg };
             let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
             if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
         };
         let velocity = Velocity {
-            pan_deg_s: drive(pan_rest, pan, half_x, &params.limits.pan),
-            tilt_deg_s: drive(tilt_rest, tilt, half_y, &params.limits.tilt),
+            pan_deg_s: drive(pan_rest, pan, half_x, &limits.pan),
+            tilt_deg_s: drive(tilt_rest, tilt, half_y, &limits.tilt),
             zoom_per_s: zoom.map_or(0.0, |goal| {
                 let top = params.limits.zoom_per_s;
                 (params.gain_per_s * (goal - head.zoom)).clamp(-top, top)
             }),
         };
+        let zones = self.permit().zones(head.direction, head.zoom);
+        let velocity = zones.braked(head.direction, velocity, &limits, self.params.period_s);
         let command = if velocity.is_zero() { Command::Stop } else { Command::Move(velocity) };
         self.unless_said(now_s, command)
     }
@@ -262,6 +270,18 @@ impl Follower {
         if standing_s > Self::STOP_AGAIN_S && just_said { None } else { Some(self.note(now_s, command)) }
     }
 
+    const fn permit(&self) -> Permit<'_> {
+        Permit { zones: &self.params.zones, views: &self.views, size: self.size, limits: &self.params.limits }
+    }
+
+    /// What the head can do, slower where the target is near.
+    fn limits(&self) -> HeadLimits {
+        match (&self.params.near, &self.sighting) {
+            (Some(near), Some(sighting)) => near.limits(self.params.limits, &sighting.bbox, self.size),
+            _ => self.params.limits,
+        }
+    }
+
     fn step(
         &mut self,
         now_s: f64,
@@ -271,6 +291,7 @@ impl Follower {
     ) -> Result<Option<Command>> {
         let target = |after_s: f64| self.predict(effect_s + after_s).ok().flatten().map(|p| p.direction);
         let Some(direction) = meeting(head, turning, &self.params.limits, target) else { return Ok(None) };
+        let Some(direction) = self.permit().goal(head, direction, zoom) else { return Ok(None) };
         let (half_x, half_y) = self.half_view_deg(head.zoom);
         let near = |from: Direction| {
             let off = direction.from(from);
@@ -305,6 +326,13 @@ impl Follower {
         let command = loss.act(&self.params.when_lost, now_s, head, &self.params.limits);
         self.loss = Some(loss);
         self.goal = None;
+        let command = match command {
+            Some(Command::GoTo { direction, zoom }) => {
+                let there = self.permit().goal(head, direction, zoom);
+                Some(there.map_or(Command::Stop, |direction| Command::GoTo { direction, zoom }))
+            }
+            other => other,
+        };
         Ok(command.map(|command| self.note(now_s, command)))
     }
 }

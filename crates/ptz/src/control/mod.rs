@@ -23,6 +23,7 @@ mod servo;
 mod sighting;
 mod steps;
 mod target_motion;
+mod zones;
 mod zoom;
 
 pub use baselines::{Proportional, StopAndGo};
@@ -36,7 +37,8 @@ pub use jitter::Jitter;
 pub use lateness::Lateness;
 pub use lost::{LostParams, LostPolicy};
 pub use own_word::{Honesty, OwnWord};
-pub use params::{AimPoint, FollowerParams, MotionParams, PredictBy, Scheme};
+pub use params::{AimPoint, AtEnd, EndParams, FollowerParams, MotionParams, NearParams, PredictBy, Scheme, Subject};
 pub use rehearsal::TrustParams;
 pub use target_motion::{SeenAt, TargetBelief, TargetMotion};
+pub use zones::{Rule, Zone, ZoneList};
 pub use zoom::ZoomParams;

@@ -1,7 +1,8 @@
-use super::{LostParams, TrustParams, ZoomParams};
+use super::{LostParams, TrustParams, ZoneList, ZoomParams};
 use crate::geometry::AngleFormula;
 use crate::mechanics::HeadLimits;
-use crate::{Direction, Position};
+use crate::{Command, Direction, Position};
+use pursuit_geometry::{BBox, Size};
 use pursuit_parameters::{choices, parameters};
 
 choices! {
@@ -75,6 +76,74 @@ impl AimPoint {
     }
 }
 
+choices! {
+    /// What of all that is tracked is followed.
+    pub enum Subject {
+        /// The first target.
+        First = "first",
+        /// All targets together: the middle of the box around them; with a zoom, so that all are in the picture.
+        All = "all",
+    }
+}
+
+choices! {
+    /// What a head does when following ends.
+    pub enum AtEnd {
+        /// It stands where it is.
+        Stop = "stop",
+        /// It goes to its home position.
+        Home = "home",
+        /// It goes to a stored position.
+        Preset = "preset",
+    }
+}
+
+parameters! {
+    /// What a head does when following ends.
+    #[derive(Copy)]
+    pub struct EndParams {
+        /// Stand still, go home, or go to a stored position.
+        pub policy: AtEnd = AtEnd::Stop;
+        /// Of `preset`: the number of the stored position.
+        pub preset: u32 = 1, in 0..=255;
+    }
+}
+
+impl EndParams {
+    /// The last command.
+    pub fn command(&self) -> Command {
+        match self.policy {
+            AtEnd::Stop => Command::Stop,
+            AtEnd::Home => Command::Home,
+            AtEnd::Preset => Command::Preset { number: u8::try_from(self.preset).unwrap_or(u8::MAX) },
+        }
+    }
+}
+
+parameters! {
+    /// How fast a head turns that is near to whom it follows.
+    #[derive(Copy)]
+    pub struct NearParams {
+        /// A target that fills this part of the picture, in height or in width, is near.
+        pub fills: f64 = 0.6, in 0.01..=1.0;
+        /// Greatest speed then, of each axis.
+        pub max_speed_deg_s: f64 = 20.0, in above(0.0).at_most(1e4), unit "deg/s";
+    }
+}
+
+impl NearParams {
+    /// What the head can do, slower where a target of this box is near in a picture of this size.
+    pub(super) fn limits(&self, mut limits: HeadLimits, bbox: &BBox, size: Size) -> HeadLimits {
+        let part = |length: f64, whole: usize| length / whole.max(1) as f64;
+        if part(bbox.height(), size.height).max(part(bbox.width(), size.width)) >= self.fills {
+            for axis in [&mut limits.pan, &mut limits.tilt] {
+                axis.max_speed_deg_s = axis.max_speed_deg_s.min(self.max_speed_deg_s);
+            }
+        }
+        limits
+    }
+}
+
 parameters! {
     /// Parameters of a [`Follower`](super::Follower).
     pub struct FollowerParams {
@@ -97,8 +166,13 @@ parameters! {
         pub period_s: f64 = 0.04, in 0.01..=2.0, unit "s";
         /// How fast the velocity scheme closes the distance.
         pub gain_per_s: f64 = 4.5, in 0.01..=50.0, unit "1/s";
+        /// The first target, or all together.
+        pub subject: Subject = Subject::First;
         /// Where in the picture the target shall be.
         pub aim: AimPoint = AimPoint::default();
+        /// Where the head may look: at most 8 of `allowed pan -90..90`, `forbidden pan 0..10 tilt -5..20` (the optical axis keeps out)
+        /// and `private …` (no part of the picture shows it). Ways of home and stored positions are the head's own.
+        pub zones: ZoneList = ZoneList::default();
         /// Half the side of the zone in the middle of the picture within which a standing target is left alone, as a fraction
         /// of half the picture. The paper `qu2010` asks for such a zone and gives no size.
         pub dead_zone: f64 = 0.1, in Bounds::from(0.0..).below(1.0);
@@ -108,6 +182,10 @@ parameters! {
         pub coast_s: f64 = 1.5, in 0.0..=3600.0, unit "s";
         /// What to do about a target that is lost.
         pub when_lost: LostParams = LostParams::default();
+        /// What to do when following ends.
+        pub at_end: EndParams = EndParams::default();
+        /// How fast to turn near to the target; as fast as the head can, where not given.
+        pub near: Option<NearParams> = None;
         /// For how long after a manual command the follower keeps still.
         pub manual_s: f64 = 5.0, in 0.0..=3600.0, unit "s";
         /// How the target moves.

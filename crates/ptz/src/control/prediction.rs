@@ -1,11 +1,13 @@
 use crate::Direction;
 
-/// Where the target will be: its direction, its speed, and the standard deviation of its direction.
+/// Where the target will be, or where to turn instead: the direction, its speed, and the standard deviation of the direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prediction {
     pub direction: Direction,
     pub speed: Direction,
     pub sigma_deg: f64,
+    /// Whether that is a place on the way, to which the dead zone does not apply.
+    pub is_waypoint: bool,
 }
 
 /// How far ahead to predict, seconds, a target that was seen `unseen_s` ago, and which part of its speed it keeps.

@@ -1,12 +1,15 @@
 use super::{Head, Hook, Password, Timeouts, visca};
 use crate::{PtzError, Result};
 use pursuit_address::{AddressError, Locator};
+use std::path::PathBuf;
 
 /// Where a head is, as it is written on a command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HeadAddress {
-    /// `onvif://[USER@]HOST[:PORT][/PATH]`
+    /// `onvif://[USER@]HOST[:PORT][/PATH]`, `onvifs://…` by TLS
     Onvif {
+        /// Whether by TLS.
+        tls: bool,
         /// The user, if any.
         user: Option<String>,
         /// `HOST` or `HOST:PORT`.
@@ -57,7 +60,7 @@ impl std::str::FromStr for HeadAddress {
         }
         let locator = Locator::new(text);
         match (scheme, after_slashes) {
-            ("onvif", Some(_)) => onvif(&locator),
+            ("onvif" | "onvifs", Some(_)) => onvif(&locator, scheme == "onvifs"),
             ("visca", Some(_)) => host_and_port(&locator, 52_381).map(|(host, port)| Self::ViscaUdp { host, port }),
             ("visca+tcp", Some(_)) => host_and_port(&locator, 5678).map(|(host, port)| Self::ViscaTcp { host, port }),
             ("visca", None) => Ok(Self::ViscaSerial { device: rest.to_owned() }),
@@ -72,7 +75,7 @@ fn of_address(error: AddressError) -> PtzError {
     PtzError::Address { reason: format!("the head's address {error}") }
 }
 
-fn onvif(locator: &Locator) -> Result<HeadAddress> {
+fn onvif(locator: &Locator, tls: bool) -> Result<HeadAddress> {
     if locator.credentials().is_some() {
         // Said without repeating it: an address ends up in logs and in lists of processes.
         let reason = "a password has no place in a head's address; give it by a variable of the environment or a file";
@@ -81,7 +84,7 @@ fn onvif(locator: &Locator) -> Result<HeadAddress> {
     let server = locator.server().map_err(of_address)?;
     let path = if server.path.is_empty() { "onvif/device_service" } else { server.path };
     let path = format!("/{path}{}", server.query);
-    Ok(HeadAddress::Onvif { user: locator.login().map(|(user, _)| user), host: server.to_string(), path })
+    Ok(HeadAddress::Onvif { tls, user: locator.login().map(|(user, _)| user), host: server.to_string(), path })
 }
 
 fn host_and_port(locator: &Locator, default: u16) -> Result<(String, u16)> {
@@ -94,24 +97,34 @@ fn host_and_port(locator: &Locator, default: u16) -> Result<(String, u16)> {
     Ok((server.host.to_owned(), server.port.unwrap_or(default)))
 }
 
+/// What proves the user to a head, and a head to the user.
+#[derive(Debug, Clone, Default)]
+pub struct Access {
+    /// The password of the address's user.
+    pub password: Option<Password>,
+    /// A PEM file of certificates that are trusted at an `onvifs://` address in place of the system's authorities; the camera's
+    /// own may stand in it.
+    pub certificates: Option<PathBuf>,
+}
+
 /// Reaches the head at an address, with the usual parameters of its kind.
 ///
 /// # Errors
 /// Where it cannot be reached, or this build was made without the feature that such heads need.
-pub fn open(address: &HeadAddress, password: Option<&Password>, timeouts: Timeouts) -> Result<Box<dyn Head>> {
+pub fn open(address: &HeadAddress, access: &Access, timeouts: Timeouts) -> Result<Box<dyn Head>> {
     match address {
         #[cfg(feature = "onvif")]
-        HeadAddress::Onvif { user, host, path } => {
-            let login = user.as_ref().map(|user| super::onvif::Login {
-                user: user.clone(),
-                password: password.cloned().unwrap_or_default(),
-            });
-            let url = format!("http://{host}{path}");
-            Ok(Box::new(super::onvif::Onvif::connect(&url, login, super::onvif::OnvifParams::default(), timeouts)?))
+        HeadAddress::Onvif { tls, user, host, path } => {
+            use super::onvif::{Login, Onvif, OnvifParams};
+            let password = || access.password.clone().unwrap_or_default();
+            let login = user.as_ref().map(|user| Login { user: user.clone(), password: password() });
+            let url = format!("{}://{host}{path}", if *tls { "https" } else { "http" });
+            let certificates = access.certificates.as_deref();
+            Ok(Box::new(Onvif::connect(&url, login, certificates, OnvifParams::default(), timeouts)?))
         }
         #[cfg(not(feature = "onvif"))]
         HeadAddress::Onvif { .. } => {
-            let _ = password;
+            let _ = access;
             Err(without("onvif"))
         }
         HeadAddress::ViscaUdp { host, port } => {
@@ -130,8 +143,32 @@ pub fn open(address: &HeadAddress, password: Option<&Password>, timeouts: Timeou
     }
 }
 
-#[cfg(not(all(feature = "onvif", feature = "serial")))]
-fn without(feature: &str) -> PtzError {
+/// The certificate that the camera at an `onvifs://` address shows, in PEM, and its SHA-256 as `AB:CD:…`: for people to
+/// compare. It is not judged, and nothing else is said to the camera.
+///
+/// # Errors
+/// Where the address is no such one, the camera cannot be reached in time, or this build was made without the feature
+/// `onvif-tls`.
+pub fn certificate(address: &HeadAddress, timeouts: Timeouts) -> Result<(String, String)> {
+    match address {
+        #[cfg(feature = "onvif-tls")]
+        HeadAddress::Onvif { tls: true, host, .. } => {
+            let url = format!("https://{host}");
+            let locator = Locator::new(&url);
+            let server = locator.server().map_err(of_address)?;
+            super::onvif::shown_certificate(server.host, server.port.unwrap_or(443), timeouts)
+        }
+        #[cfg(not(feature = "onvif-tls"))]
+        HeadAddress::Onvif { tls: true, .. } => {
+            let _ = timeouts;
+            Err(without("onvif-tls"))
+        }
+        _ => Err(PtzError::Address { reason: "only an onvifs:// address shows a certificate".into() }),
+    }
+}
+
+#[cfg(not(all(feature = "onvif-tls", feature = "serial")))]
+pub(super) fn without(feature: &str) -> PtzError {
     PtzError::Address {
         reason: format!("this build was made without the feature `ptz-{feature}`, which such heads need"),
     }
@@ -180,12 +217,15 @@ mod tests {
     #[test]
     fn addresses_are_read() {
         let onvif = |user: Option<&str>, host: &str, path: &str| HeadAddress::Onvif {
+            tls: false,
             user: user.map(str::to_owned),
             host: host.to_owned(),
             path: path.to_owned(),
         };
         assert_eq!(parse("onvif://admin@10.0.0.5").unwrap(), onvif(Some("admin"), "10.0.0.5", "/onvif/device_service"));
         assert_eq!(parse("onvif://cam:8080/x/y").unwrap(), onvif(None, "cam:8080", "/x/y"));
+        let HeadAddress::Onvif { tls, .. } = parse("onvifs://cam").unwrap() else { panic!("it is ONVIF") };
+        assert!(tls);
         let udp = |host: &str, port| HeadAddress::ViscaUdp { host: host.into(), port };
         assert_eq!(parse("visca://cam").unwrap(), udp("cam", 52_381));
         assert_eq!(parse("visca://[fe80::1]:1259/").unwrap(), udp("fe80::1", 1259));

@@ -59,6 +59,10 @@ impl<H: Head> Head for ByTurns<H> {
     fn status(&mut self) -> Result<Option<Status>> {
         self.head.status()
     }
+
+    fn leave(&mut self) {
+        self.head.leave();
+    }
 }
 
 #[cfg(test)]
@@ -82,6 +86,7 @@ mod tests {
         fn status(&mut self) -> Result<Option<Status>> {
             Ok(None)
         }
+        fn leave(&mut self) {}
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct Hook {
     child: Child,
     lines: Option<SyncSender<Vec<u8>>>,
     failed: Receiver<std::io::Error>,
+    /// Whether it is told to stop at the end.
+    stops: bool,
 }
 
 impl Hook {
@@ -73,7 +75,7 @@ impl Hook {
             }
         });
         writer.map_err(io)?;
-        Ok(Self { name, child, lines: Some(lines), failed })
+        Ok(Self { name, child, lines: Some(lines), failed, stops: true })
     }
 }
 
@@ -113,11 +115,17 @@ impl Head for Hook {
     fn status(&mut self) -> Result<Option<Status>> {
         Ok(None)
     }
+
+    fn leave(&mut self) {
+        self.stops = false;
+    }
 }
 
 impl Drop for Hook {
     fn drop(&mut self) {
-        self.send(&Command::Stop).ok();
+        if self.stops {
+            self.send(&Command::Stop).ok();
+        }
         // The writer ends when it has written what waits, and the program's input closes with it.
         self.lines = None;
         let deadline = Instant::now() + Self::LAST_WORDS;

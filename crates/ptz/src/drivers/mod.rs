@@ -17,7 +17,7 @@ mod thread;
 mod time;
 pub mod visca;
 
-pub use address::{HeadAddress, open};
+pub use address::{Access, HeadAddress, certificate, open};
 pub use by_turns::ByTurns;
 pub use capabilities::Capabilities;
 pub use hook::Hook;
@@ -49,6 +49,9 @@ pub trait Head: Send {
     /// # Errors
     /// Where the head cannot be reached or its answer makes no sense.
     fn status(&mut self) -> Result<Option<Status>>;
+
+    /// Lets the head finish what it was told last when this driver is dropped.
+    fn leave(&mut self);
 }
 
 impl<H: Head + ?Sized> Head for Box<H> {
@@ -66,5 +69,9 @@ impl<H: Head + ?Sized> Head for Box<H> {
 
     fn status(&mut self) -> Result<Option<Status>> {
         (**self).status()
+    }
+
+    fn leave(&mut self) {
+        (**self).leave();
     }
 }

@@ -1,5 +1,5 @@
 use super::{HeadThread, Report};
-use crate::control::{Controller, Departure, Diagnosis, Follower};
+use crate::control::{Controller, Departure, Diagnosis, Follower, Subject};
 use crate::{Command, Forecast, Result};
 use pursuit_imaging::CameraPose;
 use std::time::Duration;
@@ -80,16 +80,21 @@ impl Pilot {
         self.head.report()
     }
 
-    /// Stops the head and ends its thread; whether it ended in time.
+    /// What it follows of all that is tracked.
+    pub const fn subject(&self) -> Subject {
+        self.follower.params().subject
+    }
+
+    /// Stops the head, sends it where it shall be at the end, and ends its thread; whether it ended in time.
     pub fn end(&self) -> bool {
-        self.head.end()
+        self.head.end_with(self.follower.params().at_end.command())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::FollowerParams;
+    use crate::control::{AtEnd, EndParams, FollowerParams};
     use crate::drivers::{Capabilities, Head};
     use crate::geometry::FieldsOfView;
     use crate::{Aim, Direction, PtzError, Status, Velocity};
@@ -112,6 +117,7 @@ mod tests {
         fn status(&mut self) -> Result<Option<Status>> {
             Ok(None)
         }
+        fn leave(&mut self) {}
     }
 
     fn pilot(watchdog: Duration) -> (Pilot, Receiver<Command>) {
@@ -147,6 +153,19 @@ mod tests {
         assert_eq!(pilot.see(2.6, 2.6, &seen(560.0, TrackState::Tracking)).unwrap(), None, "a person has it");
         drop(pilot);
         assert_eq!(got.recv().unwrap(), Command::Stop);
+    }
+
+    #[test]
+    fn the_head_goes_home_at_the_end_where_it_shall() {
+        let (sent, got) = channel();
+        let head = HeadThread::start(Noted(sent), Duration::from_secs(20), None, Duration::from_secs(20)).unwrap();
+        let at_end = EndParams { policy: AtEnd::Preset, preset: 4 };
+        let params = FollowerParams { at_end, ..FollowerParams::default() };
+        let views = FieldsOfView::fixed(30.0).unwrap();
+        let pilot = Pilot::new(Follower::new(params, views, Size::new(640, 360), 0.0).unwrap(), head);
+        assert!(pilot.end());
+        drop(pilot);
+        assert_eq!(got.iter().collect::<Vec<_>>(), [Command::Stop, Command::Preset { number: 4 }]);
     }
 
     #[test]

@@ -37,7 +37,8 @@ struct Shared {
 #[derive(Default)]
 struct State {
     next: Option<Command>,
-    ending: bool,
+    /// The last command, once all is to end.
+    ending: Option<Command>,
     ended: bool,
     status: Option<Status>,
     /// How often the head has said how it stands.
@@ -100,7 +101,7 @@ impl HeadThread {
     /// Where the thread has ended.
     pub fn tell(&self, command: Command) -> Result<()> {
         let mut state = self.shared.lock();
-        if state.ended || state.ending {
+        if state.ended || state.ending.is_some() {
             return Err(PtzError::Ended { head: self.name.clone() });
         }
         if state.next.replace(command).is_some() {
@@ -130,9 +131,15 @@ impl HeadThread {
 
     /// Stops the head and ends its thread; whether it ended within the patience.
     pub fn end(&self) -> bool {
+        self.end_with(Command::Stop)
+    }
+
+    /// Stops the head, sends it somewhere where `last` says so, and ends its thread; whether that ended within the patience. The
+    /// head goes on its last way alone. Only the first call counts.
+    pub fn end_with(&self, last: Command) -> bool {
         let deadline = Instant::now() + self.patience;
         let mut state = self.shared.lock();
-        state.ending = true;
+        state.ending.get_or_insert(last);
         self.shared.changed.notify_all();
         while !state.ended {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -170,7 +177,7 @@ enum Task {
     Send(Command),
     Stop,
     Poll,
-    End,
+    End(Command),
 }
 
 fn serve(mut head: impl Head, shared: &Shared, care: Care) {
@@ -214,9 +221,15 @@ fn serve(mut head: impl Head, shared: &Shared, care: Care) {
                     }
                 }
             }
-            Task::End => {
+            Task::End(last) => {
                 if let Err(error) = head.send(&Command::Stop) {
                     shared.complain(error);
+                }
+                if last != Command::Stop {
+                    match head.send(&last) {
+                        Ok(()) => head.leave(),
+                        Err(error) => shared.complain(error),
+                    }
                 }
                 return;
             }
@@ -229,8 +242,8 @@ fn serve(mut head: impl Head, shared: &Shared, care: Care) {
 fn next(shared: &Shared, quiet: Option<Instant>, poll: Option<Instant>) -> Task {
     let mut state = shared.lock();
     loop {
-        if state.ending {
-            return Task::End;
+        if let Some(last) = state.ending {
+            return Task::End(last);
         }
         let now = Instant::now();
         if state.next.is_some_and(|command| command != Command::Stop) && poll.is_some_and(|time| time <= now) {
@@ -290,6 +303,7 @@ mod tests {
         fn status(&mut self) -> Result<Option<Status>> {
             Ok(Some(Status { moving: Some(true), position: None }))
         }
+        fn leave(&mut self) {}
     }
 
     fn start(watchdog: Duration, poll: Option<Duration>) -> (HeadThread, Receiver<Command>) {

@@ -1,4 +1,4 @@
-use super::Distortion;
+use super::{AngleFormula, Direction, Distortion, direction_of};
 use crate::Result;
 use crate::error::require;
 use pursuit_geometry::camera::Pinhole;
@@ -74,6 +74,22 @@ impl Lens {
         self.pinhole.pixel([right, down, 1.0])
     }
 
+    /// How far the picture reaches in pan and in tilt to either side of an optical axis at this tilt, degrees: more in pan the
+    /// steeper the camera looks, and all round where it sees straight up or down.
+    pub fn reach(&self, tilt_deg: f64) -> Direction {
+        let (right, bottom) = (self.size.width as f64, self.size.height as f64);
+        let pose = Direction::new(0.0, tilt_deg);
+        if tilt_deg.abs() + self.half_fov_deg().1 >= 90.0 {
+            return Direction::new(180.0, 180.0);
+        }
+        let border =
+            [0.0, 0.5, 1.0].into_iter().flat_map(|x| [0.0, 0.5, 1.0].map(|y| Point::new(x * right, y * bottom)));
+        border.fold(Direction::AHEAD, |reach, pixel| {
+            let off = direction_of(self, pose, pixel, AngleFormula::PanThenTilt).from(pose);
+            Direction::new(reach.pan_deg.max(off.pan_deg.abs()), reach.tilt_deg.max(off.tilt_deg.abs()))
+        })
+    }
+
     /// Pixels per degree in the middle of the picture, along x and y.
     pub fn px_per_deg(&self) -> (f64, f64) {
         let per_tangent = 1f64.to_radians();
@@ -91,6 +107,15 @@ mod tests {
 
     fn lens() -> Lens {
         Lens::new(Size::new(320, 240), 30.0).unwrap()
+    }
+
+    #[test]
+    fn a_steep_camera_reaches_further_round() {
+        let level = lens().reach(0.0);
+        assert!((level.pan_deg - 30.0).abs() < 1e-9 && (level.tilt_deg - lens().half_fov_deg().1).abs() < 1e-9);
+        let steep = lens().reach(-50.0);
+        assert!(steep.pan_deg > 50.0 && steep.pan_deg < 90.0, "{steep:?}");
+        assert_eq!(lens().reach(70.0), Direction::new(180.0, 180.0));
     }
 
     #[test]

@@ -8,8 +8,8 @@ use crate::{Record, RunError};
 use pursuit_evaluation::boxes::{Boxes, read_boxes};
 use pursuit_geometry::Size;
 use pursuit_media::Source;
-use pursuit_tracking::Detection;
-use pursuit_tracking::many::{Associating, ManyParams};
+use pursuit_tracking::many::{Associating, Looked, ManyParams, OfflineParams, Placed, offline};
+use pursuit_tracking::{Detection, Estimate};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -39,6 +39,7 @@ impl Track<'_> {
         let mut targets = Associating::fed(self.params.clone())?;
         let mut known = Known::default();
         match &mut video {
+            None if self.options.offline => self.offline(size, &boxes, &mut files, &mut known)?,
             Some(video) => self.along(&mut **video, &boxes, &mut targets, &mut files, &mut known)?,
             None => self.alone(size, &boxes, &mut targets, &mut files, &mut known)?,
         }
@@ -80,6 +81,25 @@ impl Track<'_> {
         Ok(())
     }
 
+    /// The whole clip at once.
+    fn offline(&self, size: Option<Size>, boxes: &Boxes, files: &mut Files, known: &mut Known) -> Result<(), RunError> {
+        let fps = self.work.fps.unwrap_or(USUAL_FPS);
+        let frames = self.work.frames.unwrap_or(0).max(boxes.frames());
+        let looked = |frame: u64| Looked {
+            time_s: frame as f64 / fps,
+            detections: boxes.of(frame).iter().map(detection).collect(),
+        };
+        let looked: Vec<Looked> = (0..frames).map(looked).collect();
+        let begun = Instant::now();
+        let placed = offline(self.params.clone(), &OfflineParams::default(), size, &looked)?;
+        known.took += begun.elapsed();
+        for ((frame, looked), placed) in (0..).zip(&looked).zip(placed) {
+            known.start(placed.into_iter().map(|p| record(p, frame, looked.time_s)));
+            known.write(frame, files)?;
+        }
+        Ok(())
+    }
+
     /// Beside the video, frame by frame.
     fn along(
         &self,
@@ -110,6 +130,14 @@ impl Track<'_> {
     }
 }
 
+/// A target in a frame of a clip that was looked at at once; a box between two measured ones has no measurement.
+fn record(placed: Placed, frame: u64, time_s: f64) -> Record {
+    let Placed { id, bbox, score, class, detection } = placed;
+    let started = Estimate::started(time_s, bbox, score);
+    let estimate = Some(Estimate { measurement: detection.map(|_| bbox), ..started });
+    Record { frame, time_s, target: id, class, estimate, update_ms: None }
+}
+
 /// What is known so far.
 #[derive(Default)]
 struct Known {
@@ -128,9 +156,7 @@ impl Known {
         tracks: &[pursuit_tracking::many::Track],
         files: &mut Files,
     ) -> Result<(), RunError> {
-        self.frames += 1;
-        self.records.clear();
-        self.records.extend(tracks.iter().map(|track| Record {
+        self.start(tracks.iter().map(|track| Record {
             frame,
             time_s,
             target: track.id,
@@ -138,6 +164,17 @@ impl Known {
             estimate: track.estimate.clone(),
             update_ms: Some(track.elapsed.wall_ms),
         }));
+        self.write(frame, files)
+    }
+
+    /// What is known of the next frame.
+    fn start(&mut self, records: impl Iterator<Item = Record>) {
+        self.frames += 1;
+        self.records.clear();
+        self.records.extend(records);
+    }
+
+    fn write(&mut self, frame: u64, files: &mut Files) -> Result<(), RunError> {
         self.targets = self.records.iter().map(|r| r.target.0).fold(self.targets, u64::max);
         files.0.iter_mut().try_for_each(|file| file.add(frame, &self.records))
     }

@@ -17,7 +17,7 @@ use pursuit_evaluation::boxes::BoxFormat;
 use pursuit_geometry::Size;
 use pursuit_media::OpenOptions;
 use pursuit_parameters::Parameters;
-use pursuit_tracking::many::ManyParams;
+use pursuit_tracking::many::{ManyParams, Preset};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -33,8 +33,12 @@ pub struct Associate {
     pub fps: Option<f64>,
     /// The size of the picture, likewise.
     pub size: Option<Size>,
-    /// How targets are told apart: `many.KEY`.
+    /// A published way to associate, in place of our own defaults.
+    pub preset: Option<Preset>,
+    /// How targets are told apart: `many.KEY`; counts more than the preset.
     pub parameters: toml::Table,
+    /// Whether the whole clip is looked at at once, see [`pursuit_tracking::many::offline`].
+    pub offline: bool,
     /// Further formats, each into a folder of its name.
     pub formats: Vec<Format>,
     /// How the video is opened.
@@ -91,7 +95,7 @@ impl Associate {
     pub fn params(&self) -> Result<ManyParams, RunError> {
         let who = Participants { many: true, ..Participants::default() };
         let settings = Settings::split(&self.parameters, &who)?;
-        Ok(ManyParams::default().with(MANY_PREFIX, &settings.many)?)
+        Ok(self.preset.map_or_else(ManyParams::default, Preset::params).with(MANY_PREFIX, &settings.many)?)
     }
 
     fn all(&self, works: &[Work], layout: Layout, out: &Path, stop: &AtomicBool) -> Result<Vec<Associated>, RunError> {
@@ -101,6 +105,11 @@ impl Associate {
         if self.video.is_some() && works.len() != 1 {
             let count = works.len();
             return Err(RunError::usage(format!("--video is of one sequence; there are {count}, name one of them")));
+        }
+        if self.video.is_some() && self.offline {
+            return Err(RunError::usage(
+                "--offline goes by the boxes alone; leave --video out, and say --fps and --size",
+            ));
         }
         let params = self.params()?;
         let layout = if works.iter().all(|w| w.set == works[0].set) { layout } else { Layout::BySet };

@@ -1,10 +1,10 @@
 use super::steering::Shared;
-use crate::RunError;
 use crate::sinks::{Moment, Sink};
-use pursuit_ptz::control::Diagnosis;
-use pursuit_ptz::{Aim, Forecast, PtzError, Still};
+use crate::{Record, RunError};
+use pursuit_ptz::control::{Diagnosis, Subject};
+use pursuit_ptz::{Aim, PtzError};
 
-/// Where the results of a run become commands to a head: it follows the first target.
+/// Where the results of a run become commands to a head: it follows the first target, or all of them together.
 pub struct HeadSink {
     steering: Shared,
     /// What the head complained of last: said once.
@@ -50,12 +50,16 @@ impl Sink for HeadSink {
     fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
         let mut steering = self.steering.lock();
         let (now_s, stamp_s) = steering.clocks(moment.frame.time_s());
-        let first = moment.records.first().and_then(|r| Some((r.target, r.estimate.as_ref()?)));
-        let ahead = first.map(|(target, estimate)| {
-            move |time_s: f64| Aim::ahead(estimate, time_s - stamp_s, |seconds| moment.forecast(target, seconds))
-        });
-        let forecast: &dyn Forecast = ahead.as_ref().map_or(&Still(None), |ahead| ahead);
-        steering.pilot.see(now_s, stamp_s, forecast).map_err(failed)?;
+        let followed = match steering.pilot.subject() {
+            Subject::First => moment.records.get(..1).unwrap_or_default(),
+            Subject::All => moment.records,
+        };
+        let one = |record: &Record, time_s: f64| {
+            let estimate = record.estimate.as_ref()?;
+            Aim::ahead(estimate, time_s - stamp_s, |seconds| moment.forecast(record.target, seconds))
+        };
+        let forecast = |time_s: f64| Aim::around(followed.iter().filter_map(|record| one(record, time_s)));
+        steering.pilot.see(now_s, stamp_s, &forecast).map_err(failed)?;
         let diagnosis = steering.pilot.diagnosis(now_s);
         drop(steering);
         (self.tell)(&diagnosis);

@@ -1,5 +1,6 @@
 pursuit_parameters::parameters! {
     /// How the depth of a box is looked at.
+    #[derive(Copy)]
     pub struct RegionParams {
         /// Points along a side of the grid that a box's depth is taken from.
         pub side: usize = 24, in 2..=256, unit "points", source "ours";

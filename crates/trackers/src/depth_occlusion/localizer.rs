@@ -16,14 +16,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(remote = "DepthLocalizer")]
 pub struct DepthLocalizer {
-    params: DepthOcclusionParams,
+    pub(super) params: DepthOcclusionParams,
     /// On depth, from the first frame with depth on.
-    depth: Option<DepthFilter>,
+    pub(super) depth: Option<DepthFilter>,
     /// On the picture, for frames without depth.
-    picture: CorrelationLocalizer,
+    pub(super) picture: CorrelationLocalizer,
     hypotheses: Hypotheses,
     /// The target is not in sight.
-    hidden: bool,
+    pub(super) hidden: bool,
     /// What hides it, where that is known.
     occluder: Option<Occluder>,
     /// Where it was seen last.
@@ -68,8 +68,8 @@ pursuit_tracking::figures! {
 /// its say.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthFinding {
-    peak: ResponsePeak,
-    penalised: Option<f64>,
+    pub(super) peak: ResponsePeak,
+    pub(super) penalised: Option<f64>,
 }
 
 impl DepthFinding {
@@ -80,13 +80,13 @@ impl DepthFinding {
 }
 
 /// What a look found, if anything.
-type Seen = Option<(Measurement, DepthFinding)>;
+pub(super) type Seen = Option<(Measurement, DepthFinding)>;
 
 /// The filter on depth and what is known of the target's distance.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct DepthFilter {
+pub(super) struct DepthFilter {
     filter: CorrelationLocalizer,
-    target: TargetDepth,
+    pub(super) target: TargetDepth,
 }
 
 impl DepthFilter {
@@ -141,7 +141,12 @@ impl DepthLocalizer {
     }
 
     /// The better of two looks, near the prediction and, if it has hardly answered there, where it was last.
-    fn locate_in_depth(&mut self, frame: &Frame, depth: ImageView<'_, u16>, search: &Search) -> Result<Seen> {
+    pub(super) fn locate_in_depth(
+        &mut self,
+        frame: &Frame,
+        depth: ImageView<'_, u16>,
+        search: &Search,
+    ) -> Result<Seen> {
         let found = self.look_in_depth(frame, depth, search)?;
         let dropped = |(m, _): &(Measurement, DepthFinding)| {
             let part = self.depth.as_ref();
@@ -195,6 +200,8 @@ impl DepthLocalizer {
     fn depth_of<'a>(&self, frame: &'a Frame, finding: Option<&DepthFinding>) -> Option<ImageView<'a, u16>> {
         match finding {
             Some(DepthFinding { penalised: Some(_), .. }) => frame.depth_mm(),
+            // Its place has none, whatever the rest of the frame has.
+            Some(_) if self.depth.is_some() && self.params.scarce_depth > 0.0 => None,
             Some(_) | None => usable_depth(&self.params, frame),
         }
     }
@@ -242,11 +249,9 @@ impl Localizer for DepthLocalizer {
 
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Seen> {
         match usable_depth(&self.params, frame).filter(|_| self.depth.is_some()) {
+            Some(depth) if self.params.scarce_depth > 0.0 => self.locate_by_place(frame, depth, search),
             Some(depth) => self.locate_in_depth(frame, depth, search),
-            None => {
-                let found = self.picture.locate(frame, search)?;
-                Ok(found.map(|(measurement, peak)| (measurement, DepthFinding { peak, penalised: None })))
-            }
+            None => self.locate_in_picture(frame, search),
         }
     }
 
@@ -258,6 +263,9 @@ impl Localizer for DepthLocalizer {
         measurement: &mut Measurement,
         finding: &mut DepthFinding,
     ) -> Result<()> {
+        if finding.penalised.is_none() && self.params.scarce_depth > 0.0 {
+            return self.picture.refine(frame, search, measurement, &mut finding.peak);
+        }
         let by_depth = finding.penalised.is_some() && self.params.scale_from_depth;
         let (Some(part), Some(depth), true) = (&self.depth, frame.depth_mm(), by_depth) else { return Ok(()) };
         let anywhere = search.look != Look::Near;

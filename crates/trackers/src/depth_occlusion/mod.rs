@@ -10,6 +10,7 @@ mod localizer;
 mod occluder;
 mod params;
 mod path;
+mod place;
 mod response;
 mod target;
 
@@ -41,7 +42,7 @@ fn groups() -> GroupParams {
     GroupParams {
         motion: MotionParams { acceleration: 100.0, ..MotionParams::default() },
         policy: by_own_rule(),
-        search: SearchParams { wide_windows: 8, ..SearchParams::default() },
+        search: SearchParams { wide_windows: 16, outside: 1.0, ..SearchParams::default() },
     }
 }
 

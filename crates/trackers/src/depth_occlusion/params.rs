@@ -64,6 +64,14 @@ pursuit_parameters::parameters! {
         pub least_depth: f64 = 0.02, in 0.0..=1.0, source "ours";
         /// Points along a side of the grid by which that is told.
         pub probes: usize = 24, in 1..=256, unit "points", source "ours";
+        /// Where a smaller share of the target's box has depth, the filter on the picture judges: what is nearer than the sensor
+        /// reaches, black, shiny or a window has none. 0: the paper.
+        pub scarce_depth: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// What speaks against a target out of sight that the picture shows where there is no depth, less by the share of what borders
+        /// it that is nearer than the target was: holes before near things are what came too close to be measured.
+        pub hole_doubt: f64 = 1.5, in 0.0..=20.0, unit "nats", source "ours";
+        /// How much what the picture says counts beside depth, of a target that is found again; 0: the paper.
+        pub picture_again: f64 = 1.0, in 0.0..=10.0, source "ours";
         /// The filter on the picture, for frames without depth, learns every so many frames.
         pub picture_every: usize = 4, in 1..=1000, unit "frames", source "ours";
         /// What hides the target.
@@ -93,6 +101,8 @@ impl DepthOcclusionParams {
             velocity_doubt: 0.0,
             occluder_edges: false,
             scale_from_depth: false,
+            scarce_depth: 0.0,
+            picture_again: 0.0,
             ..Self::default()
         }
     }

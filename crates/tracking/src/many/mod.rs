@@ -17,6 +17,7 @@ mod look;
 mod observed;
 mod offline;
 mod params;
+mod presets;
 mod target;
 mod target_set;
 mod whole;
@@ -33,6 +34,7 @@ pub use death::{DeathModel, DeathParams, MissesParams, UnseenParams};
 pub use doubles::{DoublesModel, DoublesParams, OverlapParams};
 pub use offline::{Looked, OfflineParams, Placed, offline};
 pub use params::{AcquisitionParams, ManyParams, ReportedBox};
+pub use presets::Preset;
 pub use target_set::TargetSet;
 pub use whole::WholeParams;
 

@@ -66,18 +66,31 @@ impl Observed {
         self.boxes.last().map(|seen| &seen.bbox)
     }
 
-    /// How well a box agrees with the direction in which the target went (cao2023, section 4.2): from 0.5, straight on, to −0.5, back. The direction is that from the
-    /// box `lag` frames before the last one to that one, or from the oldest that is not older.
+    /// Whether it was given one box so far.
+    pub fn is_first(&self) -> bool {
+        self.boxes.len() == 1
+    }
+
+    /// In how many frames it was seen, one after the other up to this one, since it was missed; `None` where it was not missed lately.
+    pub fn since_gap(&self) -> Option<usize> {
+        let seen = self.boxes.iter().rev().zip(0..).take_while(|(seen, ago)| seen.frames_ago == *ago).count();
+        (seen < self.boxes.len()).then_some(seen)
+    }
+
+    /// How well a box agrees with the direction in which the target went (cao2023, section 4.2): from 0.5, straight on, to −0.5, back. The target went from
+    /// the box `lag` frames before its last one to that one, and would go from the box `lag` frames ago to this one; where there is no box so lately, from the
+    /// one before.
     pub fn agreement(&self, bbox: &BBox, lag: usize) -> Option<f64> {
-        let last = self.boxes.last()?;
-        let from = self.boxes.iter().find(|seen| seen.frames_ago - last.frames_ago <= lag)?;
-        let (start, end, here) = (from.bbox.center(), last.bbox.center(), bbox.center());
-        let direction = |to: Point| (to.y - start.y).atan2(to.x - start.x);
-        let still = |to: Point| to.distance(start) < 1e-6;
-        if still(end) || still(here) {
-            return None;
-        }
-        let turned = (direction(end) - direction(here)).abs();
+        let (last, before) = self.boxes.split_last()?;
+        let from = before.iter().find(|seen| seen.frames_ago - last.frames_ago <= lag).or(before.last())?;
+        let here = self.boxes.iter().find(|seen| seen.frames_ago <= lag).unwrap_or(last);
+        let direction = |from: Point, to: Point| {
+            let moved = to.distance(from) >= 1e-6;
+            moved.then(|| (to.y - from.y).atan2(to.x - from.x))
+        };
+        let went = direction(from.bbox.center(), last.bbox.center())?;
+        let would_go = direction(here.bbox.center(), bbox.center())?;
+        let turned = (went - would_go).abs();
         let turned = turned.min(std::f64::consts::TAU - turned);
         Some(0.5 - turned / std::f64::consts::PI)
     }
@@ -108,6 +121,8 @@ impl Observed {
             motion.correct(&Sight::of(BBox::from_center_size(center, size.0, size.1), None))?;
         }
         let prior = motion.predict(dt_s)?;
+        // The end of the line is a part of it, and is what is seen: it counts twice.
+        motion.correct(&Sight::of(*bbox, None))?;
         Ok(Some((motion, prior)))
     }
 

@@ -19,6 +19,8 @@ pursuit_parameters::parameters! {
     pub struct ManyParams {
         /// Which box is reported of a target that was detected.
         pub reported as "box": ReportedBox = ReportedBox::Measured, source "ours";
+        /// A target that was missed is reported again once it was detected in so many frames, one after the other; 0 and 1: at once.
+        pub reported_from: usize = 0, in 0..=15, unit "frames", source "bewley2016, its program: 3";
         /// For so long after its last detection a target may be followed by its appearance alone.
         pub appearance_s: f64 = 2.0, in 0.0.., unit "s", source "ours";
         /// Where nothing was detected, what appearance sees is believed from this probability.
@@ -63,11 +65,14 @@ impl ManyParams {
     }
 }
 
-/// Detectors draw boxes less exactly than trackers do; what they find walks or drives.
+/// Detectors draw boxes less exactly than trackers do; what they find walks or drives, and cameras turn suddenly.
 fn detected_motion() -> MotionParams {
     MotionParams {
-        acceleration: 2.3,
-        start_speed: 10.0,
+        acceleration: 0.1,
+        agile: 8.0,
+        agile_from: 28.0,
+        wander: 0.07,
+        start_speed: 20.0,
         position_noise: 0.035,
         size_noise: 0.09,
         noise_floor_px: 0.5,
@@ -132,6 +137,6 @@ mod tests {
         assert_eq!(with(former).unwrap(), with(now).unwrap());
         let both = with("gate = 2.0\nassociation.gate = 3.0\nassociation.reach = 5.0").unwrap();
         assert_eq!((both.association.gate, both.association.reach), (3.0, 5.0), "the new name counts more");
-        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, appearance_s"));
+        assert!(with("gait = 1").unwrap_err().to_string().contains("there are: box, reported_from, appearance_s"));
     }
 }

@@ -56,6 +56,11 @@ impl Known {
         }
     }
 
+    /// Whether it was found again and has not been seen in so many frames since.
+    pub fn is_on_trial(&self, frames: usize) -> bool {
+        matches!(self.standing, Standing::Confirmed(_)) && self.observed.since_gap().is_some_and(|seen| seen < frames)
+    }
+
     /// Whether it can be known: what is restored is checked.
     pub fn is_sound(&self) -> bool {
         let evidence = match &self.standing {
@@ -323,16 +328,19 @@ impl Target {
         known.unseen.wait(dt_s);
     }
 
-    /// Phase 4: whether a candidate is a target.
-    pub fn is_confirmed(&self, params: &ManyParams) -> bool {
-        matches!(&self.known.standing, Standing::Candidate(evidence) if evidence.confirms(&params.birth))
+    /// Phase 4: whether a candidate is a target, in the frame of this number.
+    pub fn is_confirmed(&self, index: u64, params: &ManyParams) -> bool {
+        let Standing::Candidate(evidence) = &self.known.standing else { return false };
+        let starts = index < params.birth.at_start as u64;
+        let counts = params.birth.hits.birth_counts || !self.known.observed.is_first();
+        (starts && self.is_seen() && counts) || evidence.confirms(&params.birth)
     }
 
     /// Phase 4: whether it is to be given up.
     pub fn is_dead(&self, frame: Size, params: &ManyParams) -> bool {
         match &self.known.standing {
             Standing::Given(_) => false,
-            Standing::Candidate(evidence) => evidence.refutes(&params.birth),
+            Standing::Candidate(evidence) => evidence.refutes(self.known.unseen.frames, &params.birth),
             Standing::Confirmed(_) => {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;

@@ -39,6 +39,10 @@ impl MeasurementNoise {
 pub struct RelativeNoise {
     /// Spectral density of the centre's white acceleration, in extents²/s³; ≥ 0.
     pub acceleration: f64,
+    /// Growth of the standard deviation of the centre beside what its velocity brings about, in extents per √s; ≥ 0.
+    pub wander: f64,
+    /// The acceleration of a target that manoeuvres; `None`: that of others.
+    pub agile: Option<Agile>,
     /// Growth of the standard deviation of the size, in extents per √s; ≥ 0.
     pub size_change: f64,
     /// Standard deviation of the velocity at the start, in extents/s; > 0.
@@ -57,11 +61,22 @@ impl From<&MotionParams> for RelativeNoise {
     fn from(p: &MotionParams) -> Self {
         Self {
             acceleration: p.acceleration,
+            wander: p.wander,
+            agile: (p.agile > 0.0).then_some(Agile { acceleration: p.agile, surprise: p.agile_from }),
             size_change: p.size_change,
             start_speed: p.start_speed,
             measurement: p.into(),
         }
     }
+}
+
+/// Adjustable process noise (Bar-Shalom, Li and Kirubarajan 2001, section 11.2.2): what surprises is explained by a manoeuvre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Agile {
+    /// Spectral density of the centre's white acceleration in a manoeuvre, in extents²/s³; > 0.
+    pub acceleration: f64,
+    /// A measured centre whose squared Mahalanobis distance exceeds this is of a manoeuvre; > 0.
+    pub surprise: f64,
 }
 
 /// Where the noise of a [`BoxFilter`] comes from.
@@ -79,6 +94,8 @@ pub enum BoxNoise {
 pub struct BoxFilter {
     noise: BoxNoise,
     belief: Gaussian<6>,
+    /// What was believed before the last step, and how long that was, where a step may be taken again.
+    before: Option<(Gaussian<6>, f64)>,
 }
 
 impl BoxFilter {
@@ -87,7 +104,7 @@ impl BoxFilter {
     /// # Errors
     /// When the box is not finite or a noise is out of range.
     pub fn new(noise: BoxNoise, bbox: BBox) -> Result<Self> {
-        Ok(Self { noise, belief: start(&noise, bbox)? })
+        Ok(Self { noise, belief: start(&noise, bbox)?, before: None })
     }
 
     /// The whole belief about `[x, y, vx, vy, w, h]`.
@@ -103,10 +120,29 @@ impl BoxFilter {
                 PhysicalBox {
                     acceleration_density: noise.acceleration * extent * extent,
                     size_density: (noise.size_change * extent).powi(2),
+                    position_density: (noise.wander * extent).powi(2),
                 }
                 .over(dt_s)
             }
         }
+    }
+
+    /// The step before taken again as a manoeuvre, where what is seen surprises.
+    fn manoeuvred(&self, sensor: &LinearMeasurement<4, 6>, seen: &SVector<f64, 4>) -> Result<Option<Gaussian<6>>> {
+        let (BoxNoise::Relative(noise), Some((before, dt_s))) = (&self.noise, &self.before) else { return Ok(None) };
+        let Some(agile) = noise.agile else { return Ok(None) };
+        let innovation = self.belief.covariance().fixed_view::<2, 2>(0, 0) + sensor.noise().fixed_view::<2, 2>(0, 0);
+        let off = nalgebra::Vector2::new(seen[0] - self.belief.mean()[0], seen[1] - self.belief.mean()[1]);
+        let Some(inverse) = innovation.try_inverse() else { return Ok(None) };
+        if off.dot(&(inverse * off)) <= agile.surprise {
+            return Ok(None);
+        }
+        let quick = Self {
+            noise: BoxNoise::Relative(RelativeNoise { acceleration: agile.acceleration, ..*noise }),
+            belief: *before,
+            before: None,
+        };
+        Ok(Some(before.predicted(&quick.transition(*dt_s)?)?))
     }
 
     fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>> {
@@ -151,6 +187,8 @@ fn partly(before: &Gaussian<6>, after: &Gaussian<6>, kept: f64) -> Result<Gaussi
 impl MotionFilter for BoxFilter {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
         let belief = self.belief.predicted(&self.transition(dt_s)?)?;
+        let adjusts = matches!(&self.noise, BoxNoise::Relative(RelativeNoise { agile: Some(_), .. }));
+        self.before = adjusts.then_some((self.belief, dt_s));
         self.belief = belief;
         let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
         let innovation_covariance = Some(box_covariance(self.belief.covariance(), SIZE) + noise);
@@ -159,8 +197,9 @@ impl MotionFilter for BoxFilter {
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
         let sensor = self.sensor(sight.sigma_px)?;
-        let mut corrected = self.belief;
-        corrected.update(&sensor, &measured(&sight.bbox))?;
+        let seen = measured(&sight.bbox);
+        let mut corrected = self.manoeuvred(&sensor, &seen)?.unwrap_or(self.belief);
+        corrected.update(&sensor, &seen)?;
         if sight.velocity_share < 1.0 {
             corrected = partly(&self.belief, &corrected, 1.0 - sight.velocity_share)?;
         }
@@ -179,7 +218,7 @@ impl MotionFilter for BoxFilter {
     fn restart(&mut self, bbox: BBox) {
         // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
         if let Ok(belief) = start(&self.noise, bbox) {
-            self.belief = belief;
+            (self.belief, self.before) = (belief, None);
         }
     }
 
@@ -237,7 +276,7 @@ mod tests {
             for axis in 0..2 {
                 let (at, speed, side) = (axis, 2 + axis, 4 + axis);
                 f[(at, speed)] = dt;
-                q[(at, at)] = density * dt.powi(3) / 3.0;
+                q[(at, at)] = density * dt.powi(3) / 3.0 + (self.noise.wander * extent).powi(2) * dt;
                 q[(at, speed)] = density * dt.powi(2) / 2.0;
                 q[(speed, at)] = q[(at, speed)];
                 q[(speed, speed)] = density * dt;
@@ -261,6 +300,8 @@ mod tests {
     fn with_noise_relative_to_the_box_it_is_the_filter_of_textbooks() {
         let noise = RelativeNoise {
             acceleration: 3.0,
+            wander: 0.2,
+            agile: None,
             size_change: 0.3,
             start_speed: 1.7,
             measurement: MeasurementNoise { position: 0.07, size: 0.13, floor_px: 0.6 },
@@ -293,6 +334,29 @@ mod tests {
         other.correct(&Sight::of(seen, Some(f64::NAN))).unwrap();
         filter.correct(&Sight::of(seen, None)).unwrap();
         assert_eq!(filter, other);
+    }
+
+    #[test]
+    fn what_surprises_is_taken_for_a_manoeuvre() {
+        let at = |x: f64| BBox::from_ltwh(x, 20.0, 40.0, 30.0);
+        let quiet =
+            MotionParams { acceleration: 0.1, start_speed: 1.0, position_noise: 0.03, ..MotionParams::default() };
+        let agile = MotionParams { agile: 8.0, agile_from: 28.0, ..quiet.clone() };
+        let quick = MotionParams { acceleration: 8.0, ..quiet.clone() };
+        let after = |params: &MotionParams, jump: f64| {
+            let mut filter = BoxFilter::new(BoxNoise::Relative((&quiet).into()), at(10.0)).unwrap();
+            for _ in 0..30 {
+                filter.predict(0.1).unwrap();
+                filter.correct(&Sight::of(at(10.0), None)).unwrap();
+            }
+            filter.noise = BoxNoise::Relative(params.into());
+            filter.predict(0.1).unwrap();
+            filter.correct(&Sight::of(at(10.0 + jump), None)).unwrap();
+            filter.belief
+        };
+        assert_eq!(after(&agile, 2.0), after(&quiet, 2.0), "an error of the detector");
+        assert_eq!(after(&agile, 20.0), after(&quick, 20.0), "as if it had been agile all along");
+        assert_ne!(after(&agile, 20.0), after(&quiet, 20.0));
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod input_estimation;
 mod paper;
 mod params;
 mod partial_occlusion;
+mod per_frame;
 mod sampled;
 mod singer;
 mod still;
@@ -23,18 +24,20 @@ mod zhu2014;
 pub use bounce::{BounceParams, ManoeuvringBox};
 pub use camera::{CameraCompensation, CameraMotion, CameraShift};
 pub use constant_acceleration::ConstantAccelerationParams;
-pub use constant_velocity::{BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
+pub use constant_velocity::{Agile, BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 pub use coordinated_turn::CoordinatedTurnParams;
 pub use gao2007::Gao2007Params;
 pub use imm::ImmParams;
 pub use input_estimation::InputEstimationParams;
 pub use params::{MotionModel, MotionParams};
 pub use partial_occlusion::{Completion, CutSides, PartialOcclusion, complete};
+pub use per_frame::{BoxState, PerFrameParams};
 pub use sampled::{ExtrapolationParams, SampledBox, SamplingParams};
 pub use singer::{CurrentStatisticalParams, SingerParams};
 pub use zhu2014::{HalfIntervalReading, Zhu2014Params};
 
 use center::CenterFilter;
+use per_frame::PerFrameBox;
 use still::StillBox;
 
 use crate::{BoxCovariance, Forecast, Measurement, NextSample, Prior, Velocity};
@@ -159,6 +162,7 @@ filters! {
     Zhu2014: CenterFilter<Zhu2014Params>,
     InputEstimation: CenterFilter<InputEstimationParams>,
     Bounce: PartialOcclusion<ManoeuvringBox>,
+    PerFrame: PerFrameBox,
     Sampled: SampledBox,
     Still: StillBox,
 }
@@ -185,6 +189,7 @@ impl Model {
             MotionModel::Qu2010Simplified => {
                 SampledBox::new(params.qu2010.clone(), Some(params.qu2010_simplified.clone()), bbox)?.into()
             }
+            MotionModel::PerFrame => PerFrameBox::new(params.per_frame.clone(), bbox)?.into(),
             MotionModel::None => StillBox::new(bbox)?.into(),
         })
     }

@@ -7,6 +7,7 @@ use super::coordinated_turn::CoordinatedTurnParams;
 use super::gao2007::Gao2007Params;
 use super::imm::ImmParams;
 use super::input_estimation::InputEstimationParams;
+use super::per_frame::PerFrameParams;
 use super::sampled::{ExtrapolationParams, SamplingParams};
 use super::singer::{CurrentStatisticalParams, SingerParams};
 use super::zhu2014::Zhu2014Params;
@@ -40,6 +41,8 @@ pursuit_parameters::choices! {
         Qu2010 = "qu2010",
         /// The same without noise: extrapolation from the last samples (qu2010, section 5).
         Qu2010Simplified = "qu2010-simplified",
+        /// The filters that association by overlap is published with: noise per frame (bewley2016, aharon2022).
+        PerFrame = "per-frame",
         /// No motion: the target is expected where it was seen last.
         None = "none",
     }
@@ -55,6 +58,12 @@ pursuit_parameters::parameters! {
         pub camera: CameraCompensation = CameraCompensation::None, source "ours";
         /// How suddenly the target moves: spectral density of its white acceleration; of `imm` that of its agile mode.
         pub acceleration: f64 = 100.0, in above(0.0), unit "sizes²/s³", source "ours", of ACCELERATED;
+        /// Growth of the centre's standard deviation beside what its velocity brings about: walkers sway, detectors' boxes wander.
+        pub wander: f64 = 0.0, in 0.0.., unit "sizes/√s", source "ours", of [MotionModel::ConstantVelocity];
+        /// The acceleration of a target that manoeuvres: of one whose measured centre is farther than `agile_from` from the prediction. 0: that of others.
+        pub agile: f64 = 0.0, in 0.0.., unit "sizes²/s³", source "Bar-Shalom, Li and Kirubarajan 2001, section 11.2.2", of [MotionModel::ConstantVelocity];
+        /// Squared Mahalanobis distance of a measured centre beyond which a target manoeuvres.
+        pub agile_from: f64 = 9.0, in above(0.0), source "ours", of [MotionModel::ConstantVelocity];
         /// Growth of the size's standard deviation.
         pub size_change: f64 = 0.3, in 0.0.., unit "sizes/√s", source "ours";
         /// Standard deviation of the velocity at the start.
@@ -93,6 +102,8 @@ pursuit_parameters::parameters! {
         /// The extrapolation of qu2010, section 5.
         pub qu2010_simplified as "qu2010-simplified": ExtrapolationParams = ExtrapolationParams::default(),
             of [MotionModel::Qu2010Simplified];
+        /// With noise per frame.
+        pub per_frame as "per-frame": PerFrameParams = PerFrameParams::default(), of [MotionModel::PerFrame];
     }
     renamed {
         "jerk" => ["constant-acceleration.jerk"],

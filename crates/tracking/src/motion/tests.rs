@@ -14,7 +14,11 @@ const fn is_smooth(model: MotionModel) -> bool {
         | MotionModel::Zhu2014
         | MotionModel::InputEstimation
         | MotionModel::Bounce => true,
-        MotionModel::Ball | MotionModel::Qu2010 | MotionModel::Qu2010Simplified | MotionModel::None => false,
+        MotionModel::Ball
+        | MotionModel::Qu2010
+        | MotionModel::Qu2010Simplified
+        | MotionModel::PerFrame
+        | MotionModel::None => false,
     }
 }
 

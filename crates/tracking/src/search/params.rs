@@ -50,6 +50,9 @@ pursuit_parameters::parameters! {
         pub news: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
+        /// A target that is not seen is expected no farther outside of the picture than that: it left where it left; 0: wherever it is
+        /// predicted.
+        pub outside: f64 = 0.0, in 0.0..=1000.0, unit "target sizes", source "ours";
         /// Greatest squared distance from the prediction in units of the innovation covariance (χ² with 2 degrees of
         /// freedom; 13.8 is its 99.9 % quantile).
         pub gate_chi2: f64 = 13.8, in above(0.0), source "ours";

@@ -11,7 +11,7 @@ use anyhow::Context;
 use pursuit::parameters::{Table, merge, nested};
 use pursuit::ptz::PtzError;
 use pursuit::ptz::control::{FollowerParams, Scheme};
-use pursuit::ptz::drivers::{ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use pursuit::ptz::drivers::{Access, ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -29,7 +29,8 @@ pub fn run(args: &Ptz, global: &Global) -> anyhow::Result<ExitCode> {
 /// Reaches the head at an address.
 fn reach(address: &str, secret: &Secret) -> anyhow::Result<Box<dyn Head>> {
     let address: HeadAddress = address.parse().map_err(said)?;
-    open(&address, password(secret)?.as_ref(), Timeouts::default()).map_err(said)
+    let access = Access { password: password(secret)?, certificates: secret.head_ca.clone() };
+    open(&address, &access, Timeouts::default()).map_err(said)
 }
 
 /// An error whose text says its cause already.
@@ -115,6 +116,7 @@ mod tests {
         fn status(&mut self) -> pursuit::ptz::Result<Option<Status>> {
             Ok(None)
         }
+        fn leave(&mut self) {}
     }
 
     #[test]

@@ -3,11 +3,17 @@ use super::xml::{Element, parse_answer};
 use super::{clock, token};
 use crate::drivers::{Password, Timeouts};
 use crate::{PtzError, Result};
-use http_auth::{PasswordClient, PasswordParams};
+use http_auth::{PasswordClient, PasswordClientBuilder, PasswordParams};
 use pursuit_address::Locator;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use ureq::Agent;
 use ureq::http::StatusCode;
+#[cfg(feature = "onvif-tls")]
+use ureq::unversioned::{
+    resolver::DefaultResolver,
+    transport::{Connector, TcpConnector},
+};
 
 /// A user and a password.
 #[derive(Debug, Clone)]
@@ -22,10 +28,13 @@ pub struct Login {
 pub(super) struct Client {
     pub name: String,
     agent: Agent,
-    /// `http://HOST[:PORT]`.
+    #[cfg(feature = "onvif-tls")]
+    tls: super::tls::Tls,
+    /// `http://HOST[:PORT]` or `https://HOST[:PORT]`.
     root: String,
     device_path: String,
     media_path: Option<String>,
+    media2_path: Option<String>,
     ptz_path: Option<String>,
     login: Option<Login>,
     /// The camera's clock minus ours, seconds.
@@ -50,12 +59,27 @@ impl Client {
     /// The longest answer read, bytes. Profiles of cameras with many streams take a tenth of it.
     const LONGEST: u64 = 512 * 1024;
 
-    pub fn new(url: &str, login: Option<Login>, timeouts: Timeouts) -> Result<Self> {
-        let wrong = || PtzError::Address { reason: "the address of an ONVIF camera is no http:// address".into() };
+    /// `certificates` is a PEM file of what is trusted at an `https://` address in place of the system's authorities.
+    pub fn new(url: &str, login: Option<Login>, certificates: Option<&Path>, timeouts: Timeouts) -> Result<Self> {
+        let wrong =
+            || PtzError::Address { reason: "the address of an ONVIF camera is no http:// or https:// address".into() };
         let url = Locator::new(url);
         let server = url.server().map_err(|_| wrong())?;
-        if url.scheme() != Some("http") || url.login().is_some() {
+        let (scheme, kind) = match url.scheme() {
+            Some("http") => ("http", "onvif"),
+            Some("https") => ("https", "onvifs"),
+            _ => return Err(wrong()),
+        };
+        if url.login().is_some() {
             return Err(wrong());
+        }
+        if certificates.is_some() && scheme == "http" {
+            let reason = "certificates are of use with onvifs:// only: plain HTTP proves nothing".to_owned();
+            return Err(PtzError::Address { reason });
+        }
+        #[cfg(not(feature = "onvif-tls"))]
+        if scheme == "https" {
+            return Err(crate::drivers::address::without("onvif-tls"));
         }
         let path = if server.path.is_empty() { "onvif/device_service" } else { server.path };
         let config = Agent::config_builder()
@@ -65,12 +89,21 @@ impl Client {
             .proxy(None)
             .user_agent("pursuit")
             .build();
+        #[cfg(feature = "onvif-tls")]
+        let tls = super::tls::Tls::new(certificates)?;
+        #[cfg(feature = "onvif-tls")]
+        let agent = Agent::with_parts(config, TcpConnector::default().chain(tls.clone()), DefaultResolver::default());
+        #[cfg(not(feature = "onvif-tls"))]
+        let agent = config.into();
         Ok(Self {
-            name: format!("onvif://{server}"),
-            agent: config.into(),
-            root: format!("http://{server}"),
+            name: format!("{kind}://{server}"),
+            agent,
+            #[cfg(feature = "onvif-tls")]
+            tls,
+            root: format!("{scheme}://{server}"),
             device_path: format!("/{path}{}", server.query),
             media_path: None,
+            media2_path: None,
             ptz_path: None,
             login,
             clock_s: 0,
@@ -100,6 +133,7 @@ impl Client {
         match service {
             Service::Device => self.device_path = path,
             Service::Media => self.media_path = Some(path),
+            Service::Media2 => self.media2_path = Some(path),
             Service::Ptz => self.ptz_path = Some(path),
         }
     }
@@ -116,10 +150,12 @@ impl Client {
 
     fn ask_as(&mut self, service: Service, action: &'static str, contents: &str, proved: bool) -> Result<Element> {
         let path = match service {
-            Service::Device => self.device_path.clone(),
-            Service::Media => self.media_path.clone().unwrap_or_else(|| self.device_path.clone()),
-            Service::Ptz => self.ptz_path.clone().unwrap_or_else(|| self.device_path.clone()),
+            Service::Device => None,
+            Service::Media => self.media_path.clone(),
+            Service::Media2 => self.media2_path.clone(),
+            Service::Ptz => self.ptz_path.clone(),
         };
+        let path = path.unwrap_or_else(|| self.device_path.clone());
         let deadline = Instant::now() + self.timeouts.connect + self.timeouts.answer;
         let header = match &self.login {
             Some(login) if proved => {
@@ -132,7 +168,7 @@ impl Client {
         let soap_action = format!("{}/{action}", service.namespace());
         let (status, challenge, text) = self.post(&path, &soap_action, &message, action, deadline)?;
         let asks = status == StatusCode::UNAUTHORIZED && self.login.is_some() && proved;
-        let (status, text) = match challenge.filter(|_| asks).and_then(|c| PasswordClient::try_from(c.as_str()).ok()) {
+        let (status, text) = match challenge.filter(|_| asks) {
             Some(challenge) => {
                 self.challenge = Some(challenge);
                 let (status, _, text) = self.post(&path, &soap_action, &message, action, deadline)?;
@@ -143,7 +179,7 @@ impl Client {
         self.read(status, &text, action)
     }
 
-    /// Posts a message; gives the status, a challenge to prove the user, and the text.
+    /// Posts a message; gives the status, a challenge to prove the user that can be met, and the text.
     fn post(
         &mut self,
         path: &str,
@@ -151,7 +187,7 @@ impl Client {
         message: &str,
         doing: &'static str,
         deadline: Instant,
-    ) -> Result<(StatusCode, Option<String>, String)> {
+    ) -> Result<(StatusCode, Option<PasswordClient>, String)> {
         let left = deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));
         let content = format!("application/soap+xml; charset=utf-8; action=\"{soap_action}\"");
         let mut post = self
@@ -168,11 +204,10 @@ impl Client {
         let mut answer = post.send(message).map_err(|error| self.failed(doing, error))?;
         let date = answer.headers().get("date").and_then(|value| clock::read_http(value.to_str().ok()?));
         self.http_s = date.map(|camera_s| camera_s - clock::now_s()).or(self.http_s);
-        let challenge = answer.headers().get_all("www-authenticate").iter().find_map(|value| {
-            let value = value.to_str().ok()?;
-            // Only where the password itself is not asked for.
-            value.get(..7).is_some_and(|scheme| scheme.eq_ignore_ascii_case("digest ")).then(|| value.to_owned())
-        });
+        // The first that is understood: a camera names the strongest first. Basic would give the password away.
+        let asked = answer.headers().get_all("www-authenticate").iter().filter_map(|value| value.to_str().ok());
+        let challenge = PasswordClient::builder();
+        let challenge = asked.fold(challenge, PasswordClientBuilder::challenges).build().ok();
         let body = answer.body_mut().with_config().limit(Self::LONGEST).lossy_utf8(true).read_to_string();
         let text = body.map_err(|error| self.failed(doing, error))?;
         Ok((answer.status(), challenge, text))
@@ -219,6 +254,10 @@ impl Client {
 
     fn failed(&self, doing: &'static str, error: ureq::Error) -> PtzError {
         let head = self.name.clone();
+        #[cfg(feature = "onvif-tls")]
+        if let Some(error) = super::tls::explained(&error, &self.tls, &head, doing) {
+            return error;
+        }
         match error {
             ureq::Error::Timeout(_) => {
                 let after_s = (self.timeouts.connect + self.timeouts.answer).as_secs_f64();
@@ -227,6 +266,10 @@ impl Client {
             ureq::Error::Io(source) => PtzError::Io { head, doing, source },
             ureq::Error::BodyExceedsLimit(limit) => {
                 PtzError::Reply { head, doing, reason: format!("it is longer than {limit} bytes") }
+            }
+            ureq::Error::Protocol(error) if self.root.starts_with("http:") => {
+                let reason = format!("{error}; a camera that wants TLS is reached by onvifs://");
+                PtzError::Reply { head, doing, reason }
             }
             other => PtzError::Reply { head, doing, reason: other.to_string() },
         }
@@ -267,7 +310,7 @@ mod tests {
     fn nonces_differ_and_services_stay_on_the_camera() {
         let mut count = 0;
         assert_ne!(nonce(&mut count), nonce(&mut count));
-        let mut client = Client::new("http://cam:81/onvif/device_service", None, Timeouts::default()).unwrap();
+        let mut client = Client::new("http://cam:81/onvif/device_service", None, None, Timeouts::default()).unwrap();
         assert_eq!((client.root.as_str(), client.name.as_str()), ("http://cam:81", "onvif://cam:81"));
         client.set_service(Service::Ptz, "http://evil.example/onvif/ptz?x=1");
         client.set_service(Service::Media, "/media");
@@ -275,8 +318,10 @@ mod tests {
             (client.ptz_path.as_deref(), client.media_path.as_deref()),
             (Some("/onvif/ptz?x=1"), Some("/media"))
         );
-        for bad in ["https://cam/", "cam", "http://", "http://u@cam/"] {
-            assert!(Client::new(bad, None, Timeouts::default()).is_err(), "{bad}");
+        for bad in ["ftp://cam/", "cam", "http://", "http://u@cam/"] {
+            assert!(Client::new(bad, None, None, Timeouts::default()).is_err(), "{bad}");
         }
+        let certificates = Some(Path::new("cam.pem"));
+        assert!(Client::new("http://cam/", None, certificates, Timeouts::default()).is_err(), "proves nothing");
     }
 }

@@ -5,6 +5,7 @@ use super::spaces::{Range, Space, Spaces};
 use crate::drivers::{Capabilities, Head, Timeouts};
 use crate::error::require;
 use crate::{Command, Direction, Position, PtzError, Result, Status, Velocity};
+use std::path::Path;
 
 /// What the numbers of a camera mean that only offers generic spaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,13 +65,21 @@ pub struct Onvif {
 }
 
 impl Onvif {
-    /// Reaches the camera whose device service is at `url` (`http://HOST[:PORT]/onvif/device_service`) and asks what it can.
+    /// Reaches the camera whose device service is at `url` (`http://HOST[:PORT]/onvif/device_service`, `https://` with the
+    /// feature `onvif-tls`) and asks what it can. `certificates` is a PEM file of what is trusted at an `https://` address in
+    /// place of the system's authorities; the camera's own certificate may stand in it.
     ///
     /// # Errors
-    /// Where it cannot be reached, does not accept the login, or offers no PTZ service.
-    pub fn connect(url: &str, login: Option<Login>, params: OnvifParams, timeouts: Timeouts) -> Result<Self> {
+    /// Where it cannot be reached, is not trusted, does not accept the login, or offers no PTZ service.
+    pub fn connect(
+        url: &str,
+        login: Option<Login>,
+        certificates: Option<&Path>,
+        params: OnvifParams,
+        timeouts: Timeouts,
+    ) -> Result<Self> {
         params.check()?;
-        let mut client = Client::new(url, login, timeouts)?;
+        let mut client = Client::new(url, login, certificates, timeouts)?;
         let facts = discover(&mut client)?;
         Ok(Self { client, facts, params, moving: false })
     }
@@ -233,6 +242,10 @@ impl Head for Onvif {
         }
         self.moving = command.moves();
         Ok(())
+    }
+
+    fn leave(&mut self) {
+        self.moving = false;
     }
 
     fn status(&mut self) -> Result<Option<Status>> {

@@ -18,6 +18,8 @@ pub(super) fn envelope(header: &str, body: &str) -> String {
 pub(super) enum Service {
     Device,
     Media,
+    /// The second media service, which cameras of Profile T may have in place of the first.
+    Media2,
     Ptz,
 }
 
@@ -26,6 +28,7 @@ impl Service {
         match self {
             Self::Device => "http://www.onvif.org/ver10/device/wsdl",
             Self::Media => "http://www.onvif.org/ver10/media/wsdl",
+            Self::Media2 => "http://www.onvif.org/ver20/media/wsdl",
             Self::Ptz => "http://www.onvif.org/ver20/ptz/wsdl",
         }
     }

@@ -103,6 +103,10 @@ impl<L: Read + Write + Send> Head for PelcoD<L> {
         Ok(())
     }
 
+    fn leave(&mut self) {
+        self.moving = false;
+    }
+
     fn status(&mut self) -> Result<Option<Status>> {
         if !self.params.positions {
             return Ok(None);

@@ -212,6 +212,10 @@ impl<L: Link> Head for Visca<L> {
         Ok(())
     }
 
+    fn leave(&mut self) {
+        self.moving = false;
+    }
+
     fn status(&mut self) -> Result<Option<Status>> {
         let (units, top) = (self.params.units_per_deg, self.params.zoom_top);
         let at = |reply: &Reply| reply.position(units);

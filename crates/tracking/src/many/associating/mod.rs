@@ -268,7 +268,8 @@ impl Associating {
                 self.targets.push(born);
             }
         }
-        for target in self.targets.iter_mut().filter(|t| t.is_confirmed(params)) {
+        let index = view.stamp.index;
+        for target in self.targets.iter_mut().filter(|t| t.is_confirmed(index, params)) {
             self.last_id += 1;
             target.known.standing = Standing::Confirmed(TargetId(self.last_id));
             if let (Some(recipe), Some(frame)) = (&self.appearance, view.frame) {
@@ -303,6 +304,9 @@ impl Associating {
         for target in &mut self.targets {
             let Some(id) = target.id() else { continue };
             let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
+            if target.known.is_on_trial(self.params.reported_from) {
+                continue;
+            }
             estimate.diagnostics.extend(figures.figures());
             let started = id.0 > known;
             let class = target.known.classes.most_likely().cloned();

@@ -1,8 +1,9 @@
 //! Widened boxes (yang2023: cascaded buffered intersection over union).
 
 use super::near::{Pair, widened};
-use super::stages::Stages;
+use super::stages::{Alike, Stages};
 use super::{Given, Pairs};
+use crate::Detection;
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::BBox;
 
@@ -15,6 +16,16 @@ pursuit_parameters::parameters! {
         pub large: f64 = 0.5, in 0.0.., source "yang2023, section 4.1";
         /// Least overlap (IoU) of widened boxes.
         pub overlap: f64 = 0.1, in 0.0..=1.0, source "ours";
+        /// The same of weak detections.
+        pub weak_overlap: f64 = 0.1, in 0.0..=1.0, source "ours";
+        /// The same of candidates, which choose last.
+        pub candidate_overlap: f64 = 0.1, in 0.0..=1.0, source "ours";
+        /// Whether the second turn, by boxes widened more, is of weak detections instead of what the first has left.
+        pub weak_by_large: bool = false, source "ours";
+        /// Whether overlaps with sure detections are weighed by their confidence, before they are held against the least.
+        pub weigh: bool = false, source "zhang2022, its program";
+        /// Whether pairs of less overlap take part in the assignment, and are thrown out after it.
+        pub late: bool = false, source "bewley2016, section 3.3";
         /// A detection is sure from this confidence; weak ones are given to targets seen in the frame before, and last.
         pub sure_from: f64 = 0.5, in 0.0..=1.0, source "ours";
     }
@@ -39,18 +50,21 @@ impl Buffered {
         let sure = |pair: &Pair| pairs.detections[pair.detection].confidence >= params.sure_from;
         let confirmed = |pair: &Pair| pairs.targets[pair.target].confirmed;
         let seen = |pair: &Pair| pairs.targets[pair.target].unseen_s == 0.0;
-        let alike = |pair: &Pair, buffer: f64| {
+        let alike = |pair: &Pair, buffer: f64, least: f64| {
             let predicted = pairs.targets[pair.target].expectation.bbox();
-            let overlap = overlap(predicted, &pairs.detections[pair.detection].bbox, buffer);
-            (overlap >= params.overlap).then_some(overlap)
+            let Detection { bbox, confidence, .. } = &pairs.detections[pair.detection];
+            let weight = if params.weigh && sure(pair) { *confidence } else { 1.0 };
+            Alike { likeness: overlap(predicted, bbox, buffer) * weight, least, late: params.late }
         };
-        self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, params.small) } else { None })?;
-        self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, params.large) } else { None })?;
-        self.0.stage(
-            pairs,
-            given,
-            |p| if !sure(p) && confirmed(p) && seen(p) { alike(p, params.small) } else { None },
-        )?;
-        self.0.stage(pairs, given, |p| if sure(p) && !confirmed(p) { alike(p, params.small) } else { None })
+        let BufferedParams { small, large, overlap: least, weak_overlap, candidate_overlap, .. } = *params;
+        self.0.stage(pairs, given, |p| (sure(p) && confirmed(p)).then(|| alike(p, small, least)))?;
+        let weak = if params.weak_by_large {
+            large
+        } else {
+            self.0.stage(pairs, given, |p| (sure(p) && confirmed(p)).then(|| alike(p, large, least)))?;
+            small
+        };
+        self.0.stage(pairs, given, |p| (!sure(p) && confirmed(p) && seen(p)).then(|| alike(p, weak, weak_overlap)))?;
+        self.0.stage(pairs, given, |p| (sure(p) && !confirmed(p)).then(|| alike(p, small, candidate_overlap)))
     }
 }

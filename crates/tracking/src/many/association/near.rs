@@ -14,6 +14,8 @@ pub(super) struct Pair {
     pub overlap: f64,
     /// Squared Mahalanobis distance from the prediction; another class adds to it.
     pub squared: f64,
+    /// What another class has added to it; 0 where there is none.
+    pub mistaken: f64,
     /// `ln det S` of what the target is expected to measure, with lengths in sizes of the target.
     pub log_determinant: f64,
     /// Cosine between the embeddings of target and detection, where both have one.
@@ -82,16 +84,15 @@ impl Near {
                 Some(known) => known,
                 None => spread.insert(expectation.spread()?),
             };
-            let mut squared =
+            let distance2 =
                 spread.squared(&(expectation::measured(&detection.bbox) - expectation.measurement().mean()));
-            if claimant.classes.is_other(detection.class.as_ref()) {
-                squared += mistaken;
-            }
+            let mistaken = if claimant.classes.is_other(detection.class.as_ref()) { mistaken } else { 0.0 };
+            let squared = distance2 + mistaken;
             if squared <= params.gate {
                 let overlap = expectation.bbox().iou(&detection.bbox);
                 let log_determinant = spread.log_determinant;
                 let likeness = detection.embedding.as_ref().and_then(|e| claimant.look.likeness(e));
-                self.pairs.push(Pair { target, detection: *at, overlap, squared, log_determinant, likeness });
+                self.pairs.push(Pair { target, detection: *at, overlap, squared, mistaken, log_determinant, likeness });
             }
         }
         Ok(())

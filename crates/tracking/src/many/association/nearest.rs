@@ -1,8 +1,9 @@
 //! Global nearest neighbour, at a price for no pair.
 
-use super::{Given, Pairs};
+use super::{Claimant, Given, Pairs};
 use pursuit_estimation::EstimationError;
 use pursuit_estimation::association::{Pairing, SparseAssignment};
+use pursuit_geometry::Point;
 
 pursuit_parameters::parameters! {
     /// Global nearest neighbour: a pair is taken where it is more likely than that the target was missed and the detection is of
@@ -15,7 +16,7 @@ pursuit_parameters::parameters! {
         pub others: f64 = 0.3, in above(0.0), source "ours";
         /// Degrees of freedom of the errors of prediction and measurement together: a t distribution, whose tails are those of the
         /// turns of cameras and of boxes that leave the picture. Many: a Gaussian.
-        pub freedom: f64 = 6.0, in above(0.0), source "ours";
+        pub freedom: f64 = 4.5, in above(0.0), source "ours";
         /// How much better a sure detection is than an unsure one: weight of the logarithm of its odds. 0: not at all.
         pub confidence_weight: f64 = 0.25, in 0.0.., source "ours";
         /// Weight of the likeness of embeddings (cosine) beyond `look_even`, of detections that have them.
@@ -24,6 +25,14 @@ pursuit_parameters::parameters! {
         pub look_even: f64 = 0.6, in -1.0..=1.0, source "ours";
         /// Weight of the overlap (IoU) with the prediction, in nats, beside the likelihood of the distance; 0: that alone.
         pub iou_weight: f64 = 2.0, in 0.0.., unit "nats", source "ours";
+        /// What is left goes to a target that is alone, whatever the gates say, if that was seen in the last so many seconds: nobody else can be meant.
+        pub alone_s: f64 = 0.3, in 0.0.., unit "s", source "ours";
+        /// A target is alone where no other detection, and of the detection no other target, is nearer than this …
+        pub alone_within: f64 = 4.0, in 0.0.., unit "sizes", source "ours";
+        /// … and gets one that is no farther than this.
+        pub alone_reach: f64 = 2.0, in 0.0.., unit "sizes", source "ours";
+        /// A detection of another size, by more than this, is of none that is alone.
+        pub alone_scale: f64 = 1.6, in 1.0.., source "ours";
     }
 }
 
@@ -32,6 +41,9 @@ pursuit_parameters::parameters! {
 pub(super) struct Nearest {
     pairings: Vec<Pairing>,
     assignment: SparseAssignment,
+    /// Centre (x) of each detection, and of each target, from left to right, each with its number; scratch.
+    detections: Vec<(f64, usize)>,
+    targets: Vec<(f64, usize)>,
 }
 
 impl Nearest {
@@ -42,8 +54,10 @@ impl Nearest {
             (params.detected / (1.0 - params.detected)).ln() - 2.0 * std::f64::consts::TAU.ln() - params.others.ln();
         self.pairings.clear();
         for pair in pairs.near {
-            let far = 0.5 * (params.freedom + 4.0) * (pair.squared / params.freedom).ln_1p();
-            let mut nats = shared - far - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
+            // Another class is no matter of distance: its price is not softened by the tails.
+            let far = 0.5 * (params.freedom + 4.0) * ((pair.squared - pair.mistaken) / params.freedom).ln_1p();
+            let mut nats =
+                shared - far - 0.5 * pair.mistaken - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
             if params.confidence_weight > 0.0 {
                 let confidence = pairs.detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
                 nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
@@ -57,6 +71,59 @@ impl Nearest {
         for (target, detection) in assigned.iter().enumerate() {
             detection.iter().for_each(|d| given.give(target, *d));
         }
+        if params.alone_s > 0.0 && params.alone_within > 0.0 {
+            self.alone(pairs, given);
+        }
         Ok(())
     }
+
+    /// Gives what is left to targets that are alone with it.
+    fn alone(&mut self, pairs: &Pairs<'_>, given: &mut Given) {
+        let params = &pairs.params.nearest;
+        let wants = |(target, claimant): (usize, &Claimant<'_>)| {
+            given.shares[target].is_empty() && claimant.confirmed && claimant.unseen_s <= params.alone_s
+        };
+        if !pairs.targets.iter().enumerate().any(wants) || given.of_any.iter().all(|taken| *taken > 0.0) {
+            return;
+        }
+        in_order(&mut self.detections, pairs.detections.iter().map(|d| d.bbox.center().x));
+        in_order(&mut self.targets, pairs.targets.iter().map(|t| t.expectation.bbox().center().x));
+        for (target, claimant) in pairs.targets.iter().enumerate().filter(|(t, c)| wants((*t, c))).collect::<Vec<_>>() {
+            let own = claimant.expectation.bbox();
+            let size = own.area().sqrt();
+            let within = params.alone_within * size;
+            let here = own.center();
+            let seen = |d: usize| pairs.detections[d].bbox.center();
+            let Some(detection) = only(&self.detections, here, within, seen) else { continue };
+            let bbox = &pairs.detections[detection].bbox;
+            let scale = (bbox.area() / own.area()).sqrt();
+            let near = bbox.center().distance(here) <= params.alone_reach * size;
+            let alike = near && scale <= params.alone_scale && scale * params.alone_scale >= 1.0;
+            let place = |t: usize| pairs.targets[t].expectation.bbox().center();
+            let alone = only(&self.targets, bbox.center(), within, place) == Some(target);
+            if alike
+                && alone
+                && given.of_any[detection] == 0.0
+                && !claimant.classes.is_other(pairs.detections[detection].class.as_ref())
+            {
+                given.give(target, detection);
+            }
+        }
+    }
+}
+
+/// Puts numbers of things in order of where they are.
+fn in_order(order: &mut Vec<(f64, usize)>, x: impl Iterator<Item = f64>) {
+    order.clear();
+    order.extend(x.zip(0..));
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+}
+
+/// The one thing within a distance of a place; `None` where there is none, or several.
+fn only(order: &[(f64, usize)], here: Point, within: f64, place: impl Fn(usize) -> Point) -> Option<usize> {
+    let start = order.partition_point(|(x, _)| *x < here.x - within);
+    let mut near = order[start..].iter().take_while(|(x, _)| *x <= here.x + within).map(|(_, which)| *which);
+    let mut near = near.by_ref().filter(|which| place(*which).distance(here) <= within);
+    let first = near.next()?;
+    near.next().is_none().then_some(first)
 }

@@ -1,10 +1,9 @@
 //! By what was observed rather than by what was predicted (cao2023: OC-SORT).
 
 use super::near::Pair;
-use super::stages::Stages;
+use super::stages::{Alike, Stages};
 use super::{Given, Pairs};
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::association::Pairing;
 
 pursuit_parameters::parameters! {
     /// Observation-centric: by overlap and by the direction of the boxes given lately; what is left by the overlap with the last box given; after a gap
@@ -22,6 +21,8 @@ pursuit_parameters::parameters! {
         pub recovery_overlap: f64 = 0.3, in 0.0..=1.0, source "cao2023, its program";
         /// Least overlap (IoU) of a weak detection with a target's prediction; above 1 weak ones are given to nobody.
         pub weak_overlap: f64 = 2.0, in 0.0..=2.0, source "cao2023, its program: off";
+        /// Whether pairs of less overlap take part in the assignment, and are thrown out after it.
+        pub late: bool = false, source "bewley2016, section 3.3";
         /// Whether the motion model is taken through a gap again once the target is found.
         pub update_again: bool = true, source "cao2023, section 4.1";
     }
@@ -43,16 +44,19 @@ impl Observation {
         let sure = |pair: &Pair| confidence(pair) >= params.sure_from;
         let seen = |pair: &Pair| pairs.targets[pair.target].unseen_s == 0.0;
         self.stages.stage(pairs, given, |p| {
-            if !sure(p) || p.overlap < params.overlap || p.overlap <= 0.0 {
+            if !sure(p) || p.overlap <= 0.0 || (p.overlap < params.overlap && !params.late) {
                 return None;
             }
             let observed = pairs.targets[p.target].observed;
             let agreement = observed.agreement(&pairs.detections[p.detection].bbox, params.lag).unwrap_or(0.0);
-            // A pair of the least overlap is better than none still.
-            Some(1.0 + p.overlap + params.direction_weight * agreement * confidence(p))
+            let direction = params.direction_weight * agreement * confidence(p);
+            // A pair of the least overlap is better than none still; whether it is one, the overlap says alone.
+            let raised = if params.late { direction } else { 1.0 + direction };
+            let (likeness, least) = (p.overlap + raised, params.overlap + raised);
+            Some(Alike { likeness: likeness.max(f64::MIN_POSITIVE), least, late: params.late })
         })?;
-        self.stages
-            .stage(pairs, given, |p| (!sure(p) && seen(p) && p.overlap >= params.weak_overlap).then_some(p.overlap))?;
+        let weak = |p: &Pair| Alike { likeness: p.overlap, least: params.weak_overlap, late: params.late };
+        self.stages.stage(pairs, given, |p| (!sure(p) && seen(p)).then(|| weak(p)))?;
         self.recover(pairs, given)
     }
 
@@ -68,9 +72,9 @@ impl Observation {
         let overlaps = alone.iter().flat_map(|target| {
             let last = pairs.targets[*target].observed.last();
             left.iter().filter_map(move |detection| {
-                let overlap = last?.iou(&pairs.detections[*detection].bbox);
-                let enough = overlap >= params.recovery_overlap && overlap > 0.0;
-                enough.then_some(Pairing { row: *target, column: *detection, cost: -overlap })
+                let likeness = last?.iou(&pairs.detections[*detection].bbox);
+                let alike = Alike { likeness, least: params.recovery_overlap, late: params.late };
+                Some((*target, *detection, alike))
             })
         });
         self.stages.assign(pairs, given, overlaps)

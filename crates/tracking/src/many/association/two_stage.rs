@@ -1,7 +1,7 @@
 //! Two stages by confidence (zhang2022, algorithm 1).
 
 use super::near::Pair;
-use super::stages::Stages;
+use super::stages::{Alike, Stages};
 use super::{Given, Pairs};
 use crate::TrackState;
 use pursuit_estimation::EstimationError;
@@ -18,6 +18,14 @@ pursuit_parameters::parameters! {
         pub weak_overlap: f64 = 0.5, in 0.0..=1.0, source "zhang2022, its program";
         /// Least overlap (IoU) of a sure detection with a candidate's prediction.
         pub candidate_overlap: f64 = 0.3, in 0.0..=1.0, source "zhang2022, its program";
+        /// Whether overlaps with sure detections are weighed by their confidence, before they are held against the least.
+        pub weigh: bool = false, source "zhang2022, its program";
+        /// Whether candidates wait until targets have chosen; else they take part as targets do.
+        pub candidates_last: bool = true, source "zhang2022, its program";
+        /// Whether targets that are not tracked get weak detections too.
+        pub weak_to_lost: bool = false, source "zhang2022, section 3";
+        /// Whether pairs of less overlap take part in the assignment, and are thrown out after it.
+        pub late: bool = false, source "bewley2016, section 3.3";
     }
 }
 
@@ -29,12 +37,16 @@ impl TwoStage {
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let params = &pairs.params.two_stage;
         let sure = |pair: &Pair| pairs.detections[pair.detection].confidence >= params.sure_from;
-        let confirmed = |pair: &Pair| pairs.targets[pair.target].confirmed;
-        let seen = |pair: &Pair| pairs.targets[pair.target].state == TrackState::Tracking;
-        let alike = |pair: &Pair, least: f64| (pair.overlap >= least && pair.overlap > 0.0).then_some(pair.overlap);
+        let early = |pair: &Pair| !params.candidates_last || pairs.targets[pair.target].confirmed;
+        let seen = |pair: &Pair| params.weak_to_lost || pairs.targets[pair.target].state == TrackState::Tracking;
+        let plain = |pair: &Pair, least: f64| Alike { likeness: pair.overlap, least, late: params.late };
+        let weighed = |pair: &Pair, least: f64| {
+            let weight = if params.weigh { pairs.detections[pair.detection].confidence } else { 1.0 };
+            Alike { likeness: pair.overlap * weight, least, late: params.late }
+        };
         let (first, weak, new) = (params.sure_overlap, params.weak_overlap, params.candidate_overlap);
-        self.0.stage(pairs, given, |p| if sure(p) && confirmed(p) { alike(p, first) } else { None })?;
-        self.0.stage(pairs, given, |p| if !sure(p) && confirmed(p) && seen(p) { alike(p, weak) } else { None })?;
-        self.0.stage(pairs, given, |p| if sure(p) && !confirmed(p) { alike(p, new) } else { None })
+        self.0.stage(pairs, given, |p| (sure(p) && early(p)).then(|| weighed(p, first)))?;
+        self.0.stage(pairs, given, |p| (!sure(p) && early(p) && seen(p)).then(|| plain(p, weak)))?;
+        self.0.stage(pairs, given, |p| (sure(p) && !early(p)).then(|| weighed(p, new)))
     }
 }

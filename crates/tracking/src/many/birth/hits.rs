@@ -9,6 +9,10 @@ pursuit_parameters::parameters! {
         pub hits: usize = 3, in 1..=64, unit "frames", source "ours";
         /// … of the last N.
         pub looks: usize = 5, in 1..=64, unit "frames", source "ours";
+        /// Whether the detection that starts a candidate counts.
+        pub birth_counts: bool = true, source "bewley2016, its program: it does not";
+        /// A candidate is kept for so many frames without a detection, one after the other, though M of N cannot be reached.
+        pub patience: usize = 0, in 0..=1_000_000, unit "frames", source "ours";
     }
     ordered { hits <= looks }
 }
@@ -23,8 +27,9 @@ pub(in crate::many) struct Hits {
 }
 
 impl Hits {
-    pub fn look(&mut self, detected: bool) {
-        self.history = self.history << 1 | u64::from(detected);
+    pub fn look(&mut self, detected: bool, params: &HitsParams) {
+        let counts = detected && (self.looks > 0 || params.birth_counts);
+        self.history = self.history << 1 | u64::from(counts);
         self.looks += 1;
     }
 

@@ -35,6 +35,8 @@ pursuit_parameters::parameters! {
         pub from: f64 = 0.3, in 0.0..=1.0, source "ours";
         /// A detection that overlaps a target by more (IoU) is that target seen twice, and starts no other.
         pub crowding: f64 = 0.5, in 0.0..=1.0, source "ours";
+        /// In so many frames at the start of a clip, whatever is detected is a target at once, if the detection that starts it counts (`hits.birth_counts`), else when it is detected again.
+        pub at_start: usize = 0, in 0..=1_000_000, unit "frames", source "zhang2022, its program: 1";
         /// M of N.
         pub hits: HitsParams = HitsParams::default(), of [BirthModel::Hits];
         /// The sequential test.
@@ -72,7 +74,7 @@ impl Evidence {
     /// A frame, and the candidate's detection in it.
     pub fn look(&mut self, detection: Option<&Detection>, params: &BirthParams) {
         match self {
-            Self::Hits(hits) => hits.look(detection.is_some()),
+            Self::Hits(hits) => hits.look(detection.is_some(), &params.hits),
             Self::Ratio(nats) => {
                 let said = params.ratio.nats(detection.map(|d| d.confidence));
                 nats.add(said, &(&params.ratio).into());
@@ -90,10 +92,10 @@ impl Evidence {
         }
     }
 
-    /// Whether the candidate is to be forgotten.
-    pub fn refutes(&self, params: &BirthParams) -> bool {
+    /// Whether the candidate is to be forgotten, which was not seen in so many frames, one after the other.
+    pub fn refutes(&self, unseen: usize, params: &BirthParams) -> bool {
         match self {
-            Self::Hits(hits) => hits.refute(&params.hits),
+            Self::Hits(hits) => unseen > params.hits.patience && hits.refute(&params.hits),
             Self::Ratio(nats) => nats.refute(&(&params.ratio).into()),
             Self::Immediate => false,
         }
