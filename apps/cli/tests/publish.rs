@@ -62,6 +62,29 @@ fn every_frame_is_heard_as_it_was_written() {
 }
 
 #[test]
+fn what_happens_and_who_is_where_is_heard() {
+    let Some(mosquitto) = Mosquitto::open() else { return };
+    let listener = mosquitto.listen(&[]);
+    let folder = tempfile::tempdir().unwrap();
+    let broker = format!("mqtt://127.0.0.1:{}/yard/1", mosquitto.port);
+    let zone = "door=0,0,2000,0,2000,2000,0,2000";
+    let output = track(folder.path(), &["--publish", &broker, "--zone", zone]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    listener.wait_for("yard/1/status", "offline");
+    let events = all_json(listener.under("yard/1/events"));
+    let told: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert!(told.contains(&"appear") && told.contains(&"enter"), "{told:?}");
+    let written = std::fs::read_to_string(folder.path().join("events.jsonl")).unwrap();
+    assert_eq!(events, all_json(written.lines().map(str::to_owned).collect()));
+    let mut counts = listener.under("yard/1/zones/door");
+    assert_eq!(counts.pop().unwrap(), "", "the broker is made to forget");
+    let counts = all_json(counts);
+    assert_eq!((&counts[0]["schema"], &counts[0]["count"]), (&"pursuit.counts/1".into(), &0.into()));
+    assert!(counts.iter().any(|count| count["present"] == true && count["targets"] == serde_json::json!([1])));
+    assert!(!listener.under("yard/1/counts").is_empty());
+}
+
+#[test]
 fn home_assistant_is_told_what_there_is_and_changes_alone_can_be_published() {
     let Some(mosquitto) = Mosquitto::open() else { return };
     let listener = mosquitto.listen(&[]);

@@ -4,6 +4,7 @@ use crate::RunError;
 use crate::config::RunConfig;
 use crate::run::{InputFacts, RecipeFacts, StateCounts};
 use crate::run_folder::{FACTS, OVERLAY, STATE};
+use crate::segments::Shelf;
 use crate::session::Checkpoint;
 use crate::sinks::{Format, Lines, read_trajectory};
 use pursuit_tracking::{Estimate, TrackState};
@@ -51,8 +52,15 @@ impl Earlier {
             tracing::warn!("{}: the run was interrupted before its state was saved; it begins anew", folder.display());
             return Ok(None);
         };
-        let kept =
-            Kept::read(&folder.join(Format::CSV.file_name()), last).map_err(|e| no(format!("its trajectory: {e}")))?;
+        let shelf = match config.segment {
+            Some(_) => Some(Shelf::reopen(folder, config.stretch(), 0.0)?),
+            None => None,
+        };
+        let kept = match &shelf {
+            Some(shelf) => Kept::read_all(&segments_of(shelf, Format::CSV), last),
+            None => Kept::read_all(&[folder.join(Format::CSV.file_name())], last),
+        };
+        let kept = kept.map_err(|e| no(format!("its trajectory: {e}")))?;
         Ok(Some(Self { folder: folder.to_path_buf(), facts, last, state, kept }))
     }
 
@@ -86,6 +94,35 @@ impl Earlier {
         Ok(())
     }
 
+    /// Cuts off what the newest segments say of later frames, and removes those that say nothing else.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when a file cannot be written.
+    pub fn cut_segments(&self, shelf: &Shelf, formats: &[Format]) -> Result<(), RunError> {
+        for format in formats {
+            let lines = format.lines()?;
+            for path in segments_of(shelf, *format).iter().rev() {
+                match cut(path, lines, self.last).map_err(RunError::output(path))? {
+                    Left::All => break,
+                    Left::Some => {}
+                    Left::Nothing => shelf.drop_file(path)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Cuts off what a file says of later frames; one that is not there says nothing.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] when the file cannot be written.
+    pub fn cut_file(&self, path: &Path, lines: &Lines) -> Result<(), RunError> {
+        if !path.exists() {
+            return Ok(());
+        }
+        cut(path, lines, self.last).map(drop).map_err(RunError::output(path))
+    }
+
     /// Cuts off what text files say of later frames, and names the video of what comes: the first, `overlay-2.mp4` … that is
     /// not there yet.
     ///
@@ -94,7 +131,7 @@ impl Earlier {
     pub fn cut(&self, formats: &[Format]) -> Result<PathBuf, RunError> {
         for format in formats {
             let path = self.folder.join(format.file_name());
-            cut(&path, format.lines()?, self.last).map_err(RunError::output(&path))?;
+            cut(&path, format.lines()?, self.last).map(drop).map_err(RunError::output(&path))?;
         }
         let numbered = (2_u32..).map(|n| self.folder.join(format!("overlay-{n}.mp4")));
         let mut names = std::iter::once(self.folder.join(OVERLAY)).chain(numbered);
@@ -117,34 +154,60 @@ fn same(a: &Value, b: &Value) -> bool {
     }
 }
 
+/// The segments of a format that this run wrote, the oldest first.
+fn segments_of(shelf: &Shelf, format: Format) -> Vec<PathBuf> {
+    shelf.own().into_iter().filter(|w| w.stream == format.file_name()).map(|w| w.path).collect()
+}
+
+/// What is left of a file that was cut.
+enum Left {
+    All,
+    Some,
+    /// No line about a frame.
+    Nothing,
+}
+
 /// Leaves whole lines up to frame `last`.
-fn cut(path: &Path, lines: &Lines, last: u64) -> std::io::Result<()> {
-    let mut kept = Vec::new();
+fn cut(path: &Path, lines: &Lines, last: u64) -> std::io::Result<Left> {
+    let (mut kept, mut frames, mut gone) = (Vec::new(), 0, 0);
     for (number, line) in BufReader::new(File::open(path)?).split(b'\n').enumerate() {
         let line = line?;
         let is_header = number == 0 && lines.has_header;
-        if is_header || (lines.frame_of)(&String::from_utf8_lossy(&line)).is_some_and(|frame| frame <= last) {
+        let is_kept = (lines.frame_of)(&String::from_utf8_lossy(&line)).is_some_and(|frame| frame <= last);
+        if is_header || is_kept {
             kept.extend(line);
             kept.push(b'\n');
         }
+        frames += u64::from(is_kept);
+        gone += u64::from(!is_header && !is_kept);
     }
     let temporary = path.with_extension("part");
     File::create(&temporary)?.write_all(&kept)?;
-    std::fs::rename(temporary, path)
+    std::fs::rename(temporary, path)?;
+    Ok(match (frames, gone) {
+        (0, _) => Left::Nothing,
+        (_, 0) => Left::All,
+        _ => Left::Some,
+    })
 }
 
 impl Kept {
-    fn read(path: &Path, last: u64) -> Result<Self, String> {
+    fn read_all(paths: &[PathBuf], last: u64) -> Result<Self, String> {
         let mut kept = Self::default();
+        paths.iter().try_for_each(|path| kept.read(path, last))?;
+        Ok(kept)
+    }
+
+    fn read(&mut self, path: &Path, last: u64) -> Result<(), String> {
         let mut before = None;
         for record in read_trajectory(path)?.take_while(|record| record.frame <= last) {
-            kept.states.add(record.estimate.as_ref().map_or(TrackState::Lost, |estimate| estimate.state));
+            self.states.add(record.estimate.as_ref().map_or(TrackState::Lost, |estimate| estimate.state));
             if before.replace(record.frame) != Some(record.frame) {
-                kept.frames += 1;
-                kept.first.push((record.frame, record.estimate));
+                self.frames += 1;
+                self.first.push((record.frame, record.estimate));
             }
         }
-        Ok(kept)
+        Ok(())
     }
 }
 
@@ -184,7 +247,7 @@ mod tests {
         ]
         .concat();
         std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
-        let kept = Kept::read(&path, 1).unwrap();
+        let kept = Kept::read_all(&[path], 1).unwrap();
         assert_eq!((kept.frames, kept.states), (2, StateCounts { tracking: 1, unsure: 1, occluded: 1, lost: 1 }));
         let (frame, second) = kept.first[1].clone();
         let second = second.unwrap();

@@ -2,7 +2,7 @@
 
 use crate::publish::PublishFacts;
 pub use crate::timing::{Timing, TimingSummary};
-use crate::{RunError, View};
+use crate::{RunError, SegmentFacts, View};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::StreamCounts;
@@ -43,6 +43,9 @@ pub struct RunFile {
     /// What became of the messages, where results were published.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub publish: Option<PublishFacts>,
+    /// The files that the run is cut into, where it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segments: Option<SegmentFacts>,
     /// How often something of the input could not be read, and was left out.
     pub damage_count: u64,
     /// What and why, of the first of them.

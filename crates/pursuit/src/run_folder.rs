@@ -1,6 +1,7 @@
 //! Where a run writes: nothing of the user's is overwritten, and no two runs write into one folder.
 
 use crate::RunError;
+use crate::segments::{self, JOURNAL};
 use crate::sinks::Format;
 use crate::{measure, trajectory_plots};
 use pursuit_address::Locator;
@@ -27,6 +28,8 @@ pub(crate) struct Destination {
     path: PathBuf,
     /// The first of `path`, `path-2`, `path-3` … that is not there yet.
     numbered: bool,
+    /// Whether segments that an earlier run left stay: they go by their age.
+    keeps_segments: bool,
     inputs: Vec<PathBuf>,
 }
 
@@ -51,11 +54,17 @@ impl Destination {
     ) -> Result<Self, RunError> {
         let path = out.map_or_else(|| default_folder(input), Path::to_path_buf);
         let numbered = out.is_none() && !overwrite;
-        let destination = Self { path, numbered, inputs: inputs.into_iter().collect() };
+        let destination = Self { path, numbered, keeps_segments: false, inputs: inputs.into_iter().collect() };
         if !numbered {
             destination.check()?;
         }
         Ok(destination)
+    }
+
+    /// Leaves the segments of earlier runs where they are.
+    #[must_use]
+    pub fn keeping_segments(self, keeps_segments: bool) -> Self {
+        Self { keeps_segments, ..self }
     }
 
     /// The folder, or the first that is tried.
@@ -113,7 +122,11 @@ impl Destination {
         let lock = lock(&self.path)?;
         // What was checked first may be otherwise by now.
         self.check()?;
-        for file in results_in(&self.path) {
+        let kept: Vec<PathBuf> = match self.keeps_segments {
+            true => segments::listed(&self.path).chain([self.path.join(JOURNAL)]).collect(),
+            false => Vec::new(),
+        };
+        for file in results_in(&self.path).into_iter().filter(|file| !kept.contains(file)) {
             std::fs::remove_file(&file).map_err(RunError::output(&file))?;
         }
         Ok(RunFolder { path: self.path, _lock: lock })
@@ -150,7 +163,7 @@ pub(crate) fn earlier(out: Option<&Path>, overwrite: bool, input: &Locator) -> P
 /// The files in `folder` that have the names of a run's results; links that lead nowhere are there too, devices and pipes
 /// hold nothing that could be lost.
 fn results_in(folder: &Path) -> Vec<PathBuf> {
-    let fixed = [FACTS, OVERLAY, STATE]
+    let fixed = [FACTS, OVERLAY, STATE, segments::EVENTS]
         .into_iter()
         .chain(Format::ALL.iter().map(|f| f.file_name()))
         .map(|name| folder.join(name));
@@ -163,7 +176,9 @@ fn results_in(folder: &Path) -> Vec<PathBuf> {
         Err(_) => file.is_symlink(),
     };
     let numbered = (2..).map(|n| folder.join(format!("overlay-{n}.mp4"))).take_while(|path| path.exists());
-    fixed.chain(plots).chain(measured).chain(numbered).filter(holds).collect()
+    // The list goes last, so that a removal that is interrupted leaves no file that nobody knows.
+    let cut = segments::listed(folder).chain([folder.join(JOURNAL)]);
+    fixed.chain(plots).chain(measured).chain(numbered).chain(cut).filter(holds).collect()
 }
 
 fn holds_a_run(folder: &Path) -> bool {
@@ -340,7 +355,11 @@ mod tests {
     fn without_a_name_every_run_has_a_folder_of_its_own() {
         let folder = tempfile::tempdir().unwrap();
         let base = folder.path().join("clip");
-        let numbered = || Destination { path: base.clone(), numbered: true, inputs: Vec::new() }.open().unwrap();
+        let numbered = || {
+            Destination { path: base.clone(), numbered: true, keeps_segments: false, inputs: Vec::new() }
+                .open()
+                .unwrap()
+        };
         for name in ["clip", "clip-2", "clip-3"] {
             let run = numbered();
             assert_eq!(run.path(), folder.path().join(name));

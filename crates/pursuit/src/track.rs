@@ -1,11 +1,15 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
 use crate::config::RunConfig;
+#[cfg(feature = "encode")]
+use crate::events::RecorderSink;
+use crate::events::{ClipPlan, EventFile, EventRules, Watcher};
 use crate::input::{self, OpenedInput};
 use crate::publish::Publication;
 use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
 use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
+use crate::segments::{EVENTS, SegmentedSink, Shelf};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
 use crate::start::Start;
@@ -16,6 +20,7 @@ use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -35,6 +40,8 @@ pub struct Run {
     further: Vec<Box<dyn Sink>>,
     /// Where they are published.
     publication: Option<Publication>,
+    /// What happens is told by these.
+    rules: EventRules,
 }
 
 /// What a run left behind.
@@ -91,6 +98,8 @@ impl Run {
         };
         let methods = config.methods()?;
         formats(&config)?;
+        check_segments(&config)?;
+        let rules = config.events.rules()?;
         let publication = match &config.publish {
             Some(address) => Some(Publication::new(address, &config.publish_options, &run_folder::name_of(name))?),
             None => None,
@@ -102,6 +111,9 @@ impl Run {
         let earlier = earlier(&config, destination.as_ref())?;
         let OpenedInput { source, info, stats } =
             input::open((name, given), &config, &fetched, earlier.as_ref().map(|e| e.last), options)?;
+        // What a camera has shown does not come again: what was kept of it goes by its age alone.
+        let keeps_segments = config.segment.is_some() && info.live;
+        let destination = destination.map(|d| d.keeping_segments(keeps_segments));
         let start = Start::choose(&config, info.truth.as_deref(), &info.name)?;
         let recipe = start.recipe_facts(&config, &methods)?;
         let session = Session::new(source, methods.recipe.boxed_clone());
@@ -121,6 +133,7 @@ impl Run {
             earlier,
             further: Vec::new(),
             publication,
+            rules,
         };
         if let Some(earlier) = &run.earlier {
             earlier.check(&run.input_facts(), &run.recipe)?;
@@ -198,10 +211,16 @@ impl Run {
             (Some(destination), Some(_)) => Some(destination.reopen()?),
             (None, _) => None,
         };
+        let shelf = match &folder {
+            Some(folder) => shelf(&self.config, &self.rules, folder, self.earlier.is_some())?,
+            None => None,
+        };
         match &folder {
             Some(folder) => {
                 facts.write(&folder.file(FACTS))?;
-                sinks.extend(create_sinks(&self.config, &self.info, folder, self.earlier.as_ref())?);
+                shelf.iter().for_each(|shelf| shelf.tell_in(facts.clone(), folder.file(FACTS)));
+                let place = Place { folder, shelf: shelf.as_ref(), earlier: self.earlier.as_ref() };
+                sinks.extend(create_sinks(&self.config, &self.info, &self.rules, place)?);
                 // What a live source has shown does not come again.
                 let checkpoint = (!self.info.live).then(|| Checkpoint::new(folder.file(STATE)));
                 self.session = self.session.kept_in(checkpoint);
@@ -212,6 +231,8 @@ impl Run {
                 sinks.push(Format::JSONL.to_writer("standard output", Box::new(std::io::stdout()), size)?);
             }
         }
+        let watcher = watcher(&self.rules, shelf.as_ref(), published.is_some());
+        self.session = self.session.watching(watcher);
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
@@ -247,6 +268,8 @@ impl Run {
         facts.dropped_frames = self.stats.dropped_frames();
         facts.empty_depth_frames = empty_depth_frames;
         facts.stream = info.stream.map(|stream| StreamFacts::new(stream.counts(), outcome.age_ms));
+        facts.segments = shelf.as_ref().map(Shelf::facts);
+        files.extend(shelf.map(|shelf| shelf.list()));
         facts.publish = published.map(|facts| facts.lock().unwrap_or_else(PoisonError::into_inner).clone());
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
@@ -286,6 +309,7 @@ impl Run {
             empty_depth_frames: None,
             stream: None,
             publish: None,
+            segments: None,
             damage_count: 0,
             damage: Vec::new(),
             states: StateCounts::default(),
@@ -300,16 +324,62 @@ fn is_empty(depth: ImageView<'_, u16>) -> bool {
     (0..depth.size().height).all(|y| depth.row(y).iter().all(|mm| *mm == 0))
 }
 
+/// What tells what happens, where somebody asked for it.
+fn watcher(rules: &EventRules, shelf: Option<&Shelf>, is_published: bool) -> Option<Watcher> {
+    let plan = rules.clips.clone().zip(shelf.cloned()).map(|(rules, shelf)| ClipPlan::new(rules, shelf));
+    (rules.file || is_published || plan.is_some()).then(|| Watcher::new(rules.clone(), plan))
+}
+
+/// Where what is cut, and what is of events, goes, where there is something.
+fn shelf(config: &RunConfig, rules: &EventRules, folder: &RunFolder, goes_on: bool) -> Result<Option<Shelf>, RunError> {
+    if config.segment.is_none() && rules.clips.is_none() {
+        return Ok(None);
+    }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    let open = if goes_on { Shelf::reopen } else { Shelf::open };
+    open(folder.path(), config.stretch(), now).map(Some)
+}
+
+/// Where a run writes.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    folder: &'a RunFolder,
+    shelf: Option<&'a Shelf>,
+    earlier: Option<&'a Earlier>,
+}
+
 fn create_sinks(
     config: &RunConfig,
     info: &SourceInfo,
-    folder: &RunFolder,
-    earlier: Option<&Earlier>,
+    rules: &EventRules,
+    place: Place<'_>,
 ) -> Result<Vec<Box<dyn Sink>>, RunError> {
     let mut formats = formats(config)?;
     formats.retain(|f| *f != Format::CSV);
     formats.insert(0, Format::CSV);
-    let video = earlier.map_or_else(|| Ok(folder.file(OVERLAY)), |earlier| earlier.cut(&formats))?;
+    let mut all = match place.shelf.filter(|_| config.segment.is_some()) {
+        Some(shelf) => {
+            place.earlier.map_or(Ok(()), |earlier| earlier.cut_segments(shelf, &formats))?;
+            create_segmented(config, info, rules, &formats, shelf)?
+        }
+        None => create_whole(config, info, rules, &formats, place)?,
+    };
+    #[cfg(feature = "encode")]
+    if let Some(clips) = &rules.clips {
+        all.push(Box::new(RecorderSink::new(info, config.overlay.unwrap_or_default(), clips.before_s)?));
+    }
+    Ok(all)
+}
+
+/// Of files that are one from the first frame to the last.
+fn create_whole(
+    config: &RunConfig,
+    info: &SourceInfo,
+    rules: &EventRules,
+    formats: &[Format],
+    Place { folder, earlier, .. }: Place<'_>,
+) -> Result<Vec<Box<dyn Sink>>, RunError> {
+    let video = earlier.map_or_else(|| Ok(folder.file(OVERLAY)), |earlier| earlier.cut(formats))?;
     let mut all = Vec::new();
     for format in formats {
         let sink = match earlier {
@@ -318,8 +388,60 @@ fn create_sinks(
         };
         all.push(sink?);
     }
+    if rules.file {
+        let path = folder.file(EVENTS);
+        earlier.map_or(Ok(()), |earlier| earlier.cut_file(&path, &EventFile::LINES))?;
+        all.push(Box::new(EventFile::open(&path, earlier.is_some())?));
+    }
     all.extend(sinks::overlay(&video, info, config.video, config.overlay.unwrap_or_default())?);
     Ok(all)
+}
+
+/// The same, of files that are cut.
+fn create_segmented(
+    config: &RunConfig,
+    info: &SourceInfo,
+    rules: &EventRules,
+    formats: &[Format],
+    shelf: &Shelf,
+) -> Result<Vec<Box<dyn Sink>>, RunError> {
+    let mut all: Vec<Box<dyn Sink>> = Vec::new();
+    for format in formats.iter().copied() {
+        let size = info.input_size();
+        all.push(Box::new(SegmentedSink::new(shelf.clone(), format.file_name(), move |p| format.create_at(p, size))));
+    }
+    if rules.file {
+        let make = |path: &Path| Ok(Box::new(EventFile::open(path, false)?) as Box<dyn Sink>);
+        all.push(Box::new(SegmentedSink::new(shelf.clone(), EVENTS, make)));
+    }
+    if sinks::has_overlay(config.video)? {
+        let (info, style) = (info.clone(), config.overlay.unwrap_or_default());
+        let make = move |path: &Path| Ok(sinks::overlay(path, &info, None, style)?.unwrap_or_else(sinks::nothing));
+        all.push(Box::new(SegmentedSink::new(shelf.clone(), OVERLAY, make)));
+    }
+    Ok(all)
+}
+
+/// Refuses what makes no sense of a run in segments.
+fn check_segments(config: &RunConfig) -> Result<(), RunError> {
+    let Some(segment) = config.segment else {
+        return match config.keep {
+            Some(_) if config.events.clips != Some(true) => {
+                Err(RunError::usage("old segments are what `--keep` removes; add their length, `--segment 1h`"))
+            }
+            _ => Ok(()),
+        };
+    };
+    let problem = if segment.seconds() < 1.0 {
+        "a segment is a second long at least"
+    } else if config.out.as_deref() == Some(Path::new("-")) {
+        "standard output is not cut into segments; name a folder with `--out DIR`"
+    } else if config.plots == Some(true) || config.measure == Some(true) {
+        "plots and measurements are of one trajectory; leave `--segment` out, or make them of a segment afterwards"
+    } else {
+        return Ok(());
+    };
+    Err(RunError::usage(problem))
 }
 
 /// Writes what is known at the end.

@@ -2,6 +2,7 @@
 
 mod associate;
 mod batch;
+mod days;
 mod measure;
 mod ptz;
 mod publish;
@@ -12,6 +13,7 @@ mod tests;
 
 pub use associate::Associate;
 pub use batch::Batch;
+pub use days::Days;
 pub use measure::{Calibrate, Measure, Measuring};
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
 pub use publish::Publish;
@@ -241,6 +243,8 @@ pub struct Track {
     pub formats: Vec<Format>,
     #[command(flatten)]
     pub measuring: Measuring,
+    #[command(flatten)]
+    pub days: Days,
     #[command(flatten)]
     pub publish: Publish,
     /// First frame to look at, from 0

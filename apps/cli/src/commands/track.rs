@@ -144,6 +144,9 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         measure: flag(args.measure, true),
         measure_options: args.measuring.options(),
         formats: args.formats.iter().copied().map(pursuit::sinks::Format::name).map(str::to_owned).collect(),
+        segment: args.days.segment,
+        keep: args.days.keep,
+        events: args.days.options(),
         publish: args.publish.address.clone().map(Locator::new),
         publish_options: args.publish.options(),
         from: args.from,
@@ -281,6 +284,13 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             text,
             "stream    {} stalls, {} breaks, connected again {} times, {:.1} s without a frame at most",
             stream.stalls, stream.breaks, stream.reconnects, stream.longest_gap_s
+        )?;
+    }
+    if let Some(segments) = &facts.segments {
+        let (files, clips, removed) = (segments.files.len(), segments.clips, segments.removed);
+        writeln!(
+            text,
+            "segments  {files} files, {clips} clips and pictures of events, {removed} removed for their age"
         )?;
     }
     if let Some(published) = &facts.publish {

@@ -13,6 +13,8 @@
 
 mod canvas;
 #[cfg(feature = "encode")]
+mod clips;
+#[cfg(feature = "encode")]
 mod h264;
 #[cfg(feature = "encode")]
 mod i420;
@@ -24,6 +26,8 @@ mod video;
 mod wire;
 
 pub use canvas::{Canvas, Stroke};
+#[cfg(feature = "encode")]
+pub use clips::ClipRecorder;
 #[cfg(feature = "encode")]
 pub use mp4::Mp4Writer;
 pub use pursuit_containers::Storage;

@@ -135,7 +135,7 @@ impl Stream {
     }
 }
 
-fn unwritable(path: &Path, reason: &str) -> MediaError {
+pub(super) fn unwritable(path: &Path, reason: &str) -> MediaError {
     MediaError::Unwritable { name: path.display().to_string(), reason: reason.to_owned() }
 }
 

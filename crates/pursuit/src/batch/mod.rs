@@ -151,6 +151,9 @@ pub fn run(
     if options.out == Path::new("-") {
         return Err(RunError::usage("a batch does not go to standard output; name a folder with `--out DIR`"));
     }
+    if clips.iter().any(|clip| clip.config.segment.is_some()) {
+        return Err(RunError::usage("a clip of a batch is one trajectory; leave `segment` out"));
+    }
     let (began, ledger) = (Instant::now(), Ledger::new(&options.out)?);
     let (next, ended) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {

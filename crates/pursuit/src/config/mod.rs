@@ -11,8 +11,10 @@ pub use texts::{parse_box, parse_setting};
 
 use crate::associate::FileDetector;
 use crate::config::options::options;
+use crate::events::EventOptions;
 use crate::measure::MeasureOptions;
 use crate::publish::PublishOptions;
+use crate::segments::{Span, Stretch};
 use crate::sinks::OverlayStyle;
 use crate::start::StartFrom;
 use crate::{Resize, RunError};
@@ -76,6 +78,12 @@ options! {
         pub measure_options: MeasureOptions,
         /// Further trajectory files, by the names of [`Format`](crate::sinks::Format).
         pub formats: Vec<String>,
+        /// How long a segment of the trajectory, the overlay and all else that grows is; without, each is one file.
+        pub segment: Option<Span>,
+        /// How long segments, clips and pictures of events are kept; without, for ever.
+        pub keep: Option<Span>,
+        /// What of what happens is told and kept: zones, clips of events.
+        pub events: EventOptions,
         /// A broker that results are published to, `mqtt://[USER@]HOST[:PORT][/PREFIX]` or `nats://…`. A password in it is
         /// neither shown nor stored.
         pub publish: Option<Locator>,
@@ -120,6 +128,11 @@ impl RunConfig {
         let media = input.chain(self.depth.iter().map(PathBuf::from));
         let detections = self.detections.clone();
         media.flat_map(|path| [path.with_extension("csv"), path]).chain(detections).chain(self.read_from.clone())
+    }
+
+    /// How the run is cut, and how long its pieces stay.
+    pub(crate) fn stretch(&self) -> Stretch {
+        Stretch { every_s: self.segment.map(Span::seconds), keep_s: self.keep.map(Span::seconds) }
     }
 
     /// Whether everything that is found is followed.
@@ -249,8 +262,8 @@ mod tests {
         let read = |text: &str| toml::from_str::<RunConfig>(text).unwrap();
         let some = |n: u32| {
             read(&format!(
-                "input = 'clip {n}'\nboxes = [[{n}, 0, 1, 1]]\nformats = ['format {n}']\nstride = {n}\nfps = {n}.5\n\
-                 depth_options.intrinsics = [{n}, 1, 1, 1]\npublish_options.qos = {n}\nmeasure_options.window = {n}\nparameters.n = {n}"
+                "input = 'clip {n}'\nboxes = [[{n}, 0, 1, 1]]\nformats = ['format {n}']\nsegment = '{n}h'\nkeep = '{n}d'\nstride = {n}\nfps = {n}.5\n\
+                 depth_options.intrinsics = [{n}, 1, 1, 1]\npublish_options.qos = {n}\nevents.dwell_s = {n}\nmeasure_options.window = {n}\nparameters.n = {n}"
             ))
         };
         assert_eq!(some(1).overridden_by(RunConfig::default()), some(1));

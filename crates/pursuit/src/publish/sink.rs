@@ -2,6 +2,7 @@ use super::home_assistant::HomeAssistant;
 use super::message::{PRESENT_SCHEMA, Present, RUN_SCHEMA, RunMessage, Sample, to_json};
 use super::{Every, PublishFacts, PublishOptions};
 use crate::RunError;
+use crate::events::{EventMessage, Occupancy, Watched, counts};
 use crate::run::{InputFacts, RecipeFacts};
 use crate::sinks::{Moment, Sink};
 use pursuit_address::Locator;
@@ -26,6 +27,8 @@ pub struct PublishSink {
     targets: BTreeMap<TargetId, Known>,
     /// The targets told to be there; none before the first frame.
     present: Option<Vec<u64>>,
+    /// Who was told to be where: the whole picture, then each zone.
+    occupancies: Vec<Occupancy>,
     /// Number and time of the last frame, and when it was looked at.
     last: (u64, f64, f64),
     facts: Arc<Mutex<PublishFacts>>,
@@ -118,6 +121,7 @@ impl Publication {
             home,
             targets: BTreeMap::new(),
             present: None,
+            occupancies: Vec::new(),
             last: (0, 0.0, 0.0),
             facts: Arc::new(Mutex::new(facts)),
             is_finished: false,
@@ -168,6 +172,28 @@ impl PublishSink {
         let last = Message::retained(topic.clone(), sample.change_json(Some(previous)));
         self.publisher.push(Message { retain: false, ..last });
         self.publisher.push(Message::retained(topic, Vec::new()));
+    }
+
+    /// Tells what happened, and who is where, where that is news.
+    fn tell_watched(&mut self, watched: &Watched) {
+        for event in &watched.events {
+            let (topic, payload) = (format!("{}/events", self.prefix), EventMessage::of(event, watched).json());
+            self.publisher.push(Message { retain: false, ..Message::retained(topic, payload) });
+        }
+        for (index, now) in watched.occupancies.iter().enumerate() {
+            if self.occupancies.get(index) != Some(now) {
+                self.publisher.push(Message::retained(self.topic_of(now), counts(now, self.last)));
+            }
+        }
+        self.occupancies.clone_from(&watched.occupancies);
+    }
+
+    /// Where it is told who is in a zone, or in the whole picture.
+    fn topic_of(&self, occupancy: &Occupancy) -> String {
+        match &occupancy.zone {
+            Some(zone) => format!("{}/zones/{zone}", self.prefix),
+            None => format!("{}/counts", self.prefix),
+        }
     }
 
     /// Tells which targets are there, where that is news.
@@ -227,6 +253,9 @@ impl Sink for PublishSink {
         if has_changed {
             self.tell_present();
         }
+        if let Some(watched) = moment.watched() {
+            self.tell_watched(watched);
+        }
         self.publisher.extend(due);
         Ok(())
     }
@@ -242,6 +271,9 @@ impl Sink for PublishSink {
         }
         if self.present.is_some() {
             self.tell_present();
+        }
+        for occupancy in std::mem::take(&mut self.occupancies) {
+            self.publisher.push(Message::retained(self.topic_of(&occupancy), Vec::new()));
         }
         let counts = self.publisher.finish();
         if counts.dropped > 0 {

@@ -12,6 +12,7 @@ pub use command::{Command, Remote, Reply};
 pub use damage::Damage;
 pub use outcome::{Outcome, Progress};
 
+use crate::events::Watcher;
 use crate::run::{StateCounts, Timing, TimingFacts};
 use crate::sinks::{Moment, Sink};
 use crate::view::{estimate_in_input, forecast_in_input, pose_of_input};
@@ -81,6 +82,8 @@ pub struct Session {
     checkpoint: Option<Checkpoint>,
     /// How the camera stood when the frame of a time was taken.
     poses: Option<Box<dyn FnMut(f64) -> Option<CameraPose> + Send>>,
+    /// Says what happens.
+    watcher: Option<Watcher>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,6 +134,7 @@ impl Session {
             story: Story::default(),
             checkpoint: None,
             poses: None,
+            watcher: None,
         }
     }
 
@@ -171,6 +175,11 @@ impl Session {
     /// Writes down what the targets know now and then, and when it is interrupted.
     pub(crate) fn kept_in(self, checkpoint: Option<Checkpoint>) -> Self {
         Self { checkpoint, ..self }
+    }
+
+    /// Sinks are told what happens, too.
+    pub(crate) fn watching(self, watcher: Option<Watcher>) -> Self {
+        Self { watcher, ..self }
     }
 
     /// Where results go, in this order.
@@ -357,7 +366,11 @@ impl Session {
                 None => forecast,
             })
         };
-        let moment = Moment::new(frame, &self.records, &forecast);
+        if let Some(watcher) = &mut self.watcher {
+            watcher.look(frame.index(), frame.time_s(), &self.records)?;
+        }
+        let watched = self.watcher.as_ref().map(Watcher::watched);
+        let moment = Moment::new(frame, &self.records, &forecast).with_watched(watched);
         self.sinks.iter_mut().try_for_each(|sink| sink.write(&moment))?;
         // Only of frames whose results have been handed on, so that no line is missing later.
         if let Some(checkpoint) = &mut self.checkpoint {

@@ -74,10 +74,17 @@ impl Format {
     /// # Errors
     /// [`RunError::Output`] when it cannot be written, [`RunError::Usage`] when this build cannot write the format.
     pub fn create(self, folder: &Path, size: Size) -> Result<Box<dyn Sink>, RunError> {
-        let path = folder.join(self.file_name());
+        self.create_at(&folder.join(self.file_name()), size)
+    }
+
+    /// Creates a file of another name.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub(crate) fn create_at(self, path: &Path, size: Size) -> Result<Box<dyn Sink>, RunError> {
         match &self.0.kind {
-            Kind::Text(text, _) => Ok(Box::new(TextSink::create(&path, text(size))?)),
-            Kind::File(create) => create(&path),
+            Kind::Text(text, _) => Ok(Box::new(TextSink::create(path, text(size))?)),
+            Kind::File(create) => create(path),
             Kind::Missing(why) => Err(RunError::usage(*why)),
         }
     }

@@ -25,6 +25,8 @@ pub(crate) use jsonl::object as jsonl_object;
 pub use moment::Moment;
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
+#[cfg(feature = "encode")]
+pub(crate) use overlay::Painter;
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
 #[cfg(feature = "parquet")]
@@ -94,6 +96,32 @@ pub(crate) fn overlay(
         (.., Some(true), Some(why)) => Err(RunError::usage(why)),
         _ => Ok(None),
     }
+}
+
+/// Whether there is to be an overlay video.
+///
+/// # Errors
+/// When it is asked for by name and this build has no encoder.
+pub(crate) fn has_overlay(wanted: Option<bool>) -> Result<bool, RunError> {
+    match (wanted, crate::NO_OVERLAY) {
+        (Some(true), Some(why)) => Err(RunError::usage(why)),
+        (wanted, why) => Ok(wanted != Some(false) && why.is_none()),
+    }
+}
+
+/// A sink that takes all and keeps nothing.
+pub(crate) fn nothing() -> Box<dyn Sink> {
+    struct Nothing;
+    impl Sink for Nothing {
+        fn write(&mut self, _: &Moment<'_>) -> Result<(), RunError> {
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<(), RunError> {
+            Ok(())
+        }
+    }
+    Box::new(Nothing)
 }
 
 /// Creates a file inside a run's folder.

@@ -2,7 +2,7 @@ use super::drawing::draw;
 use super::{Moment, OverlayStyle, Sink};
 use crate::{Record, RunError};
 use pursuit_geometry::{BBox, Point, Size};
-use pursuit_imaging::Frame;
+use pursuit_imaging::{Frame, Image, ImagingError, Rgb8};
 use pursuit_media::output::{Mp4Writer, VideoOptions, VideoWriter};
 use pursuit_media::{SourceInfo, View};
 use pursuit_tracking::{Estimate, TargetId, TrackState};
@@ -36,7 +36,7 @@ impl OverlaySink {
     /// # Errors
     /// When it cannot be written.
     pub fn create(path: &Path, nominal_fps: Option<f64>, style: OverlayStyle) -> Result<Self, RunError> {
-        Self::write_to(path, nominal_fps, None, None, style)
+        Self::write_to(path, nominal_fps, Painter { style, view: None, pixel_aspect: None, trails: Trails::default() })
     }
 
     /// The same, of a run's input: at its rate, with pixels of the shape that those of its frames have. Of an input that is
@@ -45,30 +45,18 @@ impl OverlaySink {
     /// # Errors
     /// As [`create`](Self::create).
     pub fn create_for(path: &Path, input: &SourceInfo, style: OverlayStyle) -> Result<Self, RunError> {
-        let aspect = input.pixel_aspect.unwrap_or((1, 1));
-        let shown = input.view.map_or(aspect, |view| view.pixel_aspect(aspect));
-        Self::write_to(path, input.fps, Some(shown).filter(|(width, height)| width != height), input.view, style)
+        Self::write_to(path, input.fps, Painter::new(input, style))
     }
 
-    fn write_to(
-        path: &Path,
-        nominal_fps: Option<f64>,
-        pixel_aspect: Option<(u32, u32)>,
-        view: Option<View>,
-        style: OverlayStyle,
-    ) -> Result<Self, RunError> {
+    fn write_to(path: &Path, nominal_fps: Option<f64>, mut painter: Painter) -> Result<Self, RunError> {
         let nominal_fps = nominal_fps.unwrap_or(VideoOptions::default().nominal_fps);
-        let options = VideoOptions { nominal_fps, pixel_aspect };
+        let options = VideoOptions { nominal_fps, pixel_aspect: painter.pixel_aspect };
         let mut video = Mp4Writer::create(path, options)?;
         let (queue, frames) = sync_channel::<(Arc<Frame>, Vec<Record>)>(QUEUED_FRAMES);
         let own_path = path.to_path_buf();
         let encode = move || {
-            let mut trails = Trails::default();
-            for (frame, mut records) in frames {
-                let step = step(frame.size());
-                records.iter_mut().filter_map(|r| r.estimate.as_mut()).for_each(|e| place(e, view, step as f64));
-                trails.extend(frame.time_s(), &records);
-                let picture = draw(&frame, step, &records, &trails, style);
+            for (frame, records) in frames {
+                let picture = painter.paint(&frame, records);
                 let picture = picture.map_err(|e| RunError::output(&own_path)(std::io::Error::other(e)))?;
                 video.write(picture.view(), frame.time_s())?;
             }
@@ -105,6 +93,40 @@ impl Sink for OverlaySink {
 
     fn files(&self) -> Vec<PathBuf> {
         vec![self.path.clone()]
+    }
+}
+
+/// Draws what is known into the pictures of a run, one after the other.
+pub(crate) struct Painter {
+    style: OverlayStyle,
+    view: Option<View>,
+    pixel_aspect: Option<(u32, u32)>,
+    trails: Trails,
+}
+
+impl Painter {
+    /// Of a run's input; of one that is seen in part the part is shown.
+    pub fn new(input: &SourceInfo, style: OverlayStyle) -> Self {
+        let aspect = input.pixel_aspect.unwrap_or((1, 1));
+        let shown = input.view.map_or(aspect, |view| view.pixel_aspect(aspect));
+        let pixel_aspect = Some(shown).filter(|(width, height)| width != height);
+        Self { style, view: input.view, pixel_aspect, trails: Trails::default() }
+    }
+
+    /// Width against height of its pixels, where they are not square.
+    pub const fn pixel_aspect(&self) -> Option<(u32, u32)> {
+        self.pixel_aspect
+    }
+
+    /// The picture with what is known of it.
+    ///
+    /// # Errors
+    /// A picture that cannot be made.
+    pub fn paint(&mut self, frame: &Frame, mut records: Vec<Record>) -> Result<Image<Rgb8>, ImagingError> {
+        let step = step(frame.size());
+        records.iter_mut().filter_map(|r| r.estimate.as_mut()).for_each(|e| place(e, self.view, step as f64));
+        self.trails.extend(frame.time_s(), &records);
+        draw(frame, step, &records, &self.trails, self.style)
     }
 }
 
