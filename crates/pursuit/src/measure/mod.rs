@@ -1,7 +1,7 @@
 //! From a run's pixels to metres: `pursuit measure`.
 //!
 //! [`measure`] reads what a run left behind, makes a ruler of the calibration beside it, and finds position, velocity,
-//! acceleration, events and fits; [`Measurement::write`] leaves them in files. What is computed is `pursuit-measuring`'s.
+//! acceleration, events and fits; [`Destination::write`] leaves them in files. What is computed is `pursuit-measuring`'s.
 
 mod calibration;
 mod cells;
