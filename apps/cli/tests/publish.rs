@@ -14,8 +14,12 @@ use std::process::{Output, Stdio};
 
 /// Follows the target of a scene of 30 frames; what it writes goes to `out`.
 fn track(out: &Path, more: &[&str]) -> Output {
-    let args = ["track", "scene:drift?seed=7&duration=1", "--tracker", "mosse", "--no-video", "--out"];
-    command(&args).arg(out).args(more).output().unwrap()
+    track_for(1, out, more)
+}
+
+fn track_for(seconds: u32, out: &Path, more: &[&str]) -> Output {
+    let scene = format!("scene:drift?seed=7&duration={seconds}");
+    command(&["track", &scene, "--tracker", "mosse", "--no-video", "--out"]).arg(out).args(more).output().unwrap()
 }
 
 fn run_json(out: &Path) -> Value {
@@ -68,7 +72,8 @@ fn what_happens_and_who_is_where_is_heard() {
     let folder = tempfile::tempdir().unwrap();
     let broker = format!("mqtt://127.0.0.1:{}/yard/1", mosquitto.port);
     let zone = "door=0,0,2000,0,2000,2000,0,2000";
-    let output = track(folder.path(), &["--publish", &broker, "--zone", zone]);
+    // A target appears, and enters a zone, once it has been seen for half a second each.
+    let output = track_for(2, folder.path(), &["--publish", &broker, "--zone", zone]);
     assert!(output.status.success(), "{}", stderr(&output));
     listener.wait_for("yard/1/status", "offline");
     let events = all_json(listener.under("yard/1/events"));

@@ -5,6 +5,8 @@
 //! that is hidden or lost for longer is told to be unseen and counts nowhere, whatever its predicted box says.
 
 mod clips;
+#[cfg(feature = "publish")]
+mod counts;
 mod file;
 mod message;
 mod options;
@@ -15,10 +17,10 @@ mod watcher;
 mod zone;
 
 pub(crate) use clips::ClipPlan;
+#[cfg(feature = "publish")]
+pub(crate) use counts::counts;
 pub(crate) use file::EventFile;
 pub(crate) use message::EventMessage;
-#[cfg(feature = "publish")]
-pub(crate) use message::counts;
 pub(crate) use options::EventRules;
 pub use options::{Anchor, EventOptions};
 #[cfg(feature = "encode")]

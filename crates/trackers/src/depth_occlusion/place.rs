@@ -76,10 +76,10 @@ impl DepthLocalizer {
         const RULES_OUT: f64 = -1.0;
         /// How far from there it may see the target, target sizes.
         const APART: f64 = 0.5;
-        if self.params.picture_again <= 0.0 {
+        let place = seen.bbox;
+        if self.params.picture_again <= 0.0 || !shows_something(frame, &place) {
             return Ok((seen, finding));
         }
-        let place = seen.bbox;
         let there = Search { expected: place, look: Look::Near, ..search.clone() };
         let is_there = |bbox: &BBox| bbox.center().distance(place.center()) <= APART * place.area().sqrt();
         let picture = self.locate_in_picture(frame, &there)?.filter(|(seen, _)| is_there(&seen.bbox));
@@ -95,6 +95,17 @@ impl DepthLocalizer {
         let found = self.picture.locate(frame, search)?;
         Ok(found.map(|(measurement, peak)| (measurement, DepthFinding { peak, penalised: None })))
     }
+}
+
+/// Whether the picture shows anything in a box; in the dark it does not.
+fn shows_something(frame: &Frame, bbox: &BBox) -> bool {
+    /// Grey level below which a camera shows nothing but its own noise.
+    const BLACK: u8 = 12;
+    let gray = frame.gray();
+    let within = |at: f64, most: usize| (at.max(0.0) as usize).min(most);
+    let columns = within(bbox.left(), gray.width())..within(bbox.right().ceil(), gray.width());
+    let rows = within(bbox.top(), gray.height())..within(bbox.bottom().ceil(), gray.height());
+    rows.into_iter().any(|y| gray.row(y)[columns.clone()].iter().any(|&level| level > BLACK))
 }
 
 #[cfg(test)]
