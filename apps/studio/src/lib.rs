@@ -10,6 +10,7 @@ mod assets;
 mod error;
 mod export;
 mod guard;
+mod measuring;
 mod metrics;
 mod options;
 mod recording;

@@ -357,6 +357,7 @@ fn create_sinks(
     let mut formats = formats(config)?;
     formats.retain(|f| *f != Format::CSV);
     formats.insert(0, Format::CSV);
+    #[cfg_attr(not(feature = "encode"), expect(unused_mut, reason = "nothing else is added"))]
     let mut all = match place.shelf.filter(|_| config.segment.is_some()) {
         Some(shelf) => {
             place.earlier.map_or(Ok(()), |earlier| earlier.cut_segments(shelf, &formats))?;

@@ -25,6 +25,7 @@
 pub mod background;
 pub mod color;
 pub mod contour;
+pub mod corner;
 pub mod enclosing;
 mod error;
 pub mod features;

@@ -1,6 +1,7 @@
 //! The calls that the page makes, and that others can.
 
 mod live;
+mod measuring;
 mod results;
 mod runs;
 mod sources;
@@ -34,6 +35,11 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/rows", get(results::rows))
         .route("/trajectory", get(results::trajectory))
         .route("/picture", get(results::picture))
+        .route("/measuring", get(measuring::setting).put(measuring::set))
+        .route("/measuring/calibration", get(measuring::calibration).post(measuring::keep))
+        .route("/measurement", get(measuring::measurement))
+        .route("/measurement/file", get(measuring::measured_file))
+        .route("/corner", get(measuring::corner))
         .route("/live", get(live::live));
     let api = Router::new()
         .route("/info", get(sources::info))
@@ -44,6 +50,7 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/runs/picture", get(runs::picture))
         .route("/runs/worst", get(runs::worst))
         .route("/uploads", post(sources::upload).layer(DefaultBodyLimit::disable()))
+        .route("/cameras", post(measuring::camera))
         .route("/trials", get(trials::list).post(trials::open))
         .nest("/trials/{trial}", trial)
         .route("/openapi.json", get(async || ([(header::CONTENT_TYPE, "application/json")], DESCRIPTION)));

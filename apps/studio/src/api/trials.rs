@@ -2,6 +2,7 @@
 
 use crate::Picked;
 use crate::error::Refusal;
+use crate::measuring::{Bench, Place};
 use crate::recording::Recording;
 use crate::studio::Studio;
 use crate::trial::{Look, Order, Setup, seeking};
@@ -47,6 +48,8 @@ pub(crate) async fn open(
     let root = studio.root()?.clone();
     let seeking = detector.map(|name| seeking(&name, &detector_parameters, &root)).transpose()?;
     let given = studio.given.clone();
+    // What was uploaded goes with the studio, and so would what is kept beside it.
+    let has_place = source.as_ref().is_none_or(|name| !name.starts_with(uploads::PREFIX));
     let locator = match source {
         Some(name) if Some(&name) == given.as_ref().map(ToString::to_string).as_ref() => given,
         Some(name) => Some(match name.strip_prefix(uploads::PREFIX) {
@@ -65,8 +68,11 @@ pub(crate) async fn open(
     let locator = locator.ok_or_else(|| Refusal::unfit("no source; name one"))?;
     let tracker = tracker.unwrap_or_else(|| pursuit::trackers::registry::DEFAULT_TRACKER.to_owned());
     let options = studio.options.clone();
+    let is_given = Some(&locator) == studio.given.as_ref();
+    let place = if has_place { Place::beside(&root, &locator, is_given) } else { None };
+    let bench = Bench::at(place.into_iter().collect());
     let (number, trial) =
-        studio.open(Setup { locator, options, root, tracker, parameters, seeking, known: None }).await?;
+        studio.open(Setup { locator, options, root, tracker, parameters, seeking, known: None, bench }).await?;
     let facts = trial.order(Order::Tell).await?;
     Ok((StatusCode::CREATED, Json(json!({ "trial": number, "facts": facts }))))
 }
@@ -78,11 +84,17 @@ async fn open_run(studio: &Arc<Studio>, folder: String) -> Result<(StatusCode, J
         return Err(other_than_wanted());
     }
     let held = root.clone();
-    let read = tokio::task::spawn_blocking(move || Recording::read(&held, &folder)).await;
-    let recording = read.unwrap_or_else(|_| Err(Refusal::unfit("this run cannot be read")))?;
+    let read = tokio::task::spawn_blocking(move || {
+        let recording = Recording::read(&held, &folder)?;
+        let beside = Place::beside(&held, &recording.locator, false);
+        let places = [Place::of_run(&held, &held.folder(&folder)?), beside];
+        Ok((recording, Bench::at(places.into_iter().flatten().collect())))
+    })
+    .await;
+    let (recording, bench) = read.unwrap_or_else(|_| Err(Refusal::unfit("this run cannot be read")))?;
     let Recording { source, locator, tracker, parameters, seeking, known } = recording;
     let options = studio.options.clone();
-    let setup = Setup { locator, options, root, tracker, parameters, seeking, known: Some(known) };
+    let setup = Setup { locator, options, root, tracker, parameters, seeking, known: Some(known), bench };
     let (number, trial) = studio.open(setup).await?;
     let facts = trial.order(Order::Tell).await?;
     Ok((StatusCode::CREATED, Json(json!({ "trial": number, "source": source, "facts": facts }))))

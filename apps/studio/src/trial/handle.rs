@@ -1,17 +1,18 @@
 use super::engine::Engine;
-use super::job::Job;
+use super::job::{Job, read_only};
 use super::looks::Look;
 use super::screen::{Screen, Viewer, Wish};
 use crate::error::Refusal;
+use crate::measuring::Bench;
 use crate::recording::Known;
 use crate::root::Root;
 use pursuit::media::{Locator, OpenOptions, SourceInfo};
 use pursuit::revise::{ChosenDetector, Edit, Version};
 use pursuit::toml::Table;
-use pursuit::{BBox, Remote};
+use pursuit::{BBox, Frame, Remote};
 use serde_json::Value;
-use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::oneshot;
 
@@ -32,6 +33,8 @@ pub(crate) struct Setup {
     pub seeking: Option<ChosenDetector>,
     /// What came of it already.
     pub known: Option<Known>,
+    /// What it is measured with.
+    pub bench: Bench,
 }
 
 /// What a trial can be told.
@@ -68,6 +71,8 @@ pub(crate) enum Message {
     Version(Option<u32>, oneshot::Sender<Result<Told, Refusal>>),
     /// The frame of this number as JPEG.
     Picture(u64, oneshot::Sender<Result<Vec<u8>, Refusal>>),
+    /// The frame that is shown.
+    Shown(oneshot::Sender<Result<Arc<Frame>, Refusal>>),
     Quit,
 }
 
@@ -89,13 +94,14 @@ enum Kind {
         messages: Sender<Message>,
         /// Of a live input, which is never opened a second time.
         remote: Remote,
+        bench: Mutex<Bench>,
     },
     Job(Arc<Job>),
 }
 
 impl Drop for Trial {
     fn drop(&mut self) {
-        if let Kind::Own { messages, remote } = &self.kind {
+        if let Kind::Own { messages, remote, .. } = &self.kind {
             let _ = messages.send(Message::Quit);
             remote.stop();
         }
@@ -116,7 +122,8 @@ impl Trial {
     ///
     /// # Errors
     /// An input that cannot be read or says nothing, a method that there is not.
-    pub async fn open(setup: Setup) -> Result<Self, Refusal> {
+    pub async fn open(mut setup: Setup) -> Result<Self, Refusal> {
+        let bench = Mutex::new(std::mem::take(&mut setup.bench));
         let system = |e: std::io::Error| Refusal::too_many(format!("the system gives no thread ({e}); close a trial"));
         let screen = Screen::open().map_err(system)?;
         let (messages, inbox) = channel();
@@ -135,7 +142,7 @@ impl Trial {
         };
         std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
         match tokio::time::timeout(OPENING, told).await {
-            Ok(Ok(outcome)) => outcome.map(|remote| Self { kind: Kind::Own { messages, remote }, screen }),
+            Ok(Ok(outcome)) => outcome.map(|remote| Self { kind: Kind::Own { messages, remote, bench }, screen }),
             Ok(Err(_)) => Err(Refusal::unfit("this source cannot be opened; please report it")),
             Err(_) => Err(Refusal::unfit(format!("the source said nothing for {} s", OPENING.as_secs()))),
         }
@@ -166,6 +173,22 @@ impl Trial {
         match &self.kind {
             Kind::Own { messages, .. } => ask(messages, |answer| Message::Picture(frame, answer)).await,
             Kind::Job(job) => job.picture(frame),
+        }
+    }
+
+    /// The frame that is shown.
+    pub async fn shown(&self) -> Result<Arc<Frame>, Refusal> {
+        match &self.kind {
+            Kind::Own { messages, .. } => ask(messages, Message::Shown).await,
+            Kind::Job(_) => Err(read_only()),
+        }
+    }
+
+    /// What it is measured with; a job that is watched is not measured.
+    pub fn bench(&self) -> Result<MutexGuard<'_, Bench>, Refusal> {
+        match &self.kind {
+            Kind::Own { bench, .. } => Ok(bench.lock().unwrap_or_else(PoisonError::into_inner)),
+            Kind::Job(_) => Err(read_only()),
         }
     }
 

@@ -20,6 +20,7 @@ pub(crate) use clips::ClipPlan;
 #[cfg(feature = "publish")]
 pub(crate) use counts::counts;
 pub(crate) use file::EventFile;
+#[cfg(feature = "publish")]
 pub(crate) use message::EventMessage;
 pub(crate) use options::EventRules;
 pub use options::{Anchor, EventOptions};

@@ -76,6 +76,7 @@ pub(crate) struct EventRules {
 #[derive(Debug, Clone)]
 pub(crate) struct ClipRules {
     pub on: Vec<Kind>,
+    #[cfg_attr(not(feature = "encode"), expect(dead_code, reason = "what is recorded needs an encoder"))]
     pub before_s: f64,
     pub after_s: f64,
     pub longest_s: f64,

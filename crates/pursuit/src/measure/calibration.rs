@@ -155,19 +155,22 @@ fn plane(texts: &[String], click_error_px: f64) -> Result<Plane, RunError> {
 /// input, else none.
 pub(super) fn find(run: &RecordedRun, named: Option<&Path>) -> Result<(Calibration, Option<PathBuf>), RunError> {
     if let Some(path) = named {
-        return read(path).map(|calibration| (calibration, Some(path.to_path_buf())));
+        return read_calibration(path).map(|calibration| (calibration, Some(path.to_path_buf())));
     }
     let beside_input = run.input.as_ref().and_then(|input| Some(Path::new(input).parent()?.join(CALIBRATION)));
     for path in [Some(run.folder.join(CALIBRATION)), beside_input].into_iter().flatten() {
         if path.is_file() {
-            return read(&path).map(|calibration| (calibration, Some(path)));
+            return read_calibration(&path).map(|calibration| (calibration, Some(path)));
         }
     }
     Ok((Calibration::default(), None))
 }
 
 /// Reads a calibration.
-pub(super) fn read(path: &Path) -> Result<Calibration, RunError> {
+///
+/// # Errors
+/// [`RunError::Usage`] where it cannot be read or makes none.
+pub fn read_calibration(path: &Path) -> Result<Calibration, RunError> {
     /// A calibration is a few hundred bytes.
     const MOST_BYTES: u64 = 1 << 20;
     let length = std::fs::metadata(path).map_err(|e| unreadable("calibration", path, &e))?.len();
@@ -186,7 +189,13 @@ pub fn write_calibration(calibration: &Calibration, path: &Path, overwrite: bool
     let text = calibration.to_toml()?;
     if overwrite {
         let part = path.with_extension("toml.part");
-        std::fs::write(&part, text).map_err(RunError::output(&part))?;
+        // What lies there, of a run that was broken off, is no file to write through: it may be a link.
+        match std::fs::remove_file(&part) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(RunError::output(&part)(e)),
+            _ => {}
+        }
+        let file = OpenOptions::new().write(true).create_new(true).open(&part);
+        file.and_then(|mut file| file.write_all(text.as_bytes())).map_err(RunError::output(&part))?;
         return std::fs::rename(&part, path).map_err(RunError::output(path));
     }
     match OpenOptions::new().write(true).create_new(true).open(path) {
@@ -257,14 +266,14 @@ mod tests {
         let path = folder.path().join(CALIBRATION);
         let first = said("scale = '10,20,110,20=0.5m'").applied(Calibration::default()).unwrap();
         write_calibration(&first, &path, false).unwrap();
-        assert_eq!(read(&path).unwrap(), first);
+        assert_eq!(read_calibration(&path).unwrap(), first);
         let second = Calibration { true_fps: Some(240.0), ..first.clone() };
         let refused = write_calibration(&second, &path, false).unwrap_err();
         assert!(refused.to_string().contains("--overwrite") && refused.exit_code() == 2, "{refused}");
-        assert_eq!(read(&path).unwrap(), first);
+        assert_eq!(read_calibration(&path).unwrap(), first);
         write_calibration(&second, &path, true).unwrap();
-        assert_eq!(read(&path).unwrap(), second);
+        assert_eq!(read_calibration(&path).unwrap(), second);
         std::fs::write(&path, "stick = 3").unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("calibration.toml"));
+        assert!(read_calibration(&path).unwrap_err().to_string().contains("calibration.toml"));
     }
 }

@@ -17,7 +17,7 @@ mod tests;
 #[cfg(feature = "xlsx")]
 mod xlsx;
 
-pub use calibration::{CALIBRATION, CalibrationOptions, write_calibration};
+pub use calibration::{CALIBRATION, CalibrationOptions, read_calibration, write_calibration};
 pub use facts::{Facts, TargetFacts};
 pub(crate) use files::is_result;
 pub use files::{Destination, FORMATS};
@@ -58,6 +58,25 @@ impl Measurement {
     pub fn events_table(&self) -> Table {
         events_table(&self.events, self.ruler.unit())
     }
+
+    /// What `measure.csv` holds.
+    pub fn csv(&self) -> Vec<u8> {
+        cells::csv(&self.table())
+    }
+
+    /// What `measure-events.csv` holds.
+    pub fn events_csv(&self) -> Vec<u8> {
+        cells::csv(&self.events_table())
+    }
+
+    /// What `measure.xlsx` holds.
+    ///
+    /// # Errors
+    /// More rows than a sheet can hold.
+    #[cfg(feature = "xlsx")]
+    pub fn xlsx(&self) -> Result<Vec<u8>, RunError> {
+        xlsx::bytes(&self.table(), self)
+    }
 }
 
 /// Measures a run: its folder, or a trajectory in it (CSV or JSON lines). Without a `calibration` given, the one named by the
@@ -75,17 +94,37 @@ pub fn measure(
         Some(given) => (given, None),
         None => calibration::find(&run, options.calibration.as_deref())?,
     };
+    measure_by(&run, calibration, from, options)
+}
+
+/// Measures a run that was read, or that is still at hand, by this calibration.
+///
+/// # Errors
+/// A calibration that does not belong to it, or a run of which nothing can be said.
+pub fn measure_recorded(
+    run: &RecordedRun,
+    calibration: Calibration,
+    options: &MeasureOptions,
+) -> Result<Measurement, RunError> {
+    measure_by(run, calibration, None, options)
+}
+
+fn measure_by(
+    run: &RecordedRun,
+    calibration: Calibration,
+    from: Option<std::path::PathBuf>,
+    options: &MeasureOptions,
+) -> Result<Measurement, RunError> {
     let calibration = Calibration { unit: options.unit.or(calibration.unit), ..calibration };
     calibration.check()?;
     if let Some([width, height]) = run.picture {
         calibration.check_picture(width, height)?;
     }
     let tracks = run.tracks(calibration.true_fps);
-    let boxes: Vec<[f64; 2]> = tracks.iter().flat_map(|t| t.sightings.iter().filter_map(|s| s.size)).collect();
-    let ruler = Ruler::new(&calibration, &boxes)?;
+    let ruler = Ruler::new(&calibration, &run.boxes())?;
     let asked = Questions::read(options)?;
     let mut found = found(&tracks, &ruler, options, &asked)?;
-    found.facts = Facts::of(&run, from, &calibration, options, &found);
+    found.facts = Facts::of(run, from, &calibration, options, &found);
     Ok(found)
 }
 

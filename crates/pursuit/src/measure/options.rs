@@ -88,7 +88,7 @@ impl MeasureOptions {
         let beside =
             input.and_then(|input| Some(input.parent()?.join(super::CALIBRATION))).filter(|path| path.is_file());
         match self.calibration.clone().or(beside) {
-            Some(path) => super::calibration::read(&path).map(drop),
+            Some(path) => super::calibration::read_calibration(&path).map(drop),
             None => Ok(()),
         }
     }

@@ -1,7 +1,7 @@
 //! What a run left behind, as sightings of its targets.
 
 use super::{MeasureOptions, Point};
-use crate::RunError;
+use crate::{Record, RunError};
 use crate::sinks::{Format, read_trajectory};
 use pursuit_geometry::BBox;
 use pursuit_measuring::{Sighting, Track};
@@ -35,6 +35,22 @@ struct Row {
 }
 
 impl RecordedRun {
+    /// A run that is still at hand: what it said of its targets, frame after frame, on pictures of this width and height.
+    pub fn of<'a>(
+        records: impl IntoIterator<Item = &'a Record>,
+        picture: [usize; 2],
+        options: &MeasureOptions,
+    ) -> Self {
+        let mut targets = BTreeMap::new();
+        records.into_iter().for_each(|record| take(&mut targets, options, Row::of(record)));
+        Self { folder: PathBuf::new(), trajectory: PathBuf::new(), input: None, picture: Some(picture), targets }
+    }
+
+    /// Width and height of the targets' boxes where they were measured.
+    pub fn boxes(&self) -> Vec<[f64; 2]> {
+        self.targets.values().flatten().filter_map(|sighting| sighting.size).collect()
+    }
+
     /// The targets' tracks; by `true_fps` where frames were taken at another rate than their times say.
     pub(super) fn tracks(&self, true_fps: Option<f64>) -> Vec<Track> {
         let at = |s: &Sighting| Sighting { time_s: true_fps.map_or(s.time_s, |fps| s.frame as f64 / fps), ..*s };
@@ -57,24 +73,11 @@ pub fn read_run(path: &Path, options: &MeasureOptions) -> Result<RecordedRun, Ru
     let trajectory = if path.is_dir() { path.join(Format::CSV.file_name()) } else { path.to_path_buf() };
     let folder = trajectory.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let mut targets = BTreeMap::<u64, Vec<Sighting>>::new();
-    let take = |row: Row| {
-        let seen = targets.entry(row.target).or_default();
-        let sighting = sighting(&row, options, seen.is_empty());
-        seen.push(sighting);
-    };
     if trajectory.extension().is_some_and(|e| e == "jsonl") {
-        read_lines(&trajectory, take).map_err(|e| wrong(&trajectory, &e))?;
+        read_lines(&trajectory, |row| take(&mut targets, options, row)).map_err(|e| wrong(&trajectory, &e))?;
     } else {
         let records = read_trajectory(&trajectory).map_err(|e| wrong(&trajectory, &e))?;
-        let row = |r: crate::Record| Row {
-            frame: r.frame,
-            time_s: r.time_s,
-            target: r.target.0,
-            state: r.estimate.as_ref().map_or(TrackState::Lost, |e| e.state),
-            own: r.estimate.as_ref().map(|e| e.bbox),
-            measured: r.estimate.as_ref().and_then(|e| e.measurement),
-        };
-        records.map(row).for_each(take);
+        records.for_each(|record| take(&mut targets, options, Row::of(&record)));
     }
     if targets.is_empty() {
         return Err(wrong(&trajectory, &"it has no rows"));
@@ -85,6 +88,26 @@ pub fn read_run(path: &Path, options: &MeasureOptions) -> Result<RecordedRun, Ru
     let picture = side("width").zip(side("height")).map(|(w, h)| [w, h]);
     let input = facts["input"]["name"].as_str().map(str::to_owned);
     Ok(RecordedRun { folder, trajectory, input, picture, targets })
+}
+
+impl Row {
+    fn of(record: &Record) -> Self {
+        let said = record.estimate.as_ref();
+        Self {
+            frame: record.frame,
+            time_s: record.time_s,
+            target: record.target.0,
+            state: said.map_or(TrackState::Lost, |e| e.state),
+            own: said.map(|e| e.bbox),
+            measured: said.and_then(|e| e.measurement),
+        }
+    }
+}
+
+fn take(targets: &mut BTreeMap<u64, Vec<Sighting>>, options: &MeasureOptions, row: Row) {
+    let seen = targets.entry(row.target).or_default();
+    let sighting = sighting(&row, options, seen.is_empty());
+    seen.push(sighting);
 }
 
 /// What a line says of its target. The box that a run was started on counts as measured: it is what the user saw.

@@ -10,22 +10,25 @@ use std::path::Path;
 const MOST_ROWS: usize = 1_048_576;
 
 pub(super) fn write(path: &Path, table: &Table, found: &Measurement) -> Result<(), RunError> {
+    std::fs::write(path, bytes(table, found)?).map_err(RunError::output(path))
+}
+
+pub(super) fn bytes(table: &Table, found: &Measurement) -> Result<Vec<u8>, RunError> {
     if table.len() >= MOST_ROWS {
         return Err(RunError::usage(format!(
             "a sheet has {MOST_ROWS} rows and the run {}; take the CSV or Parquet, or measure a part of the run",
             table.len()
         )));
     }
-    let failed = |e: XlsxError| RunError::output(path)(std::io::Error::other(e));
     let mut book = Workbook::new();
     let bold = Format::new().set_bold();
-    let mut written = || -> Result<(), XlsxError> {
+    let mut made = || -> Result<Vec<u8>, XlsxError> {
         sheet(book.add_worksheet(), "motion", table, &bold)?;
         sheet(book.add_worksheet(), "events", &found.events_table(), &bold)?;
         fits(book.add_worksheet(), found, &bold)?;
-        book.save(path)
+        book.save_to_buffer()
     };
-    written().map_err(failed)
+    made().map_err(|e| RunError::output("measure.xlsx")(std::io::Error::other(e)))
 }
 
 fn sheet(sheet: &mut Worksheet, name: &str, table: &Table, bold: &Format) -> Result<(), XlsxError> {

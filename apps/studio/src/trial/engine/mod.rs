@@ -59,7 +59,7 @@ pub(super) struct Engine {
 
 impl Engine {
     pub fn open(setup: Setup, screen: Arc<Screen>) -> Result<Self, Refusal> {
-        let Setup { locator, options, root, tracker, parameters, seeking, known } = setup;
+        let Setup { locator, options, root, tracker, parameters, seeking, known, bench: _ } = setup;
         let input = Input::new(locator, options);
         let tracker = registry::tracker(&tracker).map_err(RunError::from)?;
         let mut parameters = nested(&parameters);
@@ -124,6 +124,7 @@ impl Engine {
                 Some(Message::Obey(order, answer)) => self.answer(order, answer),
                 Some(Message::Version(number, answer)) => drop(answer.send(self.version(number))),
                 Some(Message::Picture(frame, answer)) => drop(answer.send(self.picture(frame))),
+                Some(Message::Shown(answer)) => drop(answer.send(Ok(self.shown.clone()))),
                 None => {
                     self.go_on();
                     // Nobody sees more pictures than a screen shows; the last one is always shown.
