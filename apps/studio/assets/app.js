@@ -5,6 +5,7 @@ import { Comparison } from "./compare.js";
 import { Detecting } from "./detecting.js";
 import { listen } from "./keyboard.js";
 import { Live } from "./live.js";
+import { Measuring } from "./measuring.js";
 import { LAYERS, Monitor } from "./monitor.js";
 import { Parameters } from "./parameters.js";
 import { Runs } from "./runs.js";
@@ -46,6 +47,7 @@ function fail(error) {
 function say(text) { $("status").textContent = text; }
 
 const monitor = new Monitor($("picture"), (box) => then(() => take(box)), choose);
+const measuring = new Measuring({ $, monitor, then, fail, seek: (frame) => then(() => order("seek", { frame })) });
 const targets = new Targets($("rows"), $("no-targets"), choose, (target) => then(() => removeTarget(target)));
 const timeline = new Timeline($("line"), (frame) => then(() => order("seek", { frame })));
 const parameters = new Parameters($("schema"), $("filter"), (key, value) => then(() => change({ [key]: value })));
@@ -77,6 +79,7 @@ async function open(source, what) {
     await watch();
     const detector = what ? null : detecting.name;
     show(answer.facts, null);
+    await measuring.opened(answer.trial);
     await setSpeed();
     if (detector) await detect(detector, detecting.changes);
   } catch (error) {
@@ -138,6 +141,7 @@ function show(facts, picture) {
   monitor.show(facts, picture);
   targets.show(facts.now, state.selected);
   timeline.show(facts);
+  measuring.show(facts);
   comparison.tell(facts);
   const { input, now } = facts;
   const frames = input.frame_count ? ` of ${input.frame_count}` : "";
@@ -341,6 +345,7 @@ function wire() {
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
   changed("rival", (rival) => setRival(rival).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; }));
   $("version").addEventListener("change", links);
+  for (const [id, times] of /** @type {[string, number][]} */ ([["zoom-in", 1.5], ["zoom-out", 1 / 1.5], ["zoom-fit", 0]])) $(id).addEventListener("click", () => monitor.enlarge(times));
   changed("look", (at) => order("look", { at }));
   $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
   for (const layer of LAYERS.filter((l) => l.label)) {
@@ -354,7 +359,7 @@ function wire() {
     label.append(box, swatch, layer.label);
     $("layers").append(label);
   }
-  listen({ state, monitor, hint: $("hint"), order, then, fail, take, remove: removeTarget, choose });
+  listen({ state, monitor, measuring, hint: $("hint"), order, then, fail, take, remove: removeTarget, choose });
   addEventListener("resize", () => monitor.draw());
   setInterval(() => { if (state.facts?.phase === "running" || timeline.rows.at(-1)?.[0] !== state.facts?.head) refresh(); }, ROWS_EVERY);
 }
@@ -380,6 +385,7 @@ async function begin() {
     return;
   }
   detecting.offer(catalogue.detectors);
+  $("measure-open").hidden = info.picking;
   $("rival").append(...state.trackers.map((t) => new Option(t.name, t.name)));
   /** @type {{ path: string, folder: boolean }[]} */
   const files = await call("GET", "/api/files").catch(() => []);
@@ -391,6 +397,7 @@ async function begin() {
     Object.assign(state, { trial: kept.trial, source: kept.source });
     await watch();
     accept(await call("GET", `/api/trials/${kept.trial}`));
+    await measuring.opened(kept.trial);
   } else if (info.input) {
     $("source").value = info.input;
     await open(info.input);

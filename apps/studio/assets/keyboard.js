@@ -2,7 +2,7 @@
 
 /**
  * @typedef {{ state: { facts: import("./api.js").Facts|null, selected: number, nudged: number[]|null },
- *   monitor: import("./monitor.js").Monitor, hint: HTMLElement,
+ *   monitor: import("./monitor.js").Monitor, measuring: import("./measuring.js").Measuring, hint: HTMLElement,
  *   order: (name: string, rest?: Record<string, any>) => Promise<any>, then: (act: () => Promise<any>) => any, fail: (error: unknown) => void,
  *   take: (box: number[]) => Promise<any>, remove: (target: number) => Promise<any>, choose: (target: number) => void }} Page
  */
@@ -17,6 +17,8 @@ function key(page, event) {
   const { state, monitor, order, then, fail } = page;
   const where = /** @type {HTMLElement} */ (event.target);
   const { facts } = state;
+  // What is undone in a field of text is its text.
+  if (!where.closest("textarea, input:not([type=checkbox])") && page.measuring.key(event)) { event.preventDefault(); return; }
   if (where.closest("input, select, textarea, button, summary, a") || event.ctrlKey || event.metaKey || !facts) return;
   const target = () => { state.selected = 0; page.choose(Number(event.key)); };
   const frozen = facts.read_only === true;

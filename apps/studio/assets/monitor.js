@@ -48,6 +48,8 @@ export class Monitor {
     /** @type {{ x: number, y: number }|null} */
     this.from = null;
     this.selected = 0;
+    /** Where the pointer is that moves the picture. @type {number[]|null} */
+    this.held = null;
     /** What an evaluation says of one frame. @type {import("./runs.js").Judged|null} */
     this.judged = null;
     /** Whether nothing can be changed: then a drag draws nothing. */
@@ -56,24 +58,49 @@ export class Monitor {
     this.snap = false;
     /** @type {(target: number) => number[][]} */
     this.trailOf = () => [];
+    /** Takes what the pointer does in place of the monitor, where it wants it. @type {import("./measuring.js").Measuring|null} */
+    this.tool = null;
+    /** Called when something was drawn. */
+    this.drawn = () => {};
+    /** How far the picture is enlarged beyond what fits, and which of its points is in the middle of the stage. */
+    this.zoom = { times: 1, x: 0, y: 0 };
+    /** Where the picture is on the stage: pixels of the screen for one of its own, and its corner. */
+    this.place = { factor: 1, left: 0, top: 0 };
     if (picked !== null) this.listen();
     new ResizeObserver(() => this.fit()).observe(/** @type {HTMLElement} */ (canvas.parentElement));
   }
 
   listen() {
+    this.canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.enlarge(1.25 ** (-event.deltaY / 100), this.at(event));
+    }, { passive: false });
     this.canvas.addEventListener("pointerdown", (event) => {
-      if (!this.facts || event.button !== 0) return;
+      if (!this.facts || event.button > 1) return;
       this.canvas.setPointerCapture(event.pointerId);
       this.canvas.focus();
+      if (event.button === 1) { event.preventDefault(); this.held = [event.clientX, event.clientY]; return; }
+      if (this.tool?.down(this.at(event), event)) return;
       this.from = this.at(event);
       this.draft = null;
     });
     this.canvas.addEventListener("pointermove", (event) => {
+      if (this.held) {
+        const [x, y] = [event.clientX - this.held[0], event.clientY - this.held[1]];
+        this.held = [event.clientX, event.clientY];
+        [this.zoom.x, this.zoom.y] = [this.zoom.x - x / this.place.factor, this.zoom.y - y / this.place.factor];
+        this.fit();
+        return;
+      }
+      if (this.tool?.move(this.at(event))) return;
       if (!this.from || this.frozen) return;
       this.draft = this.meant(between(this.from, this.at(event)), event);
       this.draw();
     });
+    this.canvas.addEventListener("pointerleave", () => this.tool?.leave());
     this.canvas.addEventListener("pointerup", (event) => {
+      if (this.held) { this.held = null; return; }
+      if (this.tool?.up(this.at(event), event)) return;
       if (!this.from) return;
       const box = this.meant(between(this.from, this.at(event)), event);
       const to = this.at(event);
@@ -88,20 +115,36 @@ export class Monitor {
       }
       this.draw();
     });
-    this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = null; this.draw(); });
+    this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = this.held = null; this.draw(); });
   }
 
-  /** Makes the picture as large as there is room, small ones up to three times their size. */
+  /** Makes the picture as large as there is room, small ones up to three times their size, and as much larger as it is zoomed. */
   fit() {
     const room = this.canvas.parentElement;
     if (!room?.clientWidth || !room.clientHeight) return;
-    const factor = Math.min(room.clientWidth / this.canvas.width, room.clientHeight / this.canvas.height, 3);
-    this.canvas.style.width = `${this.canvas.width * factor}px`;
-    this.canvas.style.height = `${this.canvas.height * factor}px`;
+    const { width, height } = this.canvas;
+    const [wide, high] = [room.clientWidth, room.clientHeight];
+    const factor = Math.min(wide / width, high / height, 3) * this.zoom.times;
+    // No further than that the picture's edge is at the stage's.
+    const held = (/** @type {number} */ at, /** @type {number} */ side, /** @type {number} */ room) =>
+      (side * factor <= room ? side / 2 : Math.min(Math.max(at, room / factor / 2), side - room / factor / 2));
+    [this.zoom.x, this.zoom.y] = [held(this.zoom.x, width, wide), held(this.zoom.y, height, high)];
+    this.place = { factor, left: wide / 2 - this.zoom.x * factor, top: high / 2 - this.zoom.y * factor };
+    Object.assign(this.canvas.style, { width: `${width * factor}px`, height: `${height * factor}px`, left: `${this.place.left}px`, top: `${this.place.top}px` });
+    this.canvas.classList.toggle("enlarged", factor > 3);
     this.draw();
   }
 
-  /** @param {PointerEvent} event @returns {{ x: number, y: number }} in pixels of the input, inside the picture */
+  /** Enlarges the picture, and leaves this point of it where it is. @param {number} times @param {{ x: number, y: number }} [point] */
+  enlarge(times, { x, y } = this.zoom) {
+    const before = this.zoom.times;
+    this.zoom.times = Math.min(Math.max(before * times, 1), 40);
+    const turn = before / this.zoom.times;
+    [this.zoom.x, this.zoom.y] = [x + (this.zoom.x - x) * turn, y + (this.zoom.y - y) * turn];
+    this.fit();
+  }
+
+  /** @param {MouseEvent} event @returns {{ x: number, y: number }} in pixels of the input, inside the picture */
   at(event) {
     const place = this.canvas.getBoundingClientRect();
     const inside = (/** @type {number} */ v, /** @type {number} */ most) => Math.min(Math.max(v, 0), most);
@@ -128,6 +171,7 @@ export class Monitor {
     const { width, height } = facts.input;
     if (this.canvas.width !== width || this.canvas.height !== height) {
       [this.canvas.width, this.canvas.height] = [width, height];
+      this.zoom.times = 1;
       this.fit();
     }
     if (picture) {
@@ -157,6 +201,7 @@ export class Monitor {
     const c = this.context;
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     if (this.background) c.drawImage(this.background, 0, 0);
+    this.drawn();
     const now = this.facts?.now;
     if (!now || !this.facts) return;
     // Lines are as thick on the screen whatever the size of the picture.

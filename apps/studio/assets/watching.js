@@ -18,7 +18,7 @@ export function freeze($, areas) {
   words.id = "read-only";
   words.textContent = "Read-only: this page shows a run of “pursuit track” or “ptz follow” with “--watch”. It is stopped in its terminal (Ctrl-C). To pick, step and correct, open the clip with “pursuit studio”.";
   $("open-form").before(words);
-  for (const id of ["source", "open", "browse", "upload", "speed", "keys", "runs"]) $(id).hidden = true;
+  for (const id of ["source", "open", "browse", "upload", "speed", "keys", "runs", "measure-open"]) $(id).hidden = true;
   for (const id of ["source", "speed"]) document.querySelector(`label[for=${id}]`)?.setAttribute("hidden", "");
   for (const id of ["tracker", "motion", "detector", "start", "pause", "stop", "back", "step", "seek", "rival"]) $(id).disabled = true;
   $("line").setAttribute("aria-disabled", "true");

@@ -120,11 +120,8 @@ impl Tangents {
 /// The gradient at a pixel that is not on the border, grey levels a pixel (Scharr's filter).
 fn gradient(gray: ImageView<'_, u8>, x: usize, y: usize) -> Option<(f64, f64)> {
     let at = |dx: usize, dy: usize| gray.get(x + dx - 1, y + dy - 1).map(|&level| f64::from(level));
-    let [[a, b, c], [d, _, e], [f, g, h]] = [
-        [at(0, 0)?, at(1, 0)?, at(2, 0)?],
-        [at(0, 1)?, 0.0, at(2, 1)?],
-        [at(0, 2)?, at(1, 2)?, at(2, 2)?],
-    ];
+    let [[a, b, c], [d, _, e], [f, g, h]] =
+        [[at(0, 0)?, at(1, 0)?, at(2, 0)?], [at(0, 1)?, 0.0, at(2, 1)?], [at(0, 2)?, at(1, 2)?, at(2, 2)?]];
     let across = 3.0 * (c - a) + 10.0 * (e - d) + 3.0 * (h - f);
     let down = 3.0 * (f - a) + 10.0 * (g - b) + 3.0 * (h - c);
     Some((across / 32.0, down / 32.0))

@@ -37,11 +37,9 @@ pub(crate) async fn setting(State(studio): State<Arc<Studio>>, Path(trial): Path
 }
 
 /// Takes a setting even where it cannot be meant yet: its points are clicked one after the other.
-pub(crate) async fn set(
-    State(studio): State<Arc<Studio>>,
-    Path(trial): Path<u64>,
-    Json(setting): Json<Setting>,
-) -> Answer {
+pub(crate) async fn set(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>, Json(said): Json<Value>) -> Answer {
+    // Of a length or a unit that cannot be read, the message is its own and says what would be right.
+    let setting: Setting = serde_json::from_value(said).map_err(|e| Refusal::unfit(e.to_string()))?;
     let trial = studio.trial(trial)?;
     let mut bench = trial.bench()?;
     bench.setting = setting;

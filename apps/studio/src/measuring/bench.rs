@@ -121,9 +121,8 @@ impl Bench {
                 place.name
             )));
         }
-        write_calibration(&self.setting.calibration, &path, overwrite).map_err(|error| {
-            Refusal::conflict(error.to_string().replace(&path.display().to_string(), &place.name))
-        })?;
+        write_calibration(&self.setting.calibration, &path, overwrite)
+            .map_err(|error| Refusal::conflict(error.to_string().replace(&path.display().to_string(), &place.name)))?;
         (self.from, self.warning) = (Some(place.name.clone()), None);
         Ok(())
     }

@@ -7,7 +7,6 @@ pub(crate) use bench::{Bench, Place, Setting};
 
 use crate::error::Refusal;
 use crate::trial::Told;
-use axum::http::StatusCode;
 use pursuit::measure::{Measurement, RecordedRun, measure_recorded};
 use pursuit::measuring::Ruler;
 use serde::Deserialize;
@@ -78,8 +77,7 @@ impl File {
             #[cfg(feature = "xlsx")]
             Self::Xlsx => Ok(found.xlsx()?),
             #[cfg(not(feature = "xlsx"))]
-            Self::Xlsx => Err(Refusal::new(
-                StatusCode::NOT_IMPLEMENTED,
+            Self::Xlsx => Err(Refusal::unfit(
                 "this build cannot write spreadsheets; build with `--features xlsx`, or take the CSV",
             )),
         }
@@ -87,5 +85,5 @@ impl File {
 }
 
 fn unfit(error: impl std::fmt::Display) -> Refusal {
-    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string())
+    Refusal::unfit(error.to_string())
 }

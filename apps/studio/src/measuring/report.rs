@@ -1,6 +1,7 @@
 //! What was measured, as the page draws it.
 
 use pursuit::measure::Measurement;
+use pursuit::measuring::fits::Fitted;
 use pursuit::measuring::{Measured, Moment, Ruler, State};
 use serde_json::{Value, json};
 
@@ -23,9 +24,16 @@ pub(super) fn results(version: u32, found: &Measurement) -> Value {
         "targets": targets,
         "facts": facts.targets,
         "events": facts.events.iter().take(MOST_EVENTS).collect::<Vec<_>>(),
-        "fits": facts.fits,
+        "fits": found.fits.iter().map(of_fit).collect::<Vec<_>>(),
         "warnings": facts.warnings,
     })
+}
+
+fn of_fit(fit: &Fitted) -> Value {
+    let every = fit.residuals.len().div_ceil(MOST_MOMENTS).max(1);
+    let mut told = json!(fit);
+    told["residuals"] = json!(fit.residuals.iter().step_by(every).collect::<Vec<_>>());
+    told
 }
 
 /// Columns over the moments of a target: values and standard deviations, and where they are in the picture.

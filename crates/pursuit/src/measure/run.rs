@@ -1,8 +1,8 @@
 //! What a run left behind, as sightings of its targets.
 
 use super::{MeasureOptions, Point};
-use crate::{Record, RunError};
 use crate::sinks::{Format, read_trajectory};
+use crate::{Record, RunError};
 use pursuit_geometry::BBox;
 use pursuit_measuring::{Sighting, Track};
 use pursuit_tracking::TrackState;
