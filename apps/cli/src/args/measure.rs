@@ -68,40 +68,40 @@ pub struct Measuring {
     #[arg(long, value_name = "FILE.toml")]
     pub calibration: Option<PathBuf>,
     /// How velocity and acceleration are made of places [default: smoother]
-    #[arg(long = "measure-method", value_name = "METHOD", value_parser = method)]
+    #[arg(id = "measure-method", long = "measure-method", value_name = "METHOD", value_parser = method)]
     pub method: Option<Method>,
     /// How many frames a cubic of `savitzky-golay` is fitted to, odd [default: 11]
-    #[arg(long = "measure-window", value_name = "FRAMES")]
+    #[arg(id = "measure-window", long = "measure-window", value_name = "FRAMES")]
     pub window: Option<usize>,
     /// Take no jump of the velocity for a bounce
     #[arg(long = "no-bounces")]
     pub no_bounces: bool,
     /// The point of the box that is measured: center, bottom (of who walks on a plane) or top [default: center]
-    #[arg(long = "measure-point", value_name = "POINT", value_parser = point)]
+    #[arg(id = "measure-point", long = "measure-point", value_name = "POINT", value_parser = point)]
     pub point: Option<Point>,
     /// Let frames count in which the target was in sight, but not for certain
-    #[arg(long = "measure-unsure")]
+    #[arg(id = "measure-unsure", long = "measure-unsure")]
     pub unsure: bool,
     /// The unit of the results: km, m, cm, mm, um, in, ft or px [default: the ruler's]
-    #[arg(long = "measure-unit", value_name = "UNIT", value_parser = unit)]
+    #[arg(id = "measure-unit", long = "measure-unit", value_name = "UNIT", value_parser = unit)]
     pub unit: Option<Unit>,
     /// Fit line, parabola or sine (repeat): sine:x along x, parabola@0.2-0.9 of a span of seconds
-    #[arg(long = "measure-fit", value_name = "FIT")]
+    #[arg(id = "measure-fit", long = "measure-fit", value_name = "FIT")]
     pub fits: Vec<String>,
     /// Report crossings of a line, in the unit of the results (repeat)
-    #[arg(long = "measure-line", value_name = "[NAME=]X1,Y1,X2,Y2", allow_hyphen_values = true)]
+    #[arg(id = "measure-line", long = "measure-line", value_name = "[NAME=]X1,Y1,X2,Y2", allow_hyphen_values = true)]
     pub lines: Vec<String>,
     /// Report entries into a zone, in the unit of the results (repeat)
-    #[arg(long = "measure-zone", value_name = "[NAME=]X1,Y1,…", allow_hyphen_values = true)]
+    #[arg(id = "measure-zone", long = "measure-zone", value_name = "[NAME=]X1,Y1,…", allow_hyphen_values = true)]
     pub zones: Vec<String>,
     /// Measure distance and direction from one target to another (repeat)
-    #[arg(long = "measure-between", value_name = "A,B")]
+    #[arg(id = "measure-between", long = "measure-between", value_name = "A,B")]
     pub between: Vec<String>,
     /// Write what was measured in a further format: jsonl, parquet, xlsx
-    #[arg(long = "measure-format", value_name = "FORMAT", value_delimiter = ',')]
+    #[arg(id = "measure-format", long = "measure-format", value_name = "FORMAT", value_delimiter = ',')]
     pub formats: Vec<String>,
     /// Draw no plots of what was measured
-    #[arg(long = "no-measure-plots")]
+    #[arg(id = "no-measure-plots", long = "no-measure-plots")]
     pub no_plots: bool,
 }
 

@@ -42,6 +42,30 @@ fn help_man_and_completions_name_every_command() {
     }
 }
 
+/// Two options under one name inside would each take what the other was given; `clap` itself looks only in builds of its own
+/// with assertions.
+#[test]
+fn every_option_is_one_of_its_own() {
+    fn check(command: &Command, name: &str) {
+        let mut seen = std::collections::BTreeSet::new();
+        for argument in command.get_arguments() {
+            assert!(
+                seen.insert(argument.get_id().to_string()),
+                "{name}: two arguments are `{}` inside",
+                argument.get_id()
+            );
+            for long in argument.get_long_and_visible_aliases().into_iter().flatten() {
+                assert!(seen.insert(format!("--{long}")), "{name}: two options are called --{long}");
+            }
+            if let Some(short) = argument.get_short() {
+                assert!(seen.insert(format!("-{short}")), "{name}: two options are called -{short}");
+            }
+        }
+        command.get_subcommands().for_each(|sub| check(sub, &format!("{name} {}", sub.get_name())));
+    }
+    check(&root(), "pursuit");
+}
+
 /// README and all documents, with their texts.
 fn documents() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
