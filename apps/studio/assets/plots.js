@@ -83,7 +83,7 @@ export class Plots {
       const dash = i ? "6 3" : "none";
       for (const run of runs(curve.values)) {
         const edge = (/** @type {number} */ k, /** @type {number} */ sign) => `${axes.x(times[k]).toFixed(1)},${axes.y(Number(curve.values[k]) + sign * 2 * Number(curve.errors[k])).toFixed(1)}`;
-        const band = [...run.map((k) => edge(k, 1)), ...run.toReversed().map((k) => edge(k, -1))];
+        const band = [...run.map((k) => edge(k, 1)), ...[...run].reverse().map((k) => edge(k, -1))];
         svg.append(node("polygon", { points: band.join(" "), fill: curve.color, opacity: .22 }));
         svg.append(node("polyline", { points: run.map((k) => `${axes.x(times[k]).toFixed(1)},${axes.y(Number(curve.values[k])).toFixed(1)}`).join(" "), fill: "none", stroke: curve.color, "stroke-width": 1.7, "stroke-dasharray": dash }));
       }
@@ -169,7 +169,9 @@ class Axes {
       const wider = (/** @type {number[]} */ [a, b], /** @type {number} */ side) => [(a + b) / 2 - per * side / 2, (a + b) / 2 + per * side / 2];
       [across, up] = [wider(across, room[0]), wider(up, room[1])];
     }
-    [this.across, this.up, this.room] = [across, up, room];
+    this.across = across;
+    this.up = up;
+    this.room = room;
   }
 
   /** @param {number} value */

@@ -56,7 +56,7 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
   assert.deepEqual((await facts(page)).now.records[0].box, second.slice(0, 4));
   await page.getByLabel("Snap to the detector", { exact: true }).uncheck();
   // By the keyboard.
-  await region("Monitor").locator("canvas").focus();
+  await region("Monitor").locator("canvas").first().focus();
   await page.keyboard.press("p");
   await page.getByText(/Box 1 of \d+ of the detector/).waitFor();
   await page.keyboard.press("Escape");

@@ -19,7 +19,7 @@ export function listen(page) {
 /** How bright the picture is where something should be, and which frame the page says it is; both of one moment.
  * @param {import("playwright-core").Page} page @param {(frame: number) => number[]} patch */
 export async function lookAt(page, patch) {
-  return page.getByRole("region", { name: "Monitor", exact: true }).locator("canvas").evaluate((canvas, places) => {
+  return page.getByRole("region", { name: "Monitor", exact: true }).locator("canvas").first().evaluate((canvas, places) => {
     const frame = Number(/frame (\d+)/.exec(document.getElementById("status")?.textContent ?? "")?.[1]);
     const [l, t, w, h] = places[frame];
     const context = /** @type {CanvasRenderingContext2D} */ (/** @type {HTMLCanvasElement} */ (canvas).getContext("2d"));

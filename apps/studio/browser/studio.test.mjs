@@ -11,6 +11,7 @@ import { browsing } from "./browsing.mjs";
 import { detecting } from "./detecting.mjs";
 import { listen, lookAt, watched } from "./live.mjs";
 import { looking } from "./looking.mjs";
+import { measuring } from "./measuring.mjs";
 import { FRAMES, HEIGHT, LONG, WIDTH, patch, returning, writeClip, writeClipWithLoss } from "./clip.mjs";
 
 const [pursuit, browserPath, shots] = process.argv.slice(2);
@@ -45,7 +46,7 @@ page.on("console", (message) => { if (message.type() === "error") complaints.pus
 const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
 const region = (/** @type {string} */ name) => page.getByRole("region", { name, exact: true });
 const status = () => page.getByRole("status").innerText();
-const canvas = region("Monitor").locator("canvas");
+const canvas = region("Monitor").locator("canvas").first();
 const frame = async () => Number(/frame (\d+)/.exec(await status())?.[1]);
 
 /** @param {() => Promise<boolean>} holds @param {string} what */
@@ -266,6 +267,9 @@ const checks = {
   },
   async "depth and what moves are looked at in place of the picture"() {
     await looking({ page, button, canvas, until, frame, shot, patch });
+  },
+  async "a phone's clip is measured in metres, in the page alone"() {
+    await measuring({ page, button, region, canvas, pursuit, folder, until, frame, says, shot, complaints });
   },
   async "evaluations and reproductions are browsed, and worst frames opened"() {
     await browsing({ page, button, pursuit, folder, until, frame, status, shot });
