@@ -35,7 +35,8 @@ export class Results {
     const { ruler, unit } = found;
     if (ruler.per_pixel !== undefined && ruler.kind !== "pixels") add(facts, "p", `A pixel is ${short(ruler.per_pixel)} ${unit}, ± ${(100 * (ruler.relative_error ?? 0)).toFixed(2)} %.`);
     if (ruler.kind === "pixels") add(facts, "p", "No ruler: lengths are in pixels.");
-    if (ruler.residuals_px?.length) add(facts, "p", `The plane's points are off by ${ruler.residuals_px.map((r) => r.toFixed(2)).join(", ")} px.`);
+    // Four points fit any plane.
+    if ((ruler.residuals_px?.length ?? 0) > 4) add(facts, "p", `The plane's points are off by ${(ruler.residuals_px ?? []).map((r) => r.toFixed(2)).join(", ")} px.`);
     for (const fit of found.fits) {
       add(facts, "h4", `${fit.asked.shape} of target ${fit.target}, ${fit.count} frames, ${fit.from_s.toFixed(3)} s to ${fit.to_s.toFixed(3)} s`);
       for (const { name, value, error, unit: of } of fit.parameters) add(facts, "p", `${name.replaceAll("_", " ")} ${within(value, error)} ${of.replace("^2", "²")}`).dataset.fit = name;
