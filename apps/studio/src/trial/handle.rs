@@ -94,7 +94,7 @@ enum Kind {
         messages: Sender<Message>,
         /// Of a live input, which is never opened a second time.
         remote: Remote,
-        bench: Mutex<Bench>,
+        bench: Box<Mutex<Bench>>,
     },
     Job(Arc<Job>),
 }
@@ -123,7 +123,7 @@ impl Trial {
     /// # Errors
     /// An input that cannot be read or says nothing, a method that there is not.
     pub async fn open(mut setup: Setup) -> Result<Self, Refusal> {
-        let bench = Mutex::new(std::mem::take(&mut setup.bench));
+        let bench = Box::new(Mutex::new(std::mem::take(&mut setup.bench)));
         let system = |e: std::io::Error| Refusal::too_many(format!("the system gives no thread ({e}); close a trial"));
         let screen = Screen::open().map_err(system)?;
         let (messages, inbox) = channel();
