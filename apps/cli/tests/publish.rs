@@ -104,16 +104,22 @@ fn home_assistant_is_told_what_there_is_and_changes_alone_can_be_published() {
     listener.wait_for(&format!("{prefix}/status"), "offline");
     let heard = listener.heard();
     assert!(heard.iter().all(|h| !h.topic.ends_with("/frame")), "{heard:?}");
-    let config = "homeassistant/binary_sensor/pursuit_scene-drift-seed-7-duration-1/target_1/config";
-    let configs = listener.under(config);
-    assert_eq!(configs.last().unwrap(), "", "a target that is no more is forgotten");
-    let config: Value = serde_json::from_str(&configs[0]).unwrap();
+    let topic =
+        |kind: &str, what: &str| format!("homeassistant/{kind}/pursuit_scene-drift-seed-7-duration-1/{what}/config");
+    let present = all_json(listener.under(&topic("binary_sensor", "present"))).pop().unwrap();
     // What the template makes of the messages under the topic is what Home Assistant shows.
-    let topic = config["state_topic"].as_str().unwrap();
-    assert_eq!(config["value_template"], "{{ 'ON' if value_json.present else 'OFF' }}");
-    let first: Value = serde_json::from_str(&listener.under(topic)[0]).unwrap();
-    assert_eq!(first["present"], true);
-    assert_eq!(config["availability_topic"], format!("{prefix}/status"));
+    assert_eq!(present["value_template"], "{{ 'ON' if value_json.count > 0 else 'OFF' }}");
+    let mut counts = listener.under(present["state_topic"].as_str().unwrap());
+    assert_eq!(counts.pop().unwrap(), "", "the broker is made to forget");
+    let counts: Vec<u64> = all_json(counts).iter().map(|count| count["count"].as_u64().unwrap()).collect();
+    assert_eq!(counts, [0, 1], "it counts once it has been seen for a while");
+    assert_eq!(present["availability_topic"], format!("{prefix}/status"));
+    let image = all_json(listener.under(&topic("image", "last_event"))).pop().unwrap();
+    let pictures = listener.under(image["image_topic"].as_str().unwrap());
+    assert!(pictures.len() == 1 && pictures[0].contains("JFIF"), "of who appeared");
+    // What there is does not change with the targets.
+    let discovered = heard.iter().filter(|h| h.topic.starts_with("homeassistant/")).map(|h| &h.topic);
+    assert_eq!(discovered.collect::<std::collections::BTreeSet<_>>().len(), 4);
     assert_eq!(all_json(listener.under(&format!("{prefix}/present")))[0]["targets"], serde_json::json!([1]));
     assert_eq!(run_json(folder.path())["publish"]["every"], "state");
 }

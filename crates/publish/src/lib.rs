@@ -19,6 +19,8 @@
 mod address;
 mod back_off;
 mod error;
+#[cfg(feature = "mqtt")]
+mod greeting;
 mod link;
 mod message;
 #[cfg(feature = "mqtt")]

@@ -10,6 +10,7 @@ use rumqttc::{
 };
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
+use std::io::ErrorKind;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::Notify;
 
@@ -24,6 +25,7 @@ const LARGEST: (usize, usize) = (64 << 10, 1 << 20);
 /// Brokers that speak MQTT 3.1.1.
 pub(crate) struct Mqtt {
     options: MqttOptions,
+    is_plain: bool,
 }
 
 impl Mqtt {
@@ -39,7 +41,7 @@ impl Mqtt {
         if let Some(login) = &broker.login {
             options.set_credentials(login.user.clone(), login.password.clone());
         }
-        Ok(Self { options })
+        Ok(Self { options, is_plain: !broker.scheme.is_encrypted() })
     }
 }
 
@@ -70,7 +72,13 @@ impl Wire for Mqtt {
         events.network_options.set_connection_timeout(PATIENCE_S);
         match events.poll().await {
             Ok(_) => Ok(Session { client, events, tally: Tally::default() }),
-            Err(error) => Err(explain(&error).into()),
+            Err(error) => {
+                let (host, port) = self.options.broker_address();
+                if self.is_plain && is_strange(&error) && crate::greeting::speaks_tls(&host, port) {
+                    return Err((format!("it speaks TLS there; write mqtts://{host}:{port}"), true).into());
+                }
+                Err(explain(&error).into())
+            }
         }
     }
 }
@@ -243,6 +251,22 @@ async fn pump(
             Event::Outgoing(Outgoing::Disconnect) => return Ok(()),
             event => tally.note(&event),
         }
+    }
+}
+
+/// Whether somebody is there who does not answer as a broker does.
+fn is_strange(error: &ConnectionError) -> bool {
+    let is_cut = |io: &std::io::Error| {
+        matches!(io.kind(), ErrorKind::UnexpectedEof | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted)
+    };
+    match error {
+        ConnectionError::MqttState(StateError::Deserialization(rumqttc::mqttbytes::Error::Io(io)))
+        | ConnectionError::MqttState(StateError::Io(io))
+        | ConnectionError::Io(io) => is_cut(io),
+        ConnectionError::MqttState(StateError::Deserialization(_) | StateError::ConnectionAborted)
+        | ConnectionError::NotConnAck(_)
+        | ConnectionError::NetworkTimeout => true,
+        _ => false,
     }
 }
 

@@ -85,6 +85,17 @@ impl<T> Queue<T> {
         self.news.notify_one();
     }
 
+    /// Takes a message in, in place of those under its topic that still wait: of a picture the newest is enough.
+    pub fn replace(&self, message: Message) {
+        let mut waiting = self.lock();
+        let before = waiting.items.len();
+        waiting.items.retain(|item| !matches!(item, Item::Ready(old) if old.topic == message.topic));
+        // What was replaced is not missing to anybody.
+        waiting.taken_in -= (before - waiting.items.len()) as u64;
+        drop(waiting);
+        self.push(message);
+    }
+
     /// Nothing more comes.
     pub fn end(&self) {
         self.ended.send_replace(Some(Instant::now()));
@@ -198,6 +209,18 @@ mod tests {
         queue.extend(5..7);
         queue.abandon();
         assert_eq!((queue.counts(), all(&queue).len()), ((8, 5), 0));
+    }
+
+    #[test]
+    fn of_a_topic_that_is_replaced_the_newest_waits() {
+        let queue = queue(9);
+        queue.push(message("m", "first"));
+        queue.replace(Message::retained("picture", "old"));
+        queue.push(message("m", "second"));
+        queue.replace(Message::retained("picture", "new"));
+        assert_eq!(queue.counts(), (3, 0));
+        assert_eq!(all(&queue), ["first", "second", "new"]);
+        assert_eq!(queue.documents(), [Message::retained("picture", "new")]);
     }
 
     #[test]

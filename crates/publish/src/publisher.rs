@@ -89,6 +89,12 @@ impl<T: Send + 'static> Publisher<T> {
         self.queue.push(message);
     }
 
+    /// Hands in a message that takes the place of those under its topic that still wait: large ones, such as pictures, of
+    /// which the newest is enough.
+    pub fn replace(&self, message: Message) {
+        self.queue.replace(message);
+    }
+
     /// What has become of the messages so far.
     pub fn counts(&self) -> Counts {
         let (messages, dropped) = self.queue.counts();

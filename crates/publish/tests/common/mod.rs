@@ -92,6 +92,14 @@ impl Mosquitto {
         }
     }
 
+    /// Stops it where it is, or lets it go on: its connections stay, and nothing answers.
+    #[cfg(unix)]
+    pub fn hang(&self, is_hung: bool) {
+        let Some(child) = &self.child else { return };
+        let signal = if is_hung { "-STOP" } else { "-CONT" };
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    }
+
     /// A listener to everything, which comes back when the broker does. It listens when this returns.
     pub fn listen(&self, arguments: &[&str]) -> Listener {
         let client = |name: &str, own: &[&str]| {
@@ -102,7 +110,7 @@ impl Mosquitto {
                 .args(arguments);
             command
         };
-        let mut listener = client("mosquitto_sub", &["-q", "2", "-t", "#", "-F", "%r %t %p"]);
+        let mut listener = client("mosquitto_sub", &["-q", "2", "-t", "#", "-F", "%r %t %x"]);
         let mut child = listener.stdout(Stdio::piped()).spawn().unwrap();
         let heard: Arc<Mutex<Vec<Heard>>> = Arc::default();
         let is_there = Arc::new(AtomicBool::new(false));
@@ -115,7 +123,11 @@ impl Mosquitto {
                 if topic == CALL {
                     hears.store(true, Ordering::SeqCst);
                 } else {
-                    all.lock().unwrap().push(Heard { is_old, topic, payload: words.next().unwrap_or_default() });
+                    all.lock().unwrap().push(Heard {
+                        is_old,
+                        topic,
+                        payload: from_hex(&words.next().unwrap_or_default()),
+                    });
                 }
             }
         });
@@ -129,6 +141,12 @@ impl Mosquitto {
         };
         Listener { stop: Box::new(stop), heard }
     }
+}
+
+/// The text whose bytes these digits are; what is no text, a picture say, is shown as it may be.
+fn from_hex(digits: &str) -> String {
+    let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
+    String::from_utf8_lossy(&digits.as_bytes().chunks(2).map(byte).collect::<Vec<u8>>()).into_owned()
 }
 
 /// A way to a port that can be shut: connections are cut and none come about while it is.

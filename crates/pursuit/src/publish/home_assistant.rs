@@ -1,7 +1,12 @@
 //! Discovery messages of Home Assistant (its integration `mqtt`): what there is, and how its messages are read.
+//!
+//! What there is does not change with the targets: how many are in the picture and in each zone, and whether anybody is, of all and of
+//! each class that was ever seen, and a picture of the last thing that happened.
 
 use pursuit_publish::Message;
+use pursuit_tracking::Class;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Where Home Assistant listens unless it is told otherwise.
 const DISCOVERY: &str = "homeassistant";
@@ -12,72 +17,75 @@ pub(super) struct HomeAssistant {
     node: String,
     prefix: String,
     device: Value,
-    /// Whether there are messages between changes of state.
-    has_frames: bool,
+    /// Places and classes that were told of.
+    told: BTreeSet<(Option<String>, Option<String>)>,
 }
 
 impl HomeAssistant {
-    pub fn new(prefix: &str, has_frames: bool) -> Self {
-        let fits = |c: char| c.is_ascii_alphanumeric() || c == '-';
-        let node: String = prefix.chars().map(|c| if fits(c) { c } else { '_' }).collect();
+    pub fn new(prefix: &str) -> Self {
+        let node = plain(prefix);
         let device = json!({
             "identifiers": [node],
             "name": prefix,
             "manufacturer": "pursuit",
             "sw_version": env!("CARGO_PKG_VERSION"),
         });
-        Self { node, prefix: prefix.to_owned(), device, has_frames }
+        Self { node, prefix: prefix.to_owned(), device, told: BTreeSet::new() }
     }
 
-    /// How many targets are there.
-    pub fn count(&self) -> Message {
-        let own = json!({
-            "name": "Targets present",
-            "state_topic": format!("{}/present", self.prefix),
-            "value_template": "{{ value_json.present }}",
+    /// What there is from the beginning besides places: a picture of what happened last. And that the sensor of former versions is
+    /// no more, which counted what is hidden too.
+    pub fn begin(&self) -> [Message; 2] {
+        let picture = json!({
+            "name": "What happened last",
+            "image_topic": self.picture_topic(),
+            "content_type": "image/jpeg",
+        });
+        let former = Message { payload: Vec::new(), ..self.config("sensor", "present", json!({})) };
+        [self.config("image", "last_event", picture), former]
+    }
+
+    /// Where the picture of what happened last is.
+    pub fn picture_topic(&self) -> String {
+        format!("{}/picture", self.prefix)
+    }
+
+    /// How many are at a place – the picture or a zone – whose counts are told under `topic`, and whether anybody is; of all, or
+    /// of a class. Nothing, where that was told already.
+    pub fn place(&mut self, zone: Option<&str>, class: Option<&Class>, topic: &str) -> Vec<Message> {
+        if !self.told.insert((zone.map(str::to_owned), class.map(|c| c.as_str().to_owned()))) {
+            return Vec::new();
+        }
+        let words: Vec<&str> = zone.into_iter().chain(class.map(Class::as_str)).collect();
+        let (id, name) = (words.iter().map(|word| plain(word) + "_").collect::<String>(), words.join(" "));
+        let name = |what: &str| {
+            let text = format!("{name} {what}");
+            let text = text.trim();
+            let mut letters = text.chars();
+            letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+        };
+        let many = match class {
+            // A word in JSON is one in the language of templates.
+            Some(class) => format!("value_json.classes.get({}, 0)", json!(class.as_str())),
+            None => "value_json.count".to_owned(),
+        };
+        let count = json!({
+            "name": name("count"),
+            "state_topic": topic,
+            "value_template": format!("{{{{ {many} }}}}"),
             "state_class": "measurement",
+            "json_attributes_topic": topic,
         });
-        self.config("sensor", "present", own)
-    }
-
-    /// Whether a target is there, where, and how sure that is.
-    pub fn target(&self, target: u64) -> [Message; 4] {
-        let state = format!("{}/targets/{target}/state", self.prefix);
-        let newest = if self.has_frames { format!("{}/targets/{target}/frame", self.prefix) } else { state.clone() };
-        let sensor = |what: &str, name: &str, unit: &str, template: String| {
-            let own = json!({
-                "name": format!("Target {target} {name}"),
-                "state_topic": newest,
-                "value_template": template,
-                "unit_of_measurement": unit,
-                "state_class": "measurement",
-            });
-            self.config("sensor", &format!("target_{target}_{what}"), own)
-        };
-        let middle = |from: usize, size: usize| {
-            format!(
-                "{{{{ (value_json.box[{from}] + value_json.box[{size}] / 2) | round(1) if value_json.box else none }}}}"
-            )
-        };
-        let score = "{{ (100 * value_json.score) | round(1) if value_json.score is not none else none }}".to_owned();
         let present = json!({
-            "name": format!("Target {target}"),
+            "name": name("present"),
             "device_class": "occupancy",
-            "state_topic": state,
-            "value_template": "{{ 'ON' if value_json.present else 'OFF' }}",
-            "json_attributes_topic": state,
+            "state_topic": topic,
+            "value_template": format!("{{{{ 'ON' if {many} > 0 else 'OFF' }}}}"),
         });
-        [
-            self.config("binary_sensor", &format!("target_{target}"), present),
-            sensor("x", "x", "px", middle(0, 2)),
-            sensor("y", "y", "px", middle(1, 3)),
-            sensor("score", "score", "%", score),
+        vec![
+            self.config("sensor", &format!("{id}count"), count),
+            self.config("binary_sensor", &format!("{id}present"), present),
         ]
-    }
-
-    /// Home Assistant forgets a target.
-    pub fn forget(&self, target: u64) -> [Message; 4] {
-        self.target(target).map(|config| Message { payload: Vec::new(), ..config })
     }
 
     fn config(&self, kind: &str, what: &str, mut own: Value) -> Message {
@@ -89,37 +97,57 @@ impl HomeAssistant {
     }
 }
 
+/// A text as a part of topics and names inside Home Assistant: letters, digits, `-` and `_`.
+fn plain(text: &str) -> String {
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    text.chars().map(|c| if fits(c) { c } else { '_' }).collect()
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 mod tests {
     use super::*;
 
     #[test]
     fn topics_and_names_are_what_home_assistant_takes() {
-        let home = HomeAssistant::new("watch/front yard", true);
-        let messages: Vec<Message> = home.target(3).into_iter().chain([home.count()]).collect();
+        let mut home = HomeAssistant::new("watch/front yard");
+        let phone: Class = "cell phone".into();
+        let mut messages = home.begin().to_vec();
+        assert!(messages[1].payload.is_empty(), "the former sensor is forgotten");
+        messages.pop();
+        for (zone, class) in [(None, None), (None, Some(&phone)), (Some("door"), None), (Some("door"), Some(&phone))] {
+            messages.extend(home.place(zone, class, "p/counts"));
+            assert!(home.place(zone, class, "p/counts").is_empty(), "told once");
+        }
         let mut names = Vec::new();
         for message in &messages {
             let levels: Vec<&str> = message.topic.split('/').collect();
-            let [DISCOVERY, "sensor" | "binary_sensor", node, object, "config"] = levels[..] else {
+            let [DISCOVERY, "sensor" | "binary_sensor" | "image", node, object, "config"] = levels[..] else {
                 panic!("{}", message.topic)
             };
             let fits = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
             assert!(fits(node) && fits(object) && message.retain, "{}", message.topic);
             let config: Value = serde_json::from_slice(&message.payload).unwrap();
             assert_eq!(config["availability_topic"], "watch/front yard/status");
-            names.push(config["unique_id"].to_string());
+            names.push((object.to_owned(), config["name"].as_str().unwrap().to_owned()));
         }
-        assert_eq!(messages[0].topic, "homeassistant/binary_sensor/watch_front_yard/target_3/config");
-        names.sort();
-        names.dedup();
-        assert_eq!(names.len(), messages.len());
-        assert!(home.forget(3).iter().zip(&messages).all(|(f, m)| f.topic == m.topic && f.payload.is_empty()));
+        let objects: BTreeSet<&str> = names.iter().map(|n| &*n.0).collect();
+        assert_eq!(objects.len(), messages.len());
+        for (object, name) in [
+            ("count", "Count"),
+            ("cell_phone_count", "Cell phone count"),
+            ("door_present", "Door present"),
+            ("door_cell_phone_present", "Door cell phone present"),
+        ] {
+            assert!(names.contains(&(object.to_owned(), name.to_owned())), "{names:?}");
+        }
     }
 
     #[test]
-    fn places_come_from_the_newest_message_there_is() {
-        let x = |has_frames| HomeAssistant::new("p", has_frames).target(1)[1].payload.clone();
-        assert_eq!(serde_json::from_slice::<Value>(&x(true)).unwrap()["state_topic"], "p/targets/1/frame");
-        assert_eq!(serde_json::from_slice::<Value>(&x(false)).unwrap()["state_topic"], "p/targets/1/state");
+    fn a_class_is_quoted_in_templates() {
+        let mut home = HomeAssistant::new("p");
+        let odd: Class = "a\"}}b".into();
+        let config: Value = serde_json::from_slice(&home.place(None, Some(&odd), "p/counts")[0].payload).unwrap();
+        assert_eq!(config["value_template"], "{{ value_json.classes.get(\"a\\\"}}b\", 0) }}");
     }
 }

@@ -9,6 +9,8 @@ mod message;
 #[cfg(not(feature = "publish"))]
 mod nowhere;
 #[cfg(feature = "publish")]
+mod picture;
+#[cfg(feature = "publish")]
 mod sink;
 
 #[cfg(not(feature = "publish"))]
@@ -83,7 +85,8 @@ impl fmt::Display for Every {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Discovery {
-    /// Home Assistant: each target becomes a binary sensor (present or not) and sensors of its place and score.
+    /// Home Assistant: how many are in the picture and in each zone, whether anybody is, of all and of each class, and a picture
+    /// of what happened last.
     HomeAssistant,
 }
 

@@ -1,11 +1,14 @@
 use super::home_assistant::HomeAssistant;
 use super::message::{PRESENT_SCHEMA, Present, RUN_SCHEMA, RunMessage, Sample, to_json};
+use super::picture::{is_shown, picture_of};
 use super::{Every, PublishFacts, PublishOptions};
 use crate::RunError;
 use crate::events::{EventMessage, Occupancy, Watched, counts};
 use crate::run::{InputFacts, RecipeFacts};
 use crate::sinks::{Moment, Sink};
 use pursuit_address::Locator;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
 use pursuit_publish::{Broker, Message, Options, PublishError, Publisher, Qos};
 use pursuit_tracking::{TargetId, TrackState};
 use std::collections::BTreeMap;
@@ -101,7 +104,7 @@ impl Publication {
         };
         let publisher =
             Publisher::start(self.broker.clone(), options, encode).map_err(|e| RunError::usage(e.to_string()))?;
-        let home = self.options.discovery.map(|_| HomeAssistant::new(&self.prefix, every != Every::State));
+        let home = self.options.discovery.map(|_| HomeAssistant::new(&self.prefix));
         let run = RunMessage {
             schema: RUN_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
@@ -113,7 +116,7 @@ impl Publication {
             every: every.to_string(),
         };
         publisher.push(Message::retained(format!("{}/run", self.prefix), to_json(&run)));
-        home.iter().for_each(|home| publisher.push(home.count()));
+        home.iter().flat_map(HomeAssistant::begin).for_each(|message| publisher.push(message));
         let sink = PublishSink {
             publisher,
             every,
@@ -166,8 +169,6 @@ impl PublishSink {
 
     /// Tells that a target is no more, and makes the broker forget it.
     fn end(&self, sample: &Sample, previous: TrackState) {
-        let forget = self.home.iter().flat_map(|home| home.forget(sample.target));
-        forget.for_each(|message| self.publisher.push(message));
         let topic = format!("{}/targets/{}/state", self.prefix, sample.target);
         let last = Message::retained(topic.clone(), sample.change_json(Some(previous)));
         self.publisher.push(Message { retain: false, ..last });
@@ -175,24 +176,33 @@ impl PublishSink {
     }
 
     /// Tells what happened, and who is where, where that is news.
-    fn tell_watched(&mut self, watched: &Watched) {
+    fn tell_watched(&mut self, frame: &Frame, watched: &Watched) {
+        self.tell_home(frame, watched);
         for event in &watched.events {
             let (topic, payload) = (format!("{}/events", self.prefix), EventMessage::of(event, watched).json());
             self.publisher.push(Message { retain: false, ..Message::retained(topic, payload) });
         }
         for (index, now) in watched.occupancies.iter().enumerate() {
             if self.occupancies.get(index) != Some(now) {
-                self.publisher.push(Message::retained(self.topic_of(now), counts(now, self.last)));
+                self.publisher.push(Message::retained(topic_of(&self.prefix, now), counts(now, self.last)));
             }
         }
         self.occupancies.clone_from(&watched.occupancies);
     }
 
-    /// Where it is told who is in a zone, or in the whole picture.
-    fn topic_of(&self, occupancy: &Occupancy) -> String {
-        match &occupancy.zone {
-            Some(zone) => format!("{}/zones/{zone}", self.prefix),
-            None => format!("{}/counts", self.prefix),
+    /// Tells Home Assistant of places and classes that are new, and shows what happened.
+    fn tell_home(&mut self, frame: &Frame, watched: &Watched) {
+        let Some(home) = &mut self.home else { return };
+        let classes = || watched.occupancies.iter().flat_map(|o| &o.present).filter_map(|(_, class)| class.as_ref());
+        for occupancy in &watched.occupancies {
+            let (zone, topic) = (occupancy.zone.as_deref(), topic_of(&self.prefix, occupancy));
+            let of_all = home.place(zone, None, &topic);
+            let of_classes = classes().flat_map(|class| home.place(zone, Some(class), &topic)).collect::<Vec<_>>();
+            of_all.into_iter().chain(of_classes).for_each(|message| self.publisher.push(message));
+        }
+        let shown: Vec<BBox> = watched.events.iter().filter(|e| is_shown(e.kind)).filter_map(|e| e.bbox).collect();
+        if let (false, Some(bytes)) = (shown.is_empty(), picture_of(frame, &shown)) {
+            self.publisher.replace(Message::retained(home.picture_topic(), bytes));
         }
     }
 
@@ -207,6 +217,14 @@ impl PublishSink {
         let ((frame, time_s, unix_time_s), present) = (self.last, targets.len());
         let message = Present { schema: PRESENT_SCHEMA, frame, time_s, unix_time_s, present, targets };
         self.publisher.push(Message::retained(format!("{}/present", self.prefix), to_json(&message)));
+    }
+}
+
+/// Where it is told who is in a zone, or in the whole picture.
+fn topic_of(prefix: &str, occupancy: &Occupancy) -> String {
+    match &occupancy.zone {
+        Some(zone) => format!("{prefix}/zones/{zone}"),
+        None => format!("{prefix}/counts"),
     }
 }
 
@@ -233,9 +251,6 @@ impl Sink for PublishSink {
             }
             if known.is_none_or(|k| k.state != state) {
                 has_changed = true;
-                if let (None, Some(home)) = (known, &self.home) {
-                    home.target(record.target.0).into_iter().for_each(|config| self.publisher.push(config));
-                }
                 self.change(&Sample::of(record, unix_time_s), known.map(|k| k.state));
             }
             self.targets.insert(record.target, Known { state, told_s });
@@ -254,7 +269,7 @@ impl Sink for PublishSink {
             self.tell_present();
         }
         if let Some(watched) = moment.watched() {
-            self.tell_watched(watched);
+            self.tell_watched(frame, watched);
         }
         self.publisher.extend(due);
         Ok(())
@@ -273,7 +288,7 @@ impl Sink for PublishSink {
             self.tell_present();
         }
         for occupancy in std::mem::take(&mut self.occupancies) {
-            self.publisher.push(Message::retained(self.topic_of(&occupancy), Vec::new()));
+            self.publisher.push(Message::retained(topic_of(&self.prefix, &occupancy), Vec::new()));
         }
         let counts = self.publisher.finish();
         if counts.dropped > 0 {
