@@ -2,10 +2,13 @@
 
 use crate::args::{ColorWhen, Global};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pursuit::media::Locator;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
@@ -70,6 +73,26 @@ pub fn progress_bar(total: Option<u64>, global: &Global) -> ProgressBar {
     // The templates above are fixed and valid.
     bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
+}
+
+/// Does what may wait for a camera or a server, and says so where it takes more than a moment. `input` is as the user gave it; of a
+/// file nothing is said.
+pub fn connecting<T>(input: Option<&Locator>, global: &Global, open: impl FnOnce() -> T) -> T {
+    /// Whoever waits for longer wonders.
+    const MOMENT: Duration = Duration::from_millis(500);
+    let far = |input: &&Locator| input.scheme().is_some_and(|scheme| !matches!(scheme, "scene" | "file"));
+    let Some(input) = input.filter(far).filter(|_| !global.quiet) else { return open() };
+    let (opened, waits) = std::sync::mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            if waits.recv_timeout(MOMENT) == Err(RecvTimeoutError::Timeout) {
+                anstream::eprintln!("{}", printable(&format!("connecting to {input} …")));
+            }
+        });
+        let outcome = open();
+        drop(opened);
+        outcome
+    })
 }
 
 static STOP: AtomicBool = AtomicBool::new(false);

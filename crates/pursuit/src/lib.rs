@@ -23,6 +23,7 @@
 
 pub mod associate;
 pub mod batch;
+pub mod cameras;
 pub mod config;
 mod demo;
 mod error;

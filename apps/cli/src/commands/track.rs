@@ -1,6 +1,7 @@
 use super::{print, settings};
 use crate::args::{Global, Overlay, Track};
 use crate::{console, memory, networks};
+use pursuit::cameras::{Camera, Cameras, Watched};
 use pursuit::config::parse_box;
 use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
@@ -15,6 +16,9 @@ use std::process::ExitCode;
 
 /// `pursuit track INPUT …`: what went wrong with one of several inputs is said when it did, and the last of it at the end.
 pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
+    if let Some(cameras) = cameras(args)? {
+        return watch(cameras, args);
+    }
     let mut configs = configs(args)?;
     let Some(last) = configs.pop() else { return Ok(ExitCode::SUCCESS) };
     let mut failed = None;
@@ -32,7 +36,8 @@ pub fn run(args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
 
 fn run_one(config: RunConfig, args: &Track, global: &Global) -> anyhow::Result<ExitCode> {
     let Some(config) = with_box(config, args)? else { return Ok(ExitCode::SUCCESS) };
-    let run = Run::prepare(config, &open_options(args))?;
+    let input = config.input.clone();
+    let run = console::connecting(input.as_ref(), global, || Run::prepare(config, &open_options(args)))?;
     memory::check(run.input().size.area())?;
     let video = !(args.no_video || args.overlay == Some(Overlay::None));
     let say = |finished: &Finished| match (&finished.out, args.json) {
@@ -120,8 +125,58 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         Some(path) => RunConfig::read(path)?,
         None => RunConfig::default(),
     };
+    completed(file.overridden_by(said(args)?), args)
+}
+
+/// The cameras that the configuration file names, where it does; overridden by the options given.
+fn cameras(args: &Track) -> Result<Option<Vec<Camera>>, RunError> {
+    let (Some(path), true) = (&args.config, args.inputs.is_empty()) else { return Ok(None) };
+    let Some(cameras) = Cameras::read(path)? else { return Ok(None) };
+    if args.out.as_deref() == Some(Path::new("-")) {
+        return Err(RunError::usage("the results of several cameras do not go to standard output; name a folder"));
+    }
+    #[cfg(feature = "studio")]
+    if args.pick || args.watch {
+        return Err(RunError::usage("one camera can be looked at in the browser; give its input in place of the file"));
+    }
+    let each = cameras.overridden_by(&said(args)?).into_iter();
+    let each = each.map(|camera| Ok(Camera { config: completed(camera.config, args)?, ..camera }));
+    each.collect::<Result<_, _>>().map(Some)
+}
+
+/// Watches several cameras at once, and tells what became of each.
+fn watch(cameras: Vec<Camera>, args: &Track) -> anyhow::Result<ExitCode> {
+    let all = pursuit::cameras::watch(cameras, &open_options(args), console::stop_flag())?;
+    let video = !(args.no_video || args.overlay == Some(Overlay::None));
+    let (mut failed, mut told) = (None, serde_json::Map::new());
+    for Watched { name, finished } in all {
+        let error = match finished {
+            Ok(finished) if args.json => {
+                told.insert(name.clone(), serde_json::from_str(&json(&finished)?)?);
+                finished.outcome.failure
+            }
+            Ok(finished) => {
+                print(console::printable(&format!("{name}\n{}\n", summary(&finished, video)?)).as_bytes())?;
+                finished.outcome.failure
+            }
+            Err(error) => Some(error),
+        };
+        if let Some(error) = error {
+            let code = ExitCode::from(error.exit_code());
+            anstream::eprintln!("{}: {}", console::ERROR, console::printable(&format!("camera {name}: {error}")));
+            failed.get_or_insert(code);
+        }
+    }
+    if args.json {
+        print((serde_json::to_string_pretty(&told)? + "\n").as_bytes())?;
+    }
+    Ok(console::interrupted().or(failed).unwrap_or(ExitCode::SUCCESS))
+}
+
+/// What the options given say.
+fn said(args: &Track) -> Result<RunConfig, RunError> {
     let flag = |given: bool, value: bool| given.then_some(value);
-    let options = RunConfig {
+    Ok(RunConfig {
         input: args.inputs.first().cloned().map(Locator::from),
         depth: args.depth.clone(),
         depth_options: depth_options(args)?,
@@ -157,8 +212,11 @@ pub fn config(args: &Track) -> Result<RunConfig, RunError> {
         fps: args.fps,
         parameters: settings(&args.settings)?,
         read_from: None,
-    };
-    let config = file.overridden_by(options);
+    })
+}
+
+/// With credentials and networks, which are kept elsewhere.
+fn completed(config: RunConfig, args: &Track) -> Result<RunConfig, RunError> {
     let input = config.input.map(|input| with_credentials(input, args)).transpose()?;
     let detector = config.detect.as_deref();
     let parameters = networks::located(config.parameters, config.tracker.as_deref().into_iter(), detector);

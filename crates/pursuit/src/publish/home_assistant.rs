@@ -1,7 +1,8 @@
 //! Discovery messages of Home Assistant (its integration `mqtt`): what there is, and how its messages are read.
 //!
 //! What there is does not change with the targets: how many are in the picture and in each zone, and whether anybody is, of all and of
-//! each class that was ever seen, and a picture of the last thing that happened.
+//! each class that was ever seen, and a picture of the last thing that happened. They are called `count` and `present`, of people
+//! `person_count` and `person_present`, of a zone `door_count`, of people in it `door_person_count`.
 
 use pursuit_publish::Message;
 use pursuit_tracking::Class;

@@ -1,5 +1,6 @@
 use crate::args::{Global, PtzFollow};
 use crate::commands::{Remarks, track};
+use crate::console;
 use anyhow::Context;
 use pursuit::parameters::{Parameters, Table, Value, nested};
 use pursuit::ptz::control::{Follower, FollowerParams, PredictBy};
@@ -31,7 +32,9 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     // A forecast is of use to a moving head where the tracker knows how the head moves; poses are of the whole picture.
     let by_tracker = params.predict_by == PredictBy::Tracker && config.region.is_none();
     let config = if by_tracker { head::compensated(config) } else { config };
-    let run = Run::prepare(config, &track::open_options(&args.track))?;
+    let input = config.input.clone();
+    let open = || Run::prepare(config, &track::open_options(&args.track));
+    let run = console::connecting(input.as_ref(), global, open)?;
     let mut params = params;
     let head = super::able(super::reach(&args.head.head, &args.head.secret)?, &mut params)?;
     let follower = Follower::new(params, views, run.input().input_size(), 0.0)?;

@@ -53,19 +53,22 @@ const SCHEMES: [Scheme; 8] = [
     Scheme { name: "udp", protocols: "udp", live: true },
 ];
 
+/// How many frames ffmpeg may hold back to guess the rate of a live stream by; its own 20 and more are a second without a picture.
+const GUESSED_BY: &str = "3";
+
 impl Scheme {
     /// Options of its protocol. A web file is asked for on from where it broke off.
     fn options(&self, waiting: Waiting) -> Vec<(&'static str, String)> {
         let once = waiting.longest_wait_s == 0;
         match self.name {
-            "rtsp" | "rtsps" => vec![("rtsp_transport", "tcp".to_owned())],
+            "rtsp" | "rtsps" => vec![("rtsp_transport", "tcp".to_owned()), ("fpsprobesize", GUESSED_BY.to_owned())],
             "http" | "https" if once => vec![("rw_timeout", waiting.silence_us.to_string())],
             "http" | "https" => vec![
                 ("rw_timeout", waiting.silence_us.to_string()),
                 ("reconnect", "1".to_owned()),
                 ("reconnect_delay_max", waiting.longest_wait_s.to_string()),
             ],
-            _ => Vec::new(),
+            _ => vec![("fpsprobesize", GUESSED_BY.to_owned())],
         }
     }
 }
@@ -240,7 +243,7 @@ mod tests {
         assert!(words.iter().all(|w| !w.to_string_lossy().contains("same")), "{words:?}");
         assert_eq!(
             secret.script(waiting()).unwrap(),
-            "ffconcat version 1.0\nfile 'rtsp://user:se'\\''same@camera/1'\noption rtsp_transport tcp\n"
+            "ffconcat version 1.0\nfile 'rtsp://user:se'\\''same@camera/1'\noption rtsp_transport tcp\noption fpsprobesize 3\n"
         );
         assert_eq!(format!("{:?}", secret.locator().unwrap()), "\"rtsp://user:***@camera/1\"");
     }
