@@ -11,7 +11,7 @@ const BUILDS: [(&str, &str, &str); 9] = [
     ("pursuit-cli", "h264,nats,ptz-onvif", "no C++ compiler, messages to NATS alone, and heads"),
     (
         "pursuit-cli",
-        "encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
+        "board,encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
         "everything",
     ),
     ("pursuit", "", "the library for images"),

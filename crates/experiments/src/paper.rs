@@ -45,6 +45,16 @@ impl Paper {
         }
     }
 
+    /// How many seeds show in a few seconds what the figures are like; they stray by about their share's root more than those of
+    /// [`default_seeds`](Self::default_seeds).
+    pub const fn quick_seeds(self) -> u32 {
+        match self {
+            Self::Ball | Self::Qu2010 | Self::Gao2007 => self.default_seeds(),
+            Self::Zhai2024 => 100,
+            Self::Zhu2014 => 40,
+        }
+    }
+
     /// How many seeds the bars ask for.
     pub const fn default_seeds(self) -> u32 {
         match self {
@@ -82,6 +92,7 @@ mod tests {
             assert_eq!(paper.to_string().parse::<Paper>().unwrap(), paper);
             assert_eq!(serde_json::to_value(paper).unwrap(), paper.name());
             assert!(paper.summary().len() > 20 && paper.default_seeds() >= 200);
+            assert!((20..=paper.default_seeds()).contains(&paper.quick_seeds()));
         }
         let error = "nobody1999".parse::<Paper>().unwrap_err();
         assert_eq!(error.exit_code(), 2);

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use pursuit::RunError;
-use pursuit::measure::{CalibrationOptions, MeasureOptions, Point};
+use pursuit::measure::{Board, CalibrationOptions, MeasureOptions, Point};
 use pursuit::measuring::{MeasuringError, Method, Unit};
 use std::path::PathBuf;
 
@@ -31,7 +31,7 @@ pub struct Ruler {
     /// Let y grow downward
     #[arg(long)]
     pub y_down: bool,
-    /// A camera with distortion: the YAML or JSON file that OpenCV writes after a calibration
+    /// A camera with distortion: the YAML or JSON file that OpenCV writes after a calibration, or a calibration.toml that has one
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
     /// How many frames a second the camera took, where the clip says another number (slow motion)
@@ -126,6 +126,10 @@ impl Measuring {
     }
 }
 
+fn board(text: &str) -> Result<Board, String> {
+    text.parse().map_err(|e: RunError| e.to_string())
+}
+
 fn method(text: &str) -> Result<Method, String> {
     text.parse().map_err(|e: MeasuringError| e.to_string())
 }
@@ -160,6 +164,9 @@ pub struct Calibrate {
     /// The clip, for the size of its pictures
     #[arg(value_name = "INPUT")]
     pub input: String,
+    /// Find the lens: the clip shows a board that is moved about, chessboard or charuco:COLUMNSxROWS:DICTIONARY:MARKER
+    #[arg(long, value_name = "BOARD", conflicts_with = "camera", value_parser = board)]
+    pub board: Option<Board>,
     #[command(flatten)]
     pub ruler: Ruler,
     /// The file to write [default: calibration.toml beside the clip]

@@ -323,9 +323,12 @@ pub struct Reproduce {
     /// Folder for the results and pictures [default: pursuit-out/reproduce-PAPER]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// How many seeds to average over [default: what the bars ask for]
+    /// How many seeds to average over [default: as many as take a few seconds; with --full or --check what the bars ask for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: Option<u32>,
+    /// Average over as many seeds as the bars ask for
+    #[arg(long, conflicts_with = "seeds")]
+    pub full: bool,
     /// Of zhai2024: compare on the sequences with depth below this folder too (the Princeton Tracking Benchmark as published)
     #[arg(long, value_name = "DIR")]
     pub dataset: Option<PathBuf>,

@@ -2,11 +2,14 @@ use super::print;
 use crate::args::{Calibrate, Measure};
 use crate::console;
 use pursuit::RunError;
-use pursuit::measure::{CALIBRATION, Destination, Facts, measure, write_calibration};
+use pursuit::measure::{CALIBRATION, Destination, Facts, FoundInClip, camera_of, measure, write_calibration};
 use pursuit::measuring::{Calibration, Ruler};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// A lens that leaves over more than this is not as it is described, pixels.
+const MUCH_LEFT_PX: f64 = 1.0;
 
 /// `pursuit measure RUN`.
 pub fn run(args: &Measure) -> anyhow::Result<ExitCode> {
@@ -110,24 +113,61 @@ fn named(file: &Option<PathBuf>) -> String {
     file.as_ref().map_or_else(String::new, |file| format!(", of {}", file.display()))
 }
 
+/// A camera that was found, in words.
+fn describe(text: &mut String, found: &FoundInClip) -> std::fmt::Result {
+    let (of, camera) = (&found.found, &found.found.camera);
+    writeln!(
+        text,
+        "board     seen in {} of {} frames; {} of them are used",
+        found.seen,
+        found.frames,
+        found.used.len()
+    )?;
+    for (axis, name) in ["across", "down"].into_iter().enumerate() {
+        writeln!(
+            text,
+            "{name:<9} focal length {:.2} ± {:.2} px, principal point {:.2} ± {:.2} px",
+            camera.focal[axis], of.focal_error[axis], camera.centre[axis], of.centre_error[axis]
+        )?;
+    }
+    for (name, (value, error)) in
+        ["k1", "k2", "p1", "p2"].into_iter().zip(camera.distortion.iter().zip(&of.distortion_error))
+    {
+        writeln!(text, "{name:<9} {value:.5} ± {error:.5}")?;
+    }
+    writeln!(text, "left over {:.3} px (RMS)", of.rms_px)?;
+    if of.rms_px > MUCH_LEFT_PX {
+        tracing::warn!(
+            "{:.2} px are left over, which is much: is the board flat, and does the lens keep its focus?",
+            of.rms_px
+        );
+    }
+    Ok(())
+}
+
 /// `pursuit calibrate INPUT`.
 pub fn calibrate(args: &Calibrate) -> anyhow::Result<ExitCode> {
     let said = args.ruler.options();
-    if said.is_silent() {
+    if said.is_silent() && args.board.is_none() {
         return Err(RunError::usage(
-            "nothing is said of the ruler; give --scale X1,Y1,X2,Y2=LENGTH, --target-size or --plane",
+            "nothing is said of the ruler; give --scale X1,Y1,X2,Y2=LENGTH, --target-size or --plane, or find the lens with --board",
         )
         .into());
     }
-    let source = pursuit::open(args.input.as_str())?;
+    let mut source = pursuit::open(args.input.as_str())?;
     let size = source.info().size;
-    let base = Calibration { picture: Some([size.width, size.height]), ..Calibration::default() };
+    let mut base = Calibration { picture: Some([size.width, size.height]), ..Calibration::default() };
+    let mut text = String::new();
+    if let Some(board) = &args.board {
+        let found = camera_of(&mut *source, board)?;
+        describe(&mut text, &found)?;
+        base.camera = Some(found.found.camera);
+    }
     let made = said.applied(base)?;
     let beside = || Path::new(&args.input).parent().unwrap_or(Path::new("")).join(CALIBRATION);
     let path = args.out.clone().unwrap_or_else(|| if args.input.contains(':') { CALIBRATION.into() } else { beside() });
-    let mut text = String::new();
     // The size of the target shows in a run only.
-    if made.target.is_none() {
+    if made.target.is_none() && !said.is_silent() {
         let ruler = Ruler::new(&made, &[]).map_err(RunError::from)?;
         let facts = ruler.facts();
         if let (Some(length), Some(error)) = (facts.per_pixel, facts.relative_error) {

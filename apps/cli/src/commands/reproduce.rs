@@ -12,7 +12,9 @@ pub fn run(args: &Reproduce) -> anyhow::Result<ExitCode> {
         Some(folder) => folder.clone(),
         None => PathBuf::from(format!("pursuit-out/reproduce-{}", paper.name())),
     };
-    let reproduction = experiments::run(paper, &Options { seeds: args.seeds, dataset: args.dataset.clone() })?;
+    let all = args.full || args.check;
+    let seeds = args.seeds.unwrap_or(if all { paper.default_seeds() } else { paper.quick_seeds() });
+    let reproduction = experiments::run(paper, &Options { seeds: Some(seeds), dataset: args.dataset.clone() })?;
     reproduction.write(&out)?;
     let text = if args.json { reproduction.to_json()? } else { summary(&reproduction, &out)? };
     print(text.as_bytes())?;
@@ -33,6 +35,10 @@ pub fn run(args: &Reproduce) -> anyhow::Result<ExitCode> {
 
 fn summary(reproduction: &Reproduction, out: &std::path::Path) -> anyhow::Result<String> {
     let mut text = reproduction.to_string();
+    let all = reproduction.paper.default_seeds();
+    if reproduction.seeds < all {
+        writeln!(text, "Of {} seeds in place of {all}: figures stray; `--full` takes them all.", reproduction.seeds)?;
+    }
     writeln!(text, "Results and pictures: {}", out.display())?;
     Ok(text)
 }

@@ -10,7 +10,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use pursuit::geometry::Point;
 use pursuit::measure::{CALIBRATION, Measurement};
-use pursuit::measuring::Camera;
+use pursuit::measuring::{Calibration, Camera};
 use pursuit::vision::corner::{Sharp, sharpened};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -147,8 +147,11 @@ fn file((name, kind): (&str, &'static str), bytes: Vec<u8>) -> Response {
     ([(header::CONTENT_TYPE, kind.to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes).into_response()
 }
 
-/// A camera as a calibration holds it, of the text that OpenCV writes.
+/// A camera as a calibration holds it, of the text that OpenCV writes, or of a `calibration.toml` that has one.
 pub(crate) async fn camera(text: String) -> Answer {
+    if let Some(camera) = Calibration::from_toml(&text).ok().and_then(|calibration| calibration.camera) {
+        return Ok(Json(json!(camera)));
+    }
     let camera = Camera::from_opencv(&text).map_err(|e| Refusal::unfit(e.to_string()))?;
     Ok(Json(json!(camera)))
 }

@@ -1,6 +1,9 @@
 //! A camera with distortion: where a perfect lens would have shown what is seen at a pixel.
 
+mod board;
 mod opencv;
+
+pub use board::{BoardView, FoundCamera};
 
 use crate::{MeasuringError, Result};
 use nalgebra::{Matrix2, Vector2};

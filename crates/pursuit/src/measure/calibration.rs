@@ -29,7 +29,8 @@ options! {
         pub angle_deg: Option<f64>,
         /// Whether y grows downward.
         pub y_down: Option<bool>,
-        /// A camera with distortion: the YAML or JSON file that OpenCV writes after a calibration.
+        /// A camera with distortion: the YAML or JSON file that OpenCV writes after a calibration, or a `calibration.toml` that has
+        /// one.
         pub camera: Option<PathBuf>,
         /// How many frames a second the camera took, where the file says another number (slow motion).
         pub true_fps: Option<f64>,
@@ -78,7 +79,7 @@ impl CalibrationOptions {
         }
         if let Some(path) = &self.camera {
             let text = std::fs::read_to_string(path).map_err(|e| unreadable("camera file", path, &e))?;
-            made.camera = Some(Camera::from_opencv(&text)?);
+            made.camera = Some(camera(&text, path.extension().is_some_and(|e| e == "toml"))?);
         }
         made.true_fps = self.true_fps.or(made.true_fps);
         made.check()?;
@@ -88,6 +89,16 @@ impl CalibrationOptions {
 
 fn unreadable(what: &str, path: &Path, why: &dyn std::fmt::Display) -> RunError {
     RunError::usage(format!("{what} {}: {why}", path.display()))
+}
+
+/// A camera of a calibration that has one, or of what OpenCV writes.
+fn camera(text: &str, is_ours: bool) -> Result<Camera, RunError> {
+    if !is_ours {
+        return Ok(Camera::from_opencv(text)?);
+    }
+    let none =
+        || RunError::usage("this calibration has no camera; find one with `pursuit calibrate CLIP --board chessboard`");
+    Calibration::from_toml(text)?.camera.ok_or_else(none)
 }
 
 /// `N` finite numbers between commas.

@@ -3,6 +3,7 @@
 //! [`measure`] reads what a run left behind, makes a ruler of the calibration beside it, and finds position, velocity,
 //! acceleration, events and fits; [`Destination::write`] leaves them in files. What is computed is `pursuit-measuring`'s.
 
+mod board;
 mod calibration;
 mod cells;
 mod facts;
@@ -17,6 +18,7 @@ mod tests;
 #[cfg(feature = "xlsx")]
 mod xlsx;
 
+pub use board::{Board, FoundInClip, camera_of};
 pub use calibration::{CALIBRATION, CalibrationOptions, read_calibration, write_calibration};
 pub use facts::{Facts, TargetFacts};
 pub(crate) use files::is_result;
