@@ -111,8 +111,9 @@ def test_published_ways_are_taken_by_name():
         associator = pursuit.Associator(preset=name, fps=30)
         told[name] = [associator.update(walkers(k), [0.9] * 3).ids.tolist() for k in range(6)]
         assert told[name][-1] == [1, 2, 3]
-    assert told["bytetrack"][0] == [1, 2, 3]
-    later = pursuit.Associator(preset="bytetrack", birth="hits", birth__at_start=0, birth__hits__hits=3, birth__hits__looks=3)
+    # Each begins when its program does: in the first frame, or once a target was detected again and again.
+    assert {name: next(k for k, ids in enumerate(all) if ids) for name, all in told.items()} == {"sort": 2, "bytetrack": 1, "ocsort": 1, "botsort": 0, "cbiou": 0}
+    later = pursuit.Associator(preset="botsort", birth="hits", birth__at_start=0, birth__hits__hits=3, birth__hits__looks=3)
     assert later.update(walkers(0), [0.9] * 3).ids.tolist() == []
     with pytest.raises(pursuit.UsageError, match="botsort"):
         pursuit.Associator(preset="deep")

@@ -50,8 +50,8 @@ impl Paper {
     pub const fn quick_seeds(self) -> u32 {
         match self {
             Self::Ball | Self::Qu2010 | Self::Gao2007 => self.default_seeds(),
-            Self::Zhai2024 => 100,
-            Self::Zhu2014 => 40,
+            Self::Zhai2024 => 80,
+            Self::Zhu2014 => 30,
         }
     }
 
