@@ -45,8 +45,8 @@ impl Paper {
         }
     }
 
-    /// How many seeds show in a few seconds what the figures are like; they stray by about their share's root more than those of
-    /// [`default_seeds`](Self::default_seeds).
+    /// How many seeds show in a few seconds what the figures are like. Of fewer seeds than
+    /// [`default_seeds`](Self::default_seeds) they stray more, and a bar may be missed by chance.
     pub const fn quick_seeds(self) -> u32 {
         match self {
             Self::Ball | Self::Qu2010 | Self::Gao2007 => self.default_seeds(),

@@ -17,8 +17,9 @@ use std::time::{Duration, Instant};
 const TABLE: &str = "cameras";
 /// Where results go unless it is said.
 const OUT: &str = "pursuit-out";
-/// The exit status of what makes no sense.
+/// The exit status of what makes no sense, and of an input that cannot be read.
 const USAGE: u8 = 2;
+const UNREADABLE: u8 = 3;
 /// How often it is looked whether to stop.
 const GLANCE: Duration = Duration::from_millis(100);
 /// How long a camera that cannot be opened is left alone.
@@ -233,7 +234,8 @@ impl Room<'_> {
             Reconnect::Forever => Duration::MAX,
         };
         let began = Instant::now();
-        while began.elapsed() < limit {
+        // A folder that cannot be written does not mend itself.
+        while error.exit_code() == UNREADABLE && began.elapsed() < limit {
             tracing::warn!("{error}; it is tried again in {} s", AGAIN.as_secs());
             let paused = Instant::now();
             while paused.elapsed() < AGAIN {

@@ -193,8 +193,10 @@ impl PublishSink {
     /// Tells Home Assistant of places and classes that are new, and shows what happened.
     fn tell_home(&mut self, frame: &Frame, watched: &Watched) {
         let Some(home) = &mut self.home else { return };
+        // Who is where changes now and then, and with it alone what there is to be told of.
+        let has_news = self.occupancies != watched.occupancies;
         let classes = || watched.occupancies.iter().flat_map(|o| &o.present).filter_map(|(_, class)| class.as_ref());
-        for occupancy in &watched.occupancies {
+        for occupancy in watched.occupancies.iter().filter(|_| has_news) {
             let (zone, topic) = (occupancy.zone.as_deref(), topic_of(&self.prefix, occupancy));
             let of_all = home.place(zone, None, &topic);
             let of_classes = classes().flat_map(|class| home.place(zone, Some(class), &topic)).collect::<Vec<_>>();
