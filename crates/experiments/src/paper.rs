@@ -51,7 +51,7 @@ impl Paper {
         match self {
             Self::Ball | Self::Qu2010 | Self::Gao2007 => self.default_seeds(),
             Self::Zhai2024 => 80,
-            Self::Zhu2014 => 30,
+            Self::Zhu2014 => 20,
         }
     }
 
