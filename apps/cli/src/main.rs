@@ -43,6 +43,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Reproduce(args) => commands::reproduce::run(args),
         #[cfg(feature = "studio")]
         Command::Studio(args) => commands::studio::run(args),
+        #[cfg(feature = "mavlink")]
+        Command::Mavlink(args) => commands::mavlink::run(args, &cli.global),
         Command::Ptz(args) => commands::ptz::run(args, &cli.global),
         Command::Trackers(args) => commands::trackers::run(args),
         Command::Licences => commands::licences::run(),

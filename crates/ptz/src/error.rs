@@ -19,7 +19,7 @@ pub enum PtzError {
     },
     /// A head's address cannot be understood.
     #[error(
-        "{reason}; a head is given as onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND"
+        "{reason}; a head is given as onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE, mavlink:LINK or hook:COMMAND"
     )]
     Address {
         /// What is wrong with it.
@@ -85,6 +85,12 @@ pub enum PtzError {
         reason: String,
         /// The SHA-256 of the certificate, `AB:CD:…`.
         fingerprint: String,
+    },
+    /// What was said about a gimbal.
+    #[error("{reason}")]
+    Mavlink {
+        /// What went wrong.
+        reason: String,
     },
     /// A head cannot do what is asked.
     #[error("{head}: cannot {what}")]

@@ -1,5 +1,5 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 11] = [
+pub const FEATURES: [(&str, bool); 12] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
     ("mqtt", cfg!(feature = "mqtt")),
@@ -9,6 +9,7 @@ pub const FEATURES: [(&str, bool); 11] = [
     ("parquet", cfg!(feature = "parquet")),
     ("xlsx", cfg!(feature = "xlsx")),
     ("ptz", cfg!(feature = "ptz")),
+    ("mavlink", cfg!(feature = "mavlink")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),
 ];

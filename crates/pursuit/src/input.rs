@@ -1,7 +1,7 @@
 //! Opening an input: media, synthetic scenes, and the wrappers a run needs around them.
 
 use crate::{Fetched, RunConfig, RunError, part_of};
-use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Strided, Trimmed};
+use pursuit_media::wrappers::{Prefetch, PrefetchStats, Retimed, Strided, Throttled, Trimmed};
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use pursuit_scenes::{SceneQuery, SceneSource};
 use std::num::NonZeroU64;
@@ -66,6 +66,9 @@ pub(crate) fn open(
     }
     if let Some(stride) = config.stride {
         source = Box::new(Strided::new(source, stride));
+    }
+    if config.real_time == Some(true) && !source.info().live {
+        source = Box::new(Throttled::new(source, 1.0));
     }
     // Cut first and decoded ahead afterwards, so that this happens on the decoder's thread.
     source = part_of(source, config.region, config.resize)?;

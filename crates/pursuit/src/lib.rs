@@ -34,6 +34,8 @@ mod follow;
 #[cfg(feature = "ptz")]
 pub mod head;
 mod input;
+#[cfg(feature = "mavlink")]
+pub mod mavlink;
 pub mod measure;
 pub mod publish;
 mod record;

@@ -115,7 +115,8 @@ impl StreamFacts {
 pub struct RecipeFacts {
     /// Its name.
     pub tracker: String,
-    /// What it starts from: `box`, `truth` (the first box of the truth that came with the input) or `detector`.
+    /// What it starts from: `box`, `truth` (the first box of the truth that came with the input), `detector`, or `command` (nothing,
+    /// until somebody says what to follow).
     pub start: &'static str,
     /// The frame in which it starts, where it does not wait for a detector.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -198,6 +199,10 @@ pub struct TimingFacts {
     pub update_ms: TimingSummary,
     /// Waiting for the next frame: decoding, less what was decoded ahead.
     pub decode_ms: TimingSummary,
+    /// From a frame's capture to its results having been handed to all that take them. Of a live input the capture is told by the frame's
+    /// own time, beginning with the frame that came soonest after its own: what all frames take to come is not in it. Of a recording
+    /// it begins when the frame is taken up.
+    pub latency_ms: TimingSummary,
     /// The whole run, seconds.
     pub total_s: f64,
 }

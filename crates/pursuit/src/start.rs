@@ -20,6 +20,8 @@ pursuit_parameters::choices! {
         Truth = "truth",
         /// What the detector finds.
         Detector = "detector",
+        /// Nothing, until somebody says what to follow.
+        Command = "command",
     }
 }
 
@@ -32,6 +34,8 @@ pub(crate) enum Start {
     Truth(BBox, u64),
     Detector,
     Many(Vec<BBox>),
+    /// Nothing, until somebody says what to follow.
+    Command,
 }
 
 impl Start {
@@ -41,6 +45,9 @@ impl Start {
         let by_truth = config.start == Some(StartFrom::Truth);
         config.check_start()?;
         let (boxes, detector) = (config.start_boxes(), config.detects());
+        if config.start == Some(StartFrom::Command) {
+            return Ok(Self::Command);
+        }
         if config.follows_all() {
             return Ok(Self::Many(boxes));
         }
@@ -67,9 +74,9 @@ impl Start {
         let boxes = match self {
             Self::Boxes(boxes, _) | Self::Many(boxes) => boxes.as_slice(),
             Self::Truth(bbox, _) => std::slice::from_ref(bbox),
-            Self::Detector => &[],
+            Self::Detector | Self::Command => &[],
         };
-        let detects = !matches!(self, Self::Boxes(..) | Self::Truth(..));
+        let detects = !matches!(self, Self::Boxes(..) | Self::Truth(..) | Self::Command);
         let acquire = matches!(self, Self::Detector).then(|| methods.acquire.to_table(ACQUIRE_PREFIX));
         let many = matches!(self, Self::Many(_)).then(|| methods.many.to_table(MANY_PREFIX));
         Ok(RecipeFacts {
@@ -79,10 +86,11 @@ impl Start {
                 Self::Truth(..) => "truth",
                 Self::Many(boxes) if !boxes.is_empty() => "box",
                 Self::Many(_) | Self::Detector => "detector",
+                Self::Command => "command",
             },
             start_frame: match self {
                 Self::Boxes(_, frame) | Self::Truth(_, frame) => Some(*frame),
-                Self::Many(_) | Self::Detector => None,
+                Self::Many(_) | Self::Detector | Self::Command => None,
             },
             parameters: methods.recipe.parameters()?,
             detector: config
@@ -112,7 +120,7 @@ impl Start {
             (Self::Truth(bbox, frame), _) => session.starting_at(frame, vec![bbox]),
             (Self::Many(boxes), None) => session.starting_on(boxes),
             // Nothing starts by a detector that is not there.
-            (Self::Detector, None) => session,
+            (Self::Detector, None) | (Self::Command, _) => session,
         })
     }
 

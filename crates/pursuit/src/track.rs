@@ -12,7 +12,7 @@ use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
 use crate::segments::{EVENTS, SegmentedSink, Shelf};
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{self, Format, Sink};
-use crate::start::Start;
+use crate::start::{Start, StartFrom};
 use crate::{Fetched, RunError, measure, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
 use pursuit_imaging::{CameraPose, ImageView};
@@ -171,6 +171,11 @@ impl Run {
     /// The tracker with every parameter, and what starts it.
     pub const fn recipe(&self) -> &RecipeFacts {
         &self.recipe
+    }
+
+    /// Whether it begins with something to follow, and does not wait to be told.
+    pub fn follows(&self) -> bool {
+        self.config.start != Some(StartFrom::Command)
     }
 
     /// How many frames there will be, where the input knows.

@@ -4,6 +4,7 @@
 pub mod acpf;
 mod ahead;
 pub mod appearance;
+pub mod at_point;
 pub mod ball;
 pub mod correlation;
 pub mod depth;

@@ -3,6 +3,8 @@
 mod associate;
 mod batch;
 mod days;
+#[cfg(feature = "mavlink")]
+mod mavlink;
 mod measure;
 mod ptz;
 mod publish;
@@ -14,6 +16,8 @@ mod tests;
 pub use associate::Associate;
 pub use batch::Batch;
 pub use days::Days;
+#[cfg(feature = "mavlink")]
+pub use mavlink::Mavlink;
 pub use measure::{Calibrate, Measure, Measuring};
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
 pub use publish::Publish;
@@ -111,6 +115,9 @@ pub enum Command {
     /// Open the test system with its screen in the browser: pick, follow, look, repair, compare
     #[cfg(feature = "studio")]
     Studio(Studio),
+    /// Be the tracking camera of a drone: ground stations say what to track, by MAVLink, and see what becomes of it
+    #[cfg(feature = "mavlink")]
+    Mavlink(Box<Mavlink>),
     /// Drive pan-tilt heads: simulate loops, see what a head can do
     Ptz(Ptz),
     /// List the trackers, or show the parameters of one as commented TOML
@@ -179,8 +186,8 @@ pub struct Track {
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,
     /// What starts the run without a box: `detector`, the default where one is named, or `truth`, the first box of the truth that
-    /// came with the input [default without a detector: the truth]
-    #[arg(long, value_name = "WHAT", value_parser = ["truth", "detector"])]
+    /// came with the input [default without a detector: the truth]; `command` follows nothing until somebody says what
+    #[arg(long, value_name = "WHAT", value_parser = ["truth", "detector", "command"])]
     pub start: Option<String>,
     /// Take what is detected from this file (MOT, KITTI, COCO or JSON lines; for YOLO a folder), and follow all of it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["detect"])]
@@ -277,6 +284,9 @@ pub struct Track {
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
+    /// Play a recording no faster than its frames' own times say, as a camera would
+    #[arg(long)]
+    pub real_time: bool,
 }
 
 /// Takes a length of time above zero.

@@ -6,6 +6,8 @@ pub mod demo;
 pub mod eval;
 mod eval_many;
 pub mod licences;
+#[cfg(feature = "mavlink")]
+pub mod mavlink;
 pub mod measure;
 pub mod ptz;
 #[cfg(feature = "reproduce")]

@@ -210,6 +210,7 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         region: args.region.as_deref().map(|text| numbers(text, "--region")).transpose()?,
         resize: args.resize.as_deref().map(str::parse).transpose()?,
         fps: args.fps,
+        real_time: flag(args.real_time, true),
         parameters: settings(&args.settings)?,
         read_from: None,
     })
@@ -308,6 +309,11 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             "update    {:.3} ms mean, {:.3} median, {:.3} p95, {:.3} p99",
             update.mean, update.p50, update.p95, update.p99
         )?;
+    }
+    let latency = &facts.timing.latency_ms;
+    if latency.count > 0 {
+        let (p50, p95, p99) = (latency.p50, latency.p95, latency.p99);
+        writeln!(text, "latency   {p50:.1} ms median, {p95:.1} p95, {p99:.1} p99, from a frame to its results")?;
     }
     if let Some(a) = &facts.accuracy {
         writeln!(text, "accuracy  against the truth that came with the input:")?;

@@ -41,6 +41,11 @@ pub enum HeadAddress {
         /// The device.
         device: String,
     },
+    /// `mavlink:LINK`: a gimbal on a MAVLink link, as in `mavlink:udpin:0.0.0.0:14550`.
+    Mavlink {
+        /// The link.
+        link: String,
+    },
     /// `hook:COMMAND`: a user's own program.
     Hook {
         /// The command, for the system's shell.
@@ -65,6 +70,7 @@ impl std::str::FromStr for HeadAddress {
             ("visca+tcp", Some(_)) => host_and_port(&locator, 5678).map(|(host, port)| Self::ViscaTcp { host, port }),
             ("visca", None) => Ok(Self::ViscaSerial { device: rest.to_owned() }),
             ("pelco", device) => Ok(Self::Pelco { device: device.unwrap_or(rest).to_owned() }),
+            ("mavlink", _) => Ok(Self::Mavlink { link: rest.to_owned() }),
             ("hook", _) => Ok(Self::Hook { command: rest.to_owned() }),
             _ => wrong("there is no such kind of head"),
         }
@@ -139,8 +145,24 @@ pub fn open(address: &HeadAddress, access: &Access, timeouts: Timeouts) -> Resul
         }
         HeadAddress::ViscaSerial { device } => visca_serial(device, timeouts),
         HeadAddress::Pelco { device } => pelco_serial(device, timeouts),
+        HeadAddress::Mavlink { link } => gimbal(link),
         HeadAddress::Hook { command } => Ok(Box::new(Hook::start(command)?)),
     }
+}
+
+#[cfg(feature = "mavlink")]
+fn gimbal(link: &str) -> Result<Box<dyn Head>> {
+    use pursuit_mavlink::{Endpoint, Identity};
+    let of_link = |error: pursuit_mavlink::MavlinkError| PtzError::Mavlink { reason: error.to_string() };
+    let endpoint = Endpoint::start(Identity::default(), &[link.parse().map_err(of_link)?], None).map_err(of_link)?;
+    Ok(Box::new(super::GimbalHead::find(endpoint, None)?))
+}
+
+#[cfg(not(feature = "mavlink"))]
+fn gimbal(_link: &str) -> Result<Box<dyn Head>> {
+    Err(PtzError::Address {
+        reason: "this build was made without the feature `mavlink`, which gimbals need".to_owned(),
+    })
 }
 
 /// The certificate that the camera at an `onvifs://` address shows, in PEM, and its SHA-256 as `AB:CD:…`: for people to

@@ -7,6 +7,8 @@
 mod address;
 mod by_turns;
 mod capabilities;
+#[cfg(feature = "mavlink")]
+mod gimbal;
 mod hook;
 #[cfg(feature = "onvif")]
 pub mod onvif;
@@ -19,7 +21,9 @@ pub mod visca;
 
 pub use address::{Access, HeadAddress, certificate, open};
 pub use by_turns::ByTurns;
-pub use capabilities::Capabilities;
+pub use capabilities::{Capabilities, Travel};
+#[cfg(feature = "mavlink")]
+pub use gimbal::{AttitudeOf, GimbalHead};
 pub use hook::Hook;
 pub use password::Password;
 pub use pilot::Pilot;

@@ -52,8 +52,8 @@ options! {
         pub tracker: Option<String>,
         /// Name of the detector that finds the target when no box is given.
         pub detect: Option<String>,
-        /// What starts the run where no box is given: `detector`, which is the default where there is one, or `truth`, the first box
-        /// of the truth that came with the input.
+        /// What starts the run where no box is given: `detector`, which is the default where there is one, `truth`, the first box
+        /// of the truth that came with the input, or `command`: nothing, until somebody says what to follow.
         pub start: Option<StartFrom>,
         /// File of detections, which takes the place of a detector: what it says of a frame is found there.
         pub detections: Option<PathBuf>,
@@ -101,6 +101,8 @@ options! {
         pub resize: Option<Resize>,
         /// Frames per second to assume instead of the input's own times.
         pub fps: Option<f64>,
+        /// Whether a recording is played no faster than its frames' own times say, as a camera would.
+        pub real_time: Option<bool>,
         /// Parameters of the tracker and the detector; see [`Settings::split`].
         pub parameters: toml::Table,
     }
@@ -158,6 +160,10 @@ impl RunConfig {
             Some(StartFrom::Truth) => return Ok(()),
             Some(StartFrom::Detector) if self.detects() => return Ok(()),
             Some(StartFrom::Detector) => "no detector is named; add one, `--detect motion`",
+            Some(StartFrom::Command) if !self.boxes.is_empty() || self.detects() => {
+                "somebody is to say what to follow; leave `--start command` out, or boxes and detectors"
+            }
+            Some(StartFrom::Command) => return Ok(()),
         };
         Err(RunError::usage(problem))
     }

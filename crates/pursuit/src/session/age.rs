@@ -10,12 +10,14 @@ pub(super) struct Age {
 }
 
 impl Age {
-    /// A frame of the time `time_s` is taken up at `now_s`.
-    pub fn take(&mut self, now_s: f64, time_s: f64) {
+    /// A frame of the time `time_s` is taken up at `now_s`: how old it is, milliseconds.
+    pub fn take(&mut self, now_s: f64, time_s: f64) -> f64 {
         let late_s = now_s - time_s;
         let least_s = self.least_s.map_or(late_s, |least_s| least_s.min(late_s));
         self.least_s = Some(least_s);
-        self.ages.add(1e3 * (late_s - least_s));
+        let age_ms = 1e3 * (late_s - least_s);
+        self.ages.add(age_ms);
+        age_ms
     }
 
     pub fn summary(&self) -> TimingSummary {

@@ -6,7 +6,7 @@ use pursuit_media::input::StopHandle;
 use pursuit_tracking::{Recipe, TargetId};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel as mpsc};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel as mpsc};
 
 /// What a session can be told between two steps.
 pub enum Command {
@@ -81,8 +81,24 @@ impl Reply {
     /// # Errors
     /// As [`Session::apply`](crate::Session::apply), or that the session has ended.
     pub fn wait(self) -> Result<Option<TargetId>, RunError> {
-        self.0.recv().unwrap_or_else(|_| Err(RunError::usage("the session has ended")))
+        self.0.recv().unwrap_or_else(|_| Err(ended()))
     }
+
+    /// The same without waiting; the reply itself where the session has not come to it yet.
+    ///
+    /// # Errors
+    /// This reply, to ask again later.
+    pub fn poll(self) -> Result<Result<Option<TargetId>, RunError>, Self> {
+        match self.0.try_recv() {
+            Ok(answer) => Ok(answer),
+            Err(TryRecvError::Empty) => Err(self),
+            Err(TryRecvError::Disconnected) => Ok(Err(ended())),
+        }
+    }
+}
+
+fn ended() -> RunError {
+    RunError::usage("the session has ended")
 }
 
 /// One thing that came from elsewhere.

@@ -105,6 +105,9 @@ struct Counts {
     update: Timing,
     decode: Timing,
     age: Age,
+    latency: Timing,
+    /// When the frame in hand was captured, as far as anybody knows, seconds since the session began.
+    captured_s: f64,
     frames: u64,
 }
 
@@ -291,6 +294,7 @@ impl Session {
         let timing = TimingFacts {
             update_ms: self.counts.update.summary(),
             decode_ms: self.counts.decode.summary(),
+            latency_ms: self.counts.latency.summary(),
             total_s: self.began.elapsed().as_secs_f64(),
         };
         let interrupted = self.ended == Some(Ended::Stopped);
@@ -305,9 +309,9 @@ impl Session {
         let (frame, waited) = Elapsed::of(&WallClock::default(), || self.next_frame());
         let Some(frame) = frame? else { return Ok(false) };
         self.counts.decode.add(waited.wall_ms);
-        if self.source.info().live {
-            self.counts.age.take(self.began.elapsed().as_secs_f64(), frame.time_s());
-        }
+        let taken_s = self.began.elapsed().as_secs_f64();
+        let age_ms = if self.source.info().live { self.counts.age.take(taken_s, frame.time_s()) } else { 0.0 };
+        self.counts.captured_s = taken_s - 1e-3 * age_ms;
         let pose = if frame.camera().is_none() { self.poses.as_mut().and_then(|p| p(frame.time_s())) } else { None };
         let pose = pose.and_then(|pose| self.view.map_or(Some(pose), |view| pose_of_input(&view, &pose)));
         let frame = Arc::new(match pose {
@@ -372,6 +376,7 @@ impl Session {
         let watched = self.watcher.as_ref().map(Watcher::watched);
         let moment = Moment::new(frame, &self.records, &forecast).with_watched(watched);
         self.sinks.iter_mut().try_for_each(|sink| sink.write(&moment))?;
+        self.counts.latency.add(1e3 * (self.began.elapsed().as_secs_f64() - self.counts.captured_s));
         // Only of frames whose results have been handed on, so that no line is missing later.
         if let Some(checkpoint) = &mut self.checkpoint {
             checkpoint.keep(frame.index(), &*self.targets);

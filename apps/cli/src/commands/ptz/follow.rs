@@ -35,8 +35,9 @@ pub fn run(args: &PtzFollow, global: &Global) -> anyhow::Result<ExitCode> {
     let input = config.input.clone();
     let open = || Run::prepare(config, &track::open_options(&args.track));
     let run = console::connecting(input.as_ref(), global, open)?;
-    let mut params = params;
-    let head = super::able(super::reach(&args.head.head, &args.head.secret)?, &mut params)?;
+    let mut head = super::reach(&args.head.head, &args.head.secret)?;
+    let mut params = super::known(&mut *head).with("follower", &said)?;
+    let head = super::able(head, &mut params)?;
     let follower = Follower::new(params, views, run.input().input_size(), 0.0)?;
     let thread = super::on_a_thread(head, Pilot::WATCHDOG)?;
     let carry_out = |run: Run, remarks: Remarks| {

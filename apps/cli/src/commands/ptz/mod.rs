@@ -9,9 +9,9 @@ mod simulate;
 use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
 use pursuit::parameters::{Table, merge, nested};
-use pursuit::ptz::PtzError;
 use pursuit::ptz::control::{FollowerParams, Scheme};
 use pursuit::ptz::drivers::{Access, ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
+use pursuit::ptz::{PtzError, Status};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -34,12 +34,12 @@ fn reach(address: &str, secret: &Secret) -> anyhow::Result<Box<dyn Head>> {
 }
 
 /// An error whose text says its cause already.
-fn said(error: PtzError) -> anyhow::Error {
+pub fn said(error: PtzError) -> anyhow::Error {
     anyhow::Error::msg(error.to_string())
 }
 
 /// What a TOML file says, where one is given, with `settings` in its place.
-fn read(path: Option<&Path>, settings: Table) -> anyhow::Result<Table> {
+pub fn read(path: Option<&Path>, settings: Table) -> anyhow::Result<Table> {
     let Some(path) = path else { return Ok(settings) };
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     // The message alone: the error shows the place in several lines.
@@ -50,7 +50,7 @@ fn read(path: Option<&Path>, settings: Table) -> anyhow::Result<Table> {
 }
 
 /// The name of a file for messages about what it says.
-fn origin(path: Option<&Path>) -> String {
+pub fn origin(path: Option<&Path>) -> String {
     path.map_or_else(|| "--set".to_owned(), |path| path.display().to_string())
 }
 
@@ -63,12 +63,28 @@ fn password(secret: &Secret) -> anyhow::Result<Option<Password>> {
 }
 
 /// Puts a head on a thread of its own, which stops it when nobody tells it anything.
-fn on_a_thread(head: Box<dyn Head>, watchdog: Duration) -> anyhow::Result<HeadThread> {
+pub fn on_a_thread(head: Box<dyn Head>, watchdog: Duration) -> anyhow::Result<HeadThread> {
     let waits = Timeouts::default();
     // One call under way, and the stop after it.
     let patience = waits.connect + 2 * waits.answer;
     let poll = head.capabilities().status.then_some(Pilot::POLL);
     Ok(HeadThread::start(head, watchdog.max(Pilot::WATCHDOG), poll, patience)?)
+}
+
+/// What is known of how a head moves, where it says so itself: its limits, and where it stands now.
+pub fn known(head: &mut dyn Head) -> FollowerParams {
+    let mut params = FollowerParams::default();
+    if let Some(travel) = head.capabilities().travel {
+        for (axis, (least, most)) in
+            [(&mut params.limits.pan, travel.pan_deg), (&mut params.limits.tilt, travel.tilt_deg)]
+        {
+            (axis.min_deg, axis.max_deg) = (least, most);
+        }
+        if let Ok(Some(Status { position: Some(position), .. })) = head.status() {
+            params.home = position;
+        }
+    }
+    params
 }
 
 /// A head in a way that can be followed with: by velocities, else by turns, else by positions, which the parameters then say.
@@ -98,8 +114,8 @@ fn able(head: Box<dyn Head>, params: &mut FollowerParams) -> anyhow::Result<Box<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pursuit::ptz::Command;
     use pursuit::ptz::drivers::Capabilities;
-    use pursuit::ptz::{Command, Status};
 
     struct Limited(Capabilities);
 

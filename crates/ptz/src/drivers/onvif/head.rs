@@ -217,6 +217,7 @@ impl Head for Onvif {
             zoom: spaces.zoom_velocity.is_some() || spaces.zoom_position.is_some(),
             presets: self.facts.presets,
             status: true,
+            travel: None,
             max_speed_deg_s: match &spaces.velocity {
                 Some(space) if space.name == "VelocitySpaceDegrees" => {
                     Some((space.x.max, space.y.unwrap_or(space.x).max))

@@ -71,6 +71,7 @@ impl<L: Read + Write + Send> Head for PelcoD<L> {
             zoom: true,
             presets: true,
             status: positions,
+            travel: None,
             max_speed_deg_s: Some(self.params.max_speed_deg_s),
         }
     }

@@ -186,6 +186,7 @@ impl<L: Link> Head for Visca<L> {
             zoom: true,
             presets: true,
             status: true,
+            travel: None,
             max_speed_deg_s: Some((self.params.pan.top(), self.params.tilt.top())),
         }
     }

@@ -1,0 +1,111 @@
+use crate::args::{Global, Mavlink};
+use crate::commands::{ptz, track};
+use crate::console;
+use anyhow::Context;
+use pursuit::mavlink::{Identity, MavlinkOptions, SigningKey};
+use pursuit::parameters::{Parameters, Table, Value, nested};
+use pursuit::ptz::control::{Follower, FollowerParams, PredictBy};
+use pursuit::ptz::drivers::{GimbalHead, Pilot};
+use pursuit::ptz::geometry::FieldsOfView;
+use pursuit::{Finished, Run, RunConfig, RunError, StartFrom, head};
+use std::fmt::Write;
+use std::process::ExitCode;
+
+/// `pursuit mavlink`: a run as `pursuit track` makes it, which ground stations tell what to track.
+pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
+    if args.track.inputs.len() > 1 {
+        return Err(RunError::usage("a camera of a drone shows one input; give no more than one").into());
+    }
+    let mut config = track::config(&args.track)?;
+    config.parameters = nested(&config.parameters);
+    let said = match config.parameters.remove("follower") {
+        Some(Value::Table(settings)) => settings,
+        Some(_) => return Err(RunError::usage("`follower` is a group; set `follower.KEY`").into()),
+        None => Table::new(),
+    };
+    let said = ptz::read(args.follower.as_deref(), said)?;
+    let params = FollowerParams::default().with("follower", &said);
+    let params =
+        params.with_context(|| format!("{} does not say how to follow", ptz::origin(args.follower.as_deref())))?;
+    let config = until_told(config);
+    // A picture of everything that was seen is made when asked for.
+    let config = RunConfig { video: config.video.or(Some(false)), ..config };
+    let Some(config) = track::with_box(config, &args.track)? else { return Ok(ExitCode::SUCCESS) };
+    let by_tracker = args.gimbal.is_some() && params.predict_by == PredictBy::Tracker && config.region.is_none();
+    let config = if by_tracker { head::compensated(config) } else { config };
+    let mavlink = pursuit::mavlink::Mavlink::open(options(args)?)?;
+    let input = config.input.clone();
+    let open = || Run::prepare(config, &track::open_options(&args.track));
+    let run = console::connecting(input.as_ref(), global, open)?;
+    let run = match (args.gimbal, args.camera_view) {
+        (Some(device), Some(view)) => {
+            let views = FieldsOfView::fixed(0.5 * view)?;
+            let device = Some(device).filter(|device| *device > 0);
+            let mut gimbal = GimbalHead::find(mavlink.endpoint().clone(), device).map_err(ptz::said)?;
+            let attitude = gimbal.attitude();
+            let params = ptz::known(&mut gimbal).with("follower", &said)?;
+            let follower = Follower::new(params, views, run.input().input_size(), 0.0)?;
+            let thread = ptz::on_a_thread(Box::new(gimbal), Pilot::WATCHDOG)?;
+            let run = mavlink.serve(run, Some(attitude))?;
+            head::follow(run, Pilot::new(follower, thread), |_| {})
+        }
+        _ => mavlink.serve(run, None)?,
+    };
+    let say = |finished: &Finished| match (&finished.out, args.track.json) {
+        (None, _) => Ok(String::new()),
+        (Some(_), true) => {
+            let mut value: serde_json::Value = serde_json::from_str(&track::json(finished)?)?;
+            value["links"] = serde_json::to_value(links(&mavlink))?;
+            Ok(serde_json::to_string_pretty(&value)? + "\n")
+        }
+        (Some(_), false) => Ok(console::printable(&(track::summary(finished, false)? + &told(&mavlink)?))),
+    };
+    track::carry_out(run, global, say)
+}
+
+/// Nothing is tracked until a ground station says what, unless something else says so.
+fn until_told(config: RunConfig) -> RunConfig {
+    let says = !config.boxes.is_empty() || config.detect.is_some() || config.detections.is_some();
+    let start = config.start.or((!says).then_some(StartFrom::Command));
+    RunConfig { start, ..config }
+}
+
+fn options(args: &Mavlink) -> anyhow::Result<MavlinkOptions> {
+    let key = match &args.signing_key_file {
+        Some(path) => {
+            let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+            Some(SigningKey::from_text(&text).map_err(|e| RunError::usage(e.to_string()))?)
+        }
+        None => None,
+    };
+    Ok(MavlinkOptions {
+        identity: Identity { system: args.system_id, component: args.component_id },
+        links: args.links.clone(),
+        key,
+        field_of_view_deg: args.camera_view,
+        pitch_deg: args.camera_pitch,
+        stream: args.stream_uri.clone(),
+        landing_target: args.landing_target,
+        target_width_m: args.target_width,
+        ..MavlinkOptions::default()
+    })
+}
+
+fn links(mavlink: &pursuit::mavlink::Mavlink) -> Vec<serde_json::Value> {
+    let one = |counts: pursuit::mavlink::LinkCounts| {
+        serde_json::json!({
+            "link": counts.link, "received": counts.received, "sent": counts.sent, "dropped": counts.dropped,
+            "connections": counts.connections,
+        })
+    };
+    mavlink.counts().into_iter().map(one).collect()
+}
+
+fn told(mavlink: &pursuit::mavlink::Mavlink) -> anyhow::Result<String> {
+    let mut text = String::from("links\n");
+    for counts in mavlink.counts() {
+        let (received, sent, dropped) = (counts.received, counts.sent, counts.dropped);
+        writeln!(text, "  {}: {received} messages came, {sent} went, {dropped} dropped", counts.link)?;
+    }
+    Ok(text)
+}

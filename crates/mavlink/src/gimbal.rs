@@ -1,0 +1,424 @@
+//! A gimbal by the gimbal protocol v2: <https://mavlink.io/en/services/gimbal_v2.html>.
+
+use crate::rotation::Rotation;
+use crate::{Endpoint, Identity, Incoming, MavlinkError, Result, Vehicle};
+use mavlink::dialects::common::{
+    COMMAND_LONG_DATA, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GIMBAL_MANAGER_INFORMATION_DATA,
+    GIMBAL_MANAGER_SET_PITCHYAW_DATA, GimbalDeviceFlags, GimbalManagerCapFlags, GimbalManagerFlags, MavCmd, MavMessage,
+    MavResult,
+};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+const MANAGER_INFORMATION: u32 = 280;
+const ATTITUDE_STATUS: u32 = 285;
+
+/// Which gimbal it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GimbalId {
+    /// The system of its manager.
+    pub system: u8,
+    /// The component that manages it: an autopilot, or the gimbal itself.
+    pub component: u8,
+    /// The gimbal: its component, or 1 to 6 for one that speaks no MAVLink.
+    pub device: u8,
+}
+
+/// How far a gimbal turns, degrees; infinite where nothing is said. Yaw is as seen from the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GimbalLimits {
+    /// Lowest and highest pitch.
+    pub pitch_deg: (f64, f64),
+    /// Leftmost and rightmost yaw.
+    pub yaw_deg: (f64, f64),
+}
+
+/// How a gimbal is turned, degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attitude {
+    /// To the right: of north where the gimbal is held against the earth, else of the vehicle's nose.
+    pub yaw_deg: f64,
+    /// Above the horizon.
+    pub pitch_deg: f64,
+    /// Clockwise as seen from behind.
+    pub roll_deg: f64,
+    /// Whether yaw is against north.
+    pub is_of_earth: bool,
+}
+
+/// A gimbal under this component's control. It is stopped and given back when this value is dropped.
+pub struct Gimbal {
+    endpoint: Endpoint,
+    id: GimbalId,
+    limits: GimbalLimits,
+    can: GimbalManagerCapFlags,
+    leaves: bool,
+    shared: Arc<Shared>,
+}
+
+/// Asks a gimbal how it is turned; once that is let go of it says nothing more.
+#[derive(Clone)]
+pub struct AttitudeWatch(Arc<Shared>);
+
+impl AttitudeWatch {
+    /// How it is turned, where it has said so within the last second.
+    pub fn attitude(&self) -> Option<Attitude> {
+        self.0.attitude()
+    }
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    found: Vec<(Identity, GIMBAL_MANAGER_INFORMATION_DATA)>,
+    answer: Option<(MavCmd, MavResult)>,
+    attitude: Option<(Instant, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA)>,
+    /// Who is in control, where the manager has said so.
+    primary: Option<Identity>,
+    vehicle: Vehicle,
+    ended: bool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits until `found` gives something.
+    fn wait_for<T>(&self, patience: Duration, mut found: impl FnMut(&mut State) -> Option<T>) -> Option<T> {
+        let until = Instant::now() + patience;
+        let mut state = self.lock();
+        loop {
+            if let Some(what) = found(&mut state) {
+                return Some(what);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return None;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn attitude(&self) -> Option<Attitude> {
+        let state = self.lock();
+        let now = Instant::now();
+        let (at, said) = state.attitude.as_ref()?;
+        if now.saturating_duration_since(*at) > Gimbal::LASTS {
+            return None;
+        }
+        let (roll, pitch, yaw) = Rotation::of(said.q)?.euler();
+        let vehicle_yaw = state.vehicle.stand(now).map(|stand| stand.yaw_deg);
+        // A gimbal that knows how the vehicle is turned says so itself.
+        let vehicle_yaw =
+            Some(f64::from(said.delta_yaw).to_degrees()).filter(|v| v.is_finite() && *v != 0.0).or(vehicle_yaw);
+        let yaw_deg = yaw.to_degrees();
+        let (yaw_deg, is_of_earth) = match (is_of_earth(said.flags), vehicle_yaw) {
+            (true, _) => (yaw_deg, true),
+            (false, Some(vehicle)) => (wrapped(yaw_deg + vehicle), true),
+            (false, None) => (yaw_deg, false),
+        };
+        Some(Attitude { yaw_deg, pitch_deg: pitch.to_degrees(), roll_deg: roll.to_degrees(), is_of_earth })
+    }
+
+    fn listen(&self, identity: Identity, incoming: &Receiver<Incoming>) {
+        loop {
+            match incoming.recv_timeout(Duration::from_millis(100)) {
+                Ok(incoming) => self.take(identity, &incoming),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+            if self.lock().ended {
+                return;
+            }
+        }
+    }
+
+    fn take(&self, identity: Identity, incoming: &Incoming) {
+        let now = Instant::now();
+        let sender = Identity { system: incoming.system, component: incoming.component };
+        let mut state = self.lock();
+        state.vehicle.take(identity, incoming, now);
+        match &*incoming.message {
+            MavMessage::GIMBAL_MANAGER_INFORMATION(information) => {
+                state
+                    .found
+                    .retain(|(of, known)| *of != sender || known.gimbal_device_id != information.gimbal_device_id);
+                if state.found.len() < 16 {
+                    state.found.push((sender, information.clone()));
+                }
+            }
+            MavMessage::GIMBAL_MANAGER_STATUS(status) => {
+                let (system, component) = (status.primary_control_sysid, status.primary_control_compid);
+                state.primary = Some(Identity { system, component });
+            }
+            MavMessage::GIMBAL_DEVICE_ATTITUDE_STATUS(attitude) => state.attitude = Some((now, attitude.clone())),
+            MavMessage::COMMAND_ACK(answer) => state.answer = Some((answer.command, answer.result)),
+            _ => return,
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+}
+
+impl Gimbal {
+    /// How long an answer is waited for before the question is asked again, and how often it is asked.
+    const ANSWER: Duration = Duration::from_millis(500);
+    const ATTEMPTS: u32 = 6;
+    /// How often a gimbal is to say how it is turned, microseconds.
+    const ATTITUDE_US: f32 = 50_000.0;
+    /// An attitude older than this is not known any more.
+    const LASTS: Duration = Duration::from_millis(1000);
+
+    /// Looks for a gimbal (of this device, where one is named), takes control of it, and asks it how it is turned 20 times a second.
+    ///
+    /// # Errors
+    /// [`MavlinkError::NoGimbal`], [`MavlinkError::Refused`], [`MavlinkError::TimedOut`].
+    pub fn find(endpoint: Endpoint, device: Option<u8>) -> Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let (theirs, incoming, identity) = (shared.clone(), endpoint.listen(), endpoint.identity());
+        let thread = std::thread::Builder::new().name("mavlink gimbal".to_owned());
+        let started = thread.spawn(move || theirs.listen(identity, &incoming));
+        started.map_err(|source| MavlinkError::Io { link: "MAVLink".into(), doing: "starting a thread", source })?;
+        let ask = |system: u8| {
+            let command = MavCmd::MAV_CMD_REQUEST_MESSAGE;
+            let data =
+                COMMAND_LONG_DATA { command, param1: MANAGER_INFORMATION as f32, target_system: system, ..none() };
+            endpoint.send(&MavMessage::COMMAND_LONG(data));
+        };
+        let fits = |information: &GIMBAL_MANAGER_INFORMATION_DATA| {
+            device.is_none_or(|device| information.gimbal_device_id == device)
+        };
+        let found = (0..Self::ATTEMPTS).find_map(|_| {
+            // The own vehicle's, and any that answers.
+            ask(identity.system);
+            ask(0);
+            shared.wait_for(Self::ANSWER, |state| state.found.iter().find(|(_, i)| fits(i)).cloned())
+        });
+        let Some((manager, information)) = found else {
+            shared.lock().ended = true;
+            return Err(MavlinkError::NoGimbal { after_s: (Self::ATTEMPTS * Self::ANSWER).as_secs_f64() });
+        };
+        let device = information.gimbal_device_id;
+        let gimbal = Self {
+            id: GimbalId { system: manager.system, component: manager.component, device },
+            limits: limits(&information),
+            can: information.cap_flags,
+            leaves: false,
+            endpoint,
+            shared,
+        };
+        gimbal.take_control()?;
+        gimbal.ask_for_attitude();
+        Ok(gimbal)
+    }
+
+    /// Which gimbal it is.
+    pub const fn id(&self) -> GimbalId {
+        self.id
+    }
+
+    /// How far it turns.
+    pub const fn limits(&self) -> GimbalLimits {
+        self.limits
+    }
+
+    /// Whether it holds its yaw against the earth, so that the vehicle may turn below it.
+    pub fn holds_yaw(&self) -> bool {
+        self.can.contains(GimbalManagerCapFlags::GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_LOCK)
+    }
+
+    /// Becomes the one in control.
+    ///
+    /// # Errors
+    /// [`MavlinkError::Refused`], [`MavlinkError::TimedOut`].
+    pub fn take_control(&self) -> Result<()> {
+        let Identity { system, component } = self.endpoint.identity();
+        self.configure(f32::from(system), f32::from(component), "control")
+    }
+
+    fn configure(&self, system: f32, component: f32, doing: &'static str) -> Result<()> {
+        let command = MavCmd::MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE;
+        let data = COMMAND_LONG_DATA { param1: system, param2: component, param3: -1.0, param4: -1.0, ..none() };
+        let data = COMMAND_LONG_DATA { command, param7: f32::from(self.id.device), ..data };
+        match self.command(data, doing)? {
+            MavResult::MAV_RESULT_ACCEPTED => Ok(()),
+            other => Err(MavlinkError::Refused { doing, reason: format!("{other:?}") }),
+        }
+    }
+
+    /// Sends a command to the manager until it answers.
+    fn command(&self, data: COMMAND_LONG_DATA, doing: &'static str) -> Result<MavResult> {
+        for confirmation in 0..3 {
+            self.shared.lock().answer = None;
+            let to = COMMAND_LONG_DATA { confirmation, ..data.clone() };
+            let to = COMMAND_LONG_DATA { target_system: self.id.system, target_component: self.id.component, ..to };
+            self.endpoint.send(&MavMessage::COMMAND_LONG(to));
+            let answered = self.shared.wait_for(Self::ANSWER, |state| {
+                state.answer.filter(|(command, _)| *command == data.command).map(|(_, result)| result)
+            });
+            if let Some(result) = answered {
+                return Ok(result);
+            }
+        }
+        Err(MavlinkError::TimedOut { doing, after_s: (3 * Self::ANSWER).as_secs_f64() })
+    }
+
+    /// Not every gimbal can be asked: those that say it anyhow need not be.
+    fn ask_for_attitude(&self) {
+        let data = COMMAND_LONG_DATA { param1: ATTITUDE_STATUS as f32, param2: Self::ATTITUDE_US, ..none() };
+        let data = COMMAND_LONG_DATA { command: MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, ..data };
+        let device = if self.id.device > 6 { self.id.device } else { self.id.component };
+        let to = COMMAND_LONG_DATA { target_system: self.id.system, target_component: device, ..data };
+        self.endpoint.send(&MavMessage::COMMAND_LONG(to));
+    }
+
+    /// Who else has taken control, if somebody has. Who took it over by hand is not fought.
+    pub fn taken_by(&self) -> Option<Identity> {
+        let own = self.endpoint.identity();
+        self.shared.lock().primary.filter(|who| *who != own)
+    }
+
+    /// How it is turned, where it has said so within the last second.
+    pub fn attitude(&self) -> Option<Attitude> {
+        self.shared.attitude()
+    }
+
+    /// Asks the same from elsewhere.
+    pub fn watch(&self) -> AttitudeWatch {
+        AttitudeWatch(self.shared.clone())
+    }
+
+    /// Waits until it has said how it is turned.
+    ///
+    /// # Errors
+    /// [`MavlinkError::TimedOut`]: without that nobody can follow by it.
+    pub fn wait_for_attitude(&self) -> Result<Attitude> {
+        for _ in 0..Self::ATTEMPTS {
+            let said = self.shared.wait_for(Self::ANSWER, |state| state.attitude.as_ref().map(drop));
+            if let Some(attitude) = said.and_then(|()| self.attitude()) {
+                return Ok(attitude);
+            }
+            self.ask_for_attitude();
+        }
+        Err(MavlinkError::TimedOut {
+            doing: "how the gimbal is turned",
+            after_s: (Self::ATTEMPTS * Self::ANSWER).as_secs_f64(),
+        })
+    }
+
+    /// Lets it finish what it was told last when this value is dropped.
+    pub fn leave(&mut self) {
+        self.leaves = true;
+    }
+
+    /// Turns at these rates, degrees per second to the right and upward, against the earth where that is known.
+    pub fn turn(&self, yaw_deg_s: f64, pitch_deg_s: f64) {
+        // One that turns with the vehicle is turned back by as much.
+        let with_vehicle = if self.holds_yaw() { None } else { self.stand() };
+        let yaw_deg_s = yaw_deg_s - with_vehicle.map_or(0.0, |stand| stand.yaw_rate_deg_s);
+        self.set(self.flags(), [f64::NAN, f64::NAN, pitch_deg_s, yaw_deg_s]);
+    }
+
+    /// Turns to these angles, degrees, in the frame of [`attitude`](Self::attitude).
+    pub fn point(&self, yaw_deg: f64, pitch_deg: f64) {
+        let with_vehicle = if self.holds_yaw() { None } else { self.stand() };
+        let yaw_deg = with_vehicle.map_or(yaw_deg, |stand| wrapped(yaw_deg - stand.yaw_deg));
+        self.set(self.flags(), [pitch_deg, yaw_deg, f64::NAN, f64::NAN]);
+    }
+
+    /// Goes to where it looks ahead and level.
+    pub fn neutral(&self) {
+        self.set(self.flags() | GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_NEUTRAL, [f64::NAN; 4]);
+    }
+
+    fn stand(&self) -> Option<crate::vehicle::Stand> {
+        self.shared.lock().vehicle.stand(Instant::now())
+    }
+
+    fn flags(&self) -> GimbalManagerFlags {
+        let level =
+            GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_ROLL_LOCK | GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_PITCH_LOCK;
+        let in_earth = GimbalManagerCapFlags::GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_YAW_IN_EARTH_FRAME;
+        match (self.holds_yaw(), self.can.contains(in_earth)) {
+            (true, true) => {
+                level
+                    | GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_YAW_LOCK
+                    | GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_YAW_IN_EARTH_FRAME
+            }
+            (true, false) => level | GimbalManagerFlags::GIMBAL_MANAGER_FLAGS_YAW_LOCK,
+            (false, _) => level,
+        }
+    }
+
+    /// Pitch, yaw and their rates, in degrees; NaN for what is not said.
+    fn set(&self, flags: GimbalManagerFlags, degrees: [f64; 4]) {
+        let [pitch, yaw, pitch_rate, yaw_rate] = degrees.map(|degrees| degrees.to_radians() as f32);
+        self.endpoint.send(&MavMessage::GIMBAL_MANAGER_SET_PITCHYAW(GIMBAL_MANAGER_SET_PITCHYAW_DATA {
+            flags,
+            pitch,
+            yaw,
+            pitch_rate,
+            yaw_rate,
+            target_system: self.id.system,
+            target_component: self.id.component,
+            gimbal_device_id: self.id.device,
+        }));
+    }
+}
+
+impl Drop for Gimbal {
+    fn drop(&mut self) {
+        if self.taken_by().is_none() {
+            if !self.leaves {
+                self.turn(0.0, 0.0);
+            }
+            // −3 gives up control where one has it; who does not answer keeps it.
+            if let Err(error) = self.configure(-3.0, -3.0, "giving back control") {
+                tracing::warn!("{error}");
+            }
+        }
+        self.shared.lock().ended = true;
+    }
+}
+
+/// A command without any parameter.
+fn none() -> COMMAND_LONG_DATA {
+    COMMAND_LONG_DATA::default()
+}
+
+fn limits(information: &GIMBAL_MANAGER_INFORMATION_DATA) -> GimbalLimits {
+    let range = |low: f32, high: f32| {
+        let (low, high) = (f64::from(low).to_degrees(), f64::from(high).to_degrees());
+        // Nothing said is no limit.
+        if low < high { (low, high) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+    };
+    let yaw_deg =
+        if information.cap_flags.contains(GimbalManagerCapFlags::GIMBAL_MANAGER_CAP_FLAGS_SUPPORTS_INFINITE_YAW) {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            range(information.yaw_min, information.yaw_max)
+        };
+    GimbalLimits { pitch_deg: range(information.pitch_min, information.pitch_max), yaw_deg }
+}
+
+/// Whether the yaw of an attitude is against north: by the flag of its frame, else by whether it is held.
+fn is_of_earth(flags: GimbalDeviceFlags) -> bool {
+    if flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME) {
+        return true;
+    }
+    !flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME)
+        && flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_LOCK)
+}
+
+/// An angle brought into (−180, 180] degrees.
+fn wrapped(degrees: f64) -> f64 {
+    let turned = degrees.rem_euclid(360.0);
+    if turned > 180.0 { turned - 360.0 } else { turned }
+}
