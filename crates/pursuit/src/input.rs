@@ -68,7 +68,7 @@ pub(crate) fn open(
         source = Box::new(Strided::new(source, stride));
     }
     if config.real_time == Some(true) && !source.info().live {
-        source = Box::new(Throttled::new(source, 1.0));
+        source = Box::new(Throttled::as_camera(source));
     }
     // Cut first and decoded ahead afterwards, so that this happens on the decoder's thread.
     source = part_of(source, config.region, config.resize)?;

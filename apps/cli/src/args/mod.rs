@@ -284,7 +284,7 @@ pub struct Track {
     /// Assume this many frames a second instead of the input's own times
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fps: Option<f64>,
-    /// Play a recording no faster than its frames' own times say, as a camera would
+    /// Play a recording as a camera would: no faster than its frames' own times say, and without those that come too fast
     #[arg(long)]
     pub real_time: bool,
 }

@@ -32,7 +32,7 @@ pub enum Tracking {
     Idle,
     /// It is seen there.
     Seen(Seen),
-    /// It is hidden, and expected there.
+    /// It is hidden and expected there, or it is most likely there and not for certain.
     Coasting(Seen),
     /// It is lost: nobody knows where it is.
     Lost,

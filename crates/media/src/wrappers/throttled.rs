@@ -1,11 +1,12 @@
 use crate::input::StopHandle;
-use crate::{Result, Source, SourceInfo};
+use crate::{MediaError, Result, Source, SourceInfo};
 use pursuit_imaging::Frame;
 use std::time::{Duration, Instant};
 
 /// Delivers frames no earlier than their times say, as a camera would.
 pub struct Throttled<S> {
     source: S,
+    info: SourceInfo,
     speed: f64,
     /// When the first frame was delivered, and its time in seconds.
     start: Option<(Instant, f64)>,
@@ -15,13 +16,19 @@ impl<S: Source> Throttled<S> {
     /// Plays `source` at `speed` times real time; a speed that is no positive number plays in real time.
     pub fn new(source: S, speed: f64) -> Self {
         let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
-        Self { source, speed, start: None }
+        Self { info: source.info().clone(), source, speed, start: None }
+    }
+
+    /// Plays `source` in real time and says that it is live: who is too slow misses frames.
+    pub fn as_camera(source: S) -> Self {
+        let throttled = Self::new(source, 1.0);
+        Self { info: SourceInfo { live: true, seekable: false, ..throttled.info }, ..throttled }
     }
 }
 
 impl<S: Source> Source for Throttled<S> {
     fn info(&self) -> &SourceInfo {
-        self.source.info()
+        &self.info
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>> {
@@ -38,6 +45,9 @@ impl<S: Source> Source for Throttled<S> {
 
     /// Real time begins anew at that frame.
     fn seek(&mut self, index: u64) -> Result<()> {
+        if self.info.live {
+            return Err(MediaError::not_seekable(&self.info.name, index, "it is played as a camera would"));
+        }
         self.source.seek(index)?;
         self.start = None;
         Ok(())

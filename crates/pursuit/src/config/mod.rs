@@ -101,7 +101,7 @@ options! {
         pub resize: Option<Resize>,
         /// Frames per second to assume instead of the input's own times.
         pub fps: Option<f64>,
-        /// Whether a recording is played no faster than its frames' own times say, as a camera would.
+        /// Whether a recording is played as a camera would: no faster than its frames' own times say, and without what comes too fast.
         pub real_time: Option<bool>,
         /// Parameters of the tracker and the detector; see [`Settings::split`].
         pub parameters: toml::Table,

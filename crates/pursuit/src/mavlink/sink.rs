@@ -111,8 +111,9 @@ impl CameraSink {
             TrackState::Lost => Tracking::Lost,
             // Expected outside of the picture, it has no place in it.
             _ if is_outside => Tracking::Lost,
-            TrackState::Tracking | TrackState::Unsure => Tracking::Seen(Seen { place }),
-            TrackState::Occluded => Tracking::Coasting(Seen { place }),
+            TrackState::Tracking => Tracking::Seen(Seen { place }),
+            // Nobody shall steer or land by what is not certain.
+            TrackState::Unsure | TrackState::Occluded => Tracking::Coasting(Seen { place }),
         }
     }
 }
