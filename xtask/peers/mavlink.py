@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""`pursuit mavlink` as ground stations see it: pymavlink, which we did not write, asks, starts, loses, finds again and stops.
+"""`pursuit mavlink` as ground stations see it: pymavlink and MAVSDK, which we did not write, ask, start, lose, find again and stop.
 
-usage (from the repository): cargo xtask peers mavlink; needs, from PyPI: numpy, pymavlink
+usage (from the repository): cargo xtask peers mavlink; needs, from PyPI: mavsdk, numpy, pymavlink
 
 A clip made here shows a patch that stands, walks out of the picture, comes back and stands: where it is, is known at every moment. Asked
 as QGroundControl asks (camera information, settings, streams, intervals), by rectangle and by point, from two ground stations; with
@@ -351,11 +351,41 @@ def signed(video):
         station.close(), stranger.close()
 
 
+def by_mavsdk(video):
+    """MAVSDK as a ground station: finds the camera, and starts and stops by its camera plugin."""
+    import json
+    from mavsdk.component_type import ComponentType
+    from mavsdk.mavsdk import Configuration, Mavsdk
+    from mavsdk.plugins.camera import Camera
+    from mavsdk.plugins.mavlink_direct import MavlinkDirect
+    port = free_port()
+    station = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    assert station.add_any_connection(f'udpin://127.0.0.1:{port}') == 0
+    program = Program(video, [f'udpout:127.0.0.1:{port}'])
+    wait_for = lambda what: next((found for _ in range(100) if (found := what()) or time.sleep(0.1)), None)
+    system = wait_for(lambda: next(iter(s for s in station.get_systems() if s.has_camera(-1)), None))
+    assert system is not None, 'no camera is found'
+    camera, direct, heard = Camera(system), MavlinkDirect(system), []
+    direct.subscribe_message('CAMERA_TRACKING_IMAGE_STATUS', lambda message, _: heard.append(json.loads(message.fields_json)))
+    known = wait_for(lambda: camera.camera_list().cameras)
+    assert known and known[0].vendor_name == 'pursuit', known
+    which = known[0].component_id
+    camera.track_rectangle(which, *rectangle(0))
+    assert wait_for(lambda: any(s['tracking_status'] == ACTIVE for s in heard[-5:])), heard[-3:]
+    assert overlap([heard[-1][k] for k in ('rec_top_x', 'rec_top_y', 'rec_bottom_x', 'rec_bottom_y')], rectangle(0)) > 0.6
+    camera.track_stop(which)
+    assert wait_for(lambda: heard[-1]['tracking_status'] == 0)
+    camera.track_point(which, STANDS[0] / SIZE[0], STANDS[1] / SIZE[1], 0.05)
+    assert wait_for(lambda: heard[-1]['tracking_status'] == ACTIVE and heard[-1]['tracking_mode'] == 1), heard[-1]
+    camera.track_stop(which)
+    program.end()
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         video = os.path.join(folder, 'clip.y4m')
         clip(video)
-        for check in (over_udp, over_tcp, signed):
+        for check in (over_udp, over_tcp, signed, by_mavsdk):
             print(check.__name__, flush=True)
             check(video)
     print('MAVLink: all as asked')
