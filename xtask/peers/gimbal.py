@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """`pursuit mavlink --gimbal` turns a gimbal that is simulated here, behind pymavlink: the loop is closed by pictures.
 
-usage (from the repository): cargo xtask peers gimbal; needs, from PyPI: numpy, pymavlink
+usage (from the repository): cargo xtask peers drones; needs, from PyPI: numpy, pymavlink
 
 The gimbal speaks the gimbal protocol v2 as its own manager: it obeys after 200 ms, turns at 60 deg/s at most, and says 20 times a second how it
 is turned. The camera on it (60 deg wide) shows somebody who walks as in `pursuit ptz simulate`, before a ground with a texture. Judged: how

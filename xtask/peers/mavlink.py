@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """`pursuit mavlink` as ground stations see it: pymavlink and MAVSDK, which we did not write, ask, start, lose, find again and stop.
 
-usage (from the repository): cargo xtask peers mavlink; needs, from PyPI: mavsdk, numpy, pymavlink
+usage (from the repository): cargo xtask peers drones; needs, from PyPI: mavsdk, numpy, pymavlink
 
 A clip made here shows a patch that stands, walks out of the picture, comes back and stands: where it is, is known at every moment. Asked
 as QGroundControl asks (camera information, settings, streams, intervals), by rectangle and by point, from two ground stations; with

@@ -4,14 +4,15 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 9] = [
+const BUILDS: [(&str, &str, &str); 10] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
     ("pursuit-cli", "h264,nats,ptz-onvif", "no C++ compiler, messages to NATS alone, and heads"),
+    ("pursuit-cli", "h264,mavlink", "no C++ compiler, the camera of a drone"),
     (
         "pursuit-cli",
-        "board,encode,h264,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
+        "board,encode,h264,mavlink,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
         "everything",
     ),
     ("pursuit", "", "the library for images"),

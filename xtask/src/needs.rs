@@ -163,6 +163,7 @@ packages! {
     TOOLS = "peers", "requirements.txt";
     TOOLKITS = "peers-toolkits", "toolkits.txt";
     STREAMS = "peers-streams", "streams.txt";
+    DRONES = "peers-drones", "drones.txt";
     FRAMES = "peers-frames", "frames.txt";
     CLUSTER = "peers-ray", "ray.txt";
     API = "peers-api", "api.txt";

@@ -51,6 +51,8 @@ pub enum Comparison {
     Onvif,
     /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
     Streams,
+    /// Be the tracking camera of pymavlink and MAVSDK as ground stations, and turn a gimbal behind pymavlink
+    Drones,
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
     Crowd {
         /// Arguments of xtask/peers/crowd.py
@@ -90,6 +92,10 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),
+        Some(Comparison::Drones) => {
+            run::build_programs()?;
+            drones(&environment("peers-drones", "drones.txt")?)
+        }
         Some(Comparison::Crowd { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
             timed("crowd.py", "release/examples/crowd", &arguments)
@@ -120,11 +126,13 @@ struct Pythons {
     tools: PathBuf,
     toolkits: PathBuf,
     streams: PathBuf,
+    drones: PathBuf,
 }
 
 fn environments() -> Result<Pythons> {
     let streams = environment("peers-streams", "streams.txt")?;
-    Ok(Pythons { tools: tools()?, toolkits: toolkits()?, streams })
+    let drones = environment("peers-drones", "drones.txt")?;
+    Ok(Pythons { tools: tools()?, toolkits: toolkits()?, streams, drones })
 }
 
 pub fn toolkits() -> Result<PathBuf> {
@@ -156,13 +164,22 @@ fn streams(python: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Our camera of a drone, ground stations of others, and a gimbal.
+fn drones(python: &Path) -> Result<()> {
+    let program = run::product("pursuit")?;
+    let script = |name: &str| script_of_ours(python, &run::root().join("xtask/peers").join(name), program.clone());
+    script("mavlink.py").run()?;
+    // So many seconds a walk.
+    script("gimbal.py").args(["16"]).run()
+}
+
 /// The Python with packages that do what some of our kernels do.
 pub fn tools() -> Result<PathBuf> {
     environment("peers", "requirements.txt")
 }
 
 /// What every check needs.
-pub const NEEDS: [&Need; 4] = [&needs::PYTHON, &needs::TOOLS, &needs::TOOLKITS, &needs::STREAMS];
+pub const NEEDS: [&Need; 5] = [&needs::PYTHON, &needs::TOOLS, &needs::TOOLKITS, &needs::STREAMS, &needs::DRONES];
 
 /// Whether there is a Python that makes virtual environments.
 pub fn is_python() -> bool {
@@ -233,6 +250,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
     scripts.sort();
     run::build_programs()?;
     many_targets(&pythons.toolkits, &[])?;
+    drones(&pythons.drones)?;
     for script in scripts {
         let step = script_of_ours(&pythons.tools, &script, run::product("pursuit")?);
         step.env("EXAMPLES", run::product("examples")?).run()?;

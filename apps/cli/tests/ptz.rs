@@ -264,3 +264,18 @@ fn what_cannot_be_followed_is_said_in_a_line() {
         pursuit(&["ptz", "calibrate", "scene:drift?duration=1", "--head", "hook:while read -r line; do :; done"]);
     fails(&output, 1, &["ended before the head was measured"]);
 }
+
+#[test]
+fn a_simulated_head_hangs_below_a_drone() {
+    let simulate = |more: &[&str]| pursuit(&[&["ptz", "simulate", "--seeds", "2", "--json"], more].concat());
+    let output = simulate(&["--drone", "--controller", "velocity,proportional", "--set", "drone.altitude_m=30"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let walks: Vec<_> = said["runs"].as_array().unwrap().iter().map(|run| run["walk"].as_str().unwrap()).collect();
+    assert_eq!(walks.len(), 14);
+    assert!(walks.contains(&"hiding") && walks.contains(&"crossing"));
+    let standing = simulate(&["--walk", "standing", "--controller", "velocity"]);
+    assert!(stdout(&standing).contains("\"overshoot\": 0"), "without a drone it is measured");
+    fails(&simulate(&["--set", "drone.altitude_m=1"]), 1, &["altitude_m"]);
+    fails(&simulate(&["--drone", "--scene", "wide-world"]), 2, &["--scene"]);
+}

@@ -20,7 +20,7 @@ fn measure_by(head: HeadParams, age_s: f64, noise_px: f64, seed: u64) -> Result<
         let now = f64::from(tick) * 0.01;
         while camera.next_s() <= now {
             head.advance_to(camera.next_s());
-            under_way.push_back(camera.take(head.position(), (Direction::AHEAD, 0.1, 0.1)).unwrap().0);
+            under_way.push_back(camera.take(head.position(), 0.0, (Direction::AHEAD, 0.1, 0.1)).unwrap().0);
         }
         while under_way.front().is_some_and(|e| e.arrival_s <= now) {
             let exposure = under_way.pop_front().unwrap();

@@ -6,14 +6,20 @@ use pursuit_ptz::control::{
     Controller, Follower, FollowerParams, LostParams, LostPolicy, PredictBy, Proportional, StopAndGo, ZoomParams,
 };
 use pursuit_ptz::simulation::{
-    CameraParams, Figures, HeadParams, NoisyEye, Sample, Simulation, StatusHonesty, StatusParams, Walk, Walker,
-    overshoot, run, wandering_deg,
+    CameraParams, Contender, Figures, HeadParams, NoisyEye, Sample, Simulation, StatusHonesty, StatusParams, Study,
+    Walk, Walker, overshoot, run, wandering_deg,
 };
 use pursuit_ptz::{Command, Still, Velocity};
 
 /// Pictures 150 ms old, commands 150 ms late, 60°/s.
 fn plain() -> Simulation {
-    Simulation { head: HeadParams::default(), camera: CameraParams::usual().unwrap(), duration_s: 30.0, tick_s: 0.02 }
+    Simulation {
+        head: HeadParams::default(),
+        camera: CameraParams::usual().unwrap(),
+        drone: None,
+        duration_s: 30.0,
+        tick_s: 0.02,
+    }
 }
 
 /// The same with 5 % of the commands lost, up to 100 ms of jitter, and a status that lies.
@@ -247,4 +253,23 @@ fn losing_the_camera_or_the_target_stops_the_head() {
     assert_eq!(follower.act(1.11, None).unwrap(), Some(Command::Stop));
     follower.see(1.2, 1.2, &aim(pursuit_tracking::TrackState::Tracking)).unwrap();
     assert!(matches!(follower.act(1.3, None).unwrap(), Some(Command::Move(_))), "found again");
+}
+
+#[test]
+fn a_drone_keeps_what_it_looks_down_on_central() {
+    let study = |text: &str| toml::from_str::<Study>(text).unwrap();
+    let central = |study: &Study, walk, contender| Figures::mean(&study.run(walk, contender, 0..4).unwrap()).central;
+    let locked = study("drone = {}\nhead = { delay_s = 0.2 }");
+    for walk in [Walk::Pacing, Walk::Passing, Walk::Standing, Walk::Crossing, Walk::Stopping] {
+        let velocity = central(&locked, walk, Contender::Velocity);
+        assert!(velocity > 0.97, "{}: {velocity}", walk.name());
+    }
+    let (hiding, other) =
+        (central(&locked, Walk::Hiding, Contender::Velocity), central(&locked, Walk::Hiding, Contender::Proportional));
+    assert!(hiding > 0.85 && hiding > other, "{hiding} {other}");
+    // A gimbal that turns with the vehicle is turned back by whoever knows how that turns.
+    let follow = study("drone = { yaw = 'follow' }\nhead = { delay_s = 0.2 }");
+    let untold = study("drone = { yaw = 'follow', told = false }\nhead = { delay_s = 0.2 }");
+    let of = |study: &Study| central(study, Walk::Crossing, Contender::Velocity);
+    assert!(of(&follow) > 0.95 && of(&follow) > of(&untold), "{} {}", of(&follow), of(&untold));
 }

@@ -9,7 +9,13 @@ use pursuit_ptz::{Direction, Position};
 
 /// Commands and pictures 150 ms late, 60°/s.
 fn simulation() -> Simulation {
-    Simulation { head: HeadParams::default(), camera: CameraParams::usual().unwrap(), duration_s: 30.0, tick_s: 0.02 }
+    Simulation {
+        head: HeadParams::default(),
+        camera: CameraParams::usual().unwrap(),
+        drone: None,
+        duration_s: 30.0,
+        tick_s: 0.02,
+    }
 }
 
 fn follow(

@@ -80,8 +80,8 @@ pub struct PtzSimulate {
     /// parameter of the tracker, whose motion.camera is pose for the controller forecast
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
-    /// How the target moves [default: all]
-    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = Walk::ALL.map(Walk::name))]
+    /// How the target moves [default: pacing, passing, standing, dog_leg; of a drone all]
+    #[arg(long, value_name = "WALKS", value_delimiter = ',', value_parser = Walk::EVERY.map(Walk::name))]
     pub walk: Vec<String>,
     /// A scene the camera looks at, and a tracker at its pictures: wide-world?seed=3
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["walk", "clip"])]
@@ -89,6 +89,9 @@ pub struct PtzSimulate {
     /// A clip of a wide camera that stands still, with its true boxes: the camera crops its pictures from it
     #[arg(long, value_name = "INPUT", conflicts_with = "walk")]
     pub clip: Option<String>,
+    /// The head is on a drone that hovers in the wind and swings; set drone.KEY=VALUE says how
+    #[arg(long, conflicts_with_all = ["scene", "clip", "grid"])]
+    pub drone: bool,
     /// How wide the clip is, from its left to its right edge
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0, requires = "clip")]
     pub clip_view: f64,

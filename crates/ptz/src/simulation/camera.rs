@@ -2,7 +2,7 @@ use super::params::CameraParams;
 use super::random::Random;
 use crate::geometry::{Direction, Lens, pixel_of};
 use crate::{Position, Result};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Point};
 
 /// One picture of a simulated camera: when it was taken, how the camera stood, and what of the target is in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Exposure {
     pub arrival_s: f64,
     /// How the camera truly stood.
     pub position: Position,
+    /// How far it was rolled about its optical axis, clockwise as it looks, degrees.
+    pub roll_deg: f64,
     /// Its lens at that zoom.
     pub lens: Lens,
     /// The target's true box, also where it is outside of the picture; `None` when it is behind the camera.
@@ -62,24 +64,43 @@ impl SimulatedCamera {
         self.taken as f64 / self.params.fps
     }
 
-    /// Takes the next picture, of a target in this direction with these tangents of width and height; `None` when the
-    /// picture gets lost.
+    /// Takes the next picture, of a target in this direction with these tangents of width and height, and says whether it arrives.
+    /// `roll_deg` is how far the camera is rolled clockwise.
     ///
     /// # Errors
     /// Never for sound parameters.
-    pub fn take(&mut self, position: Position, target: (Direction, f64, f64)) -> Result<(Exposure, bool)> {
+    pub fn take(
+        &mut self,
+        position: Position,
+        roll_deg: f64,
+        target: (Direction, f64, f64),
+    ) -> Result<(Exposure, bool)> {
         let time_s = self.next_s();
         self.taken += 1;
         let lens = self.params.views.lens(position.zoom, self.params.size)?;
         let (direction, width, height) = target;
         let px_per_tangent = lens.middle().x / lens.half_fov_deg().0.to_radians().tan();
         let truth = pixel_of(&lens, position.direction, direction)
-            .map(|center| BBox::from_center_size(center, width * px_per_tangent, height * px_per_tangent));
+            .map(|center| BBox::from_center_size(center, width * px_per_tangent, height * px_per_tangent))
+            .map(|truth| rolled(truth, lens.middle(), roll_deg));
         let (late, lost) = (self.random.unit(), self.random.happens(self.params.dropped));
         let arrival_s = (time_s + self.params.age_s + self.params.jitter_s * late).max(self.last_arrival_s);
         self.last_arrival_s = arrival_s;
-        Ok((Exposure { time_s, arrival_s, position, lens, truth }, !lost))
+        Ok((Exposure { time_s, arrival_s, position, roll_deg, lens, truth }, !lost))
     }
+}
+
+/// A box as a camera sees it that is rolled clockwise: turned the other way about the middle of the picture.
+fn rolled(truth: BBox, middle: Point, roll_deg: f64) -> BBox {
+    if roll_deg == 0.0 {
+        return truth;
+    }
+    let (sine, cosine) = (-roll_deg).to_radians().sin_cos();
+    let (x, y) = (truth.center().x - middle.x, truth.center().y - middle.y);
+    let center = Point::new(middle.x + cosine * x - sine * y, middle.y + sine * x + cosine * y);
+    let (width, height) = (truth.width(), truth.height());
+    let (across, down) = (cosine.abs(), sine.abs());
+    BBox::from_center_size(center, across * width + down * height, down * width + across * height)
 }
 
 #[cfg(test)]
@@ -94,7 +115,7 @@ mod tests {
         let mut kept = 0;
         for k in 0..2000 {
             assert!((camera.next_s() - f64::from(k) / 25.0).abs() < 1e-12);
-            let (exposure, arrives) = camera.take(Position::default(), (Direction::AHEAD, 0.1, 0.3)).unwrap();
+            let (exposure, arrives) = camera.take(Position::default(), 0.0, (Direction::AHEAD, 0.1, 0.3)).unwrap();
             let age = exposure.arrival_s - exposure.time_s;
             assert!((0.15..0.35001).contains(&age) && exposure.arrival_s >= last);
             last = exposure.arrival_s;
@@ -107,16 +128,27 @@ mod tests {
     fn the_target_is_where_the_lens_shows_it() {
         let mut camera = SimulatedCamera::new(CameraParams::usual().unwrap(), 1).unwrap();
         let position = Position { direction: Direction::new(40.0, 0.0), zoom: 0.0 };
-        let (exposure, _) = camera.take(position, (Direction::new(70.0, 0.0), 0.1, 0.3)).unwrap();
+        let (exposure, _) = camera.take(position, 0.0, (Direction::new(70.0, 0.0), 0.1, 0.3)).unwrap();
         assert!(exposure.shows_target());
         let (x, y) = exposure.offset().unwrap();
         assert!((x - 1.0).abs() < 1e-9 && y.abs() < 1e-9);
         let truth = exposure.truth.unwrap();
         assert!((truth.width() - 0.1 * 320.0 / 30f64.to_radians().tan()).abs() < 1e-9);
         assert!((truth.height() / truth.width() - 3.0).abs() < 1e-9);
-        let (exposure, _) = camera.take(position, (Direction::new(70.1, 0.0), 0.1, 0.3)).unwrap();
+        let (exposure, _) = camera.take(position, 0.0, (Direction::new(70.1, 0.0), 0.1, 0.3)).unwrap();
         assert!(!exposure.shows_target());
-        let (exposure, _) = camera.take(position, (Direction::new(-140.0, 0.0), 0.1, 0.3)).unwrap();
+        let (exposure, _) = camera.take(position, 0.0, (Direction::new(-140.0, 0.0), 0.1, 0.3)).unwrap();
         assert_eq!((exposure.truth, exposure.offset(), exposure.shows_target()), (None, None, false));
+    }
+
+    #[test]
+    fn a_rolled_camera_sees_boxes_turned_about_the_middle() {
+        let middle = Point::new(320.0, 180.0);
+        let right = BBox::from_center_size(Point::new(420.0, 180.0), 10.0, 30.0);
+        // What is at the right of a camera that is rolled to the right is up in its picture.
+        let turned = rolled(right, middle, 90.0);
+        assert!((turned.center().x - 320.0).abs() < 1e-9 && (turned.center().y - 80.0).abs() < 1e-9);
+        assert!((turned.width() - 30.0).abs() < 1e-9 && (turned.height() - 10.0).abs() < 1e-9);
+        assert_eq!(rolled(right, middle, 0.0), right);
     }
 }

@@ -1,4 +1,5 @@
 use super::camera::{Exposure, SimulatedCamera};
+use super::drone::{Drone, DroneParams};
 use super::head::SimulatedHead;
 use super::params::{CameraParams, HeadParams};
 use super::random::Random;
@@ -25,6 +26,8 @@ pub trait Eye {
 pub struct NoisyEye {
     sigma_px: f64,
     missed: f64,
+    /// When the target is behind something, seconds from and to.
+    hidden: Vec<(f64, f64)>,
     random: Random,
     /// What the motion of the target is believed to be in the picture, with the time of the last picture, seconds.
     motion: Option<(Motion, f64)>,
@@ -36,14 +39,21 @@ impl NoisyEye {
     /// of pictures.
     pub fn new(sigma_px: f64, missed: f64, seed: u64) -> Self {
         let (random, camera) = (Random::new(seed, 4), CameraShift::new(CameraCompensation::Pose));
-        Self { sigma_px, missed, random, motion: None, camera }
+        Self { sigma_px, missed, hidden: Vec::new(), random, motion: None, camera }
+    }
+
+    /// The target is behind something from one time to another, seconds.
+    #[must_use]
+    pub fn hiding(self, hidden: Vec<(f64, f64)>) -> Self {
+        Self { hidden, ..self }
     }
 }
 
 impl Eye for NoisyEye {
     fn look(&mut self, exposure: &Exposure, camera: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>> {
         let error = Point::new(self.random.normal() * self.sigma_px, self.random.normal() * self.sigma_px);
-        let missed = self.random.happens(self.missed);
+        let missed = self.random.happens(self.missed)
+            || self.hidden.iter().any(|(from, to)| (*from..*to).contains(&exposure.time_s));
         let seen = exposure.truth.filter(|_| exposure.shows_target() && !missed);
         let seen = seen.map(|truth| truth.translated(error.x, error.y));
         self.follow(exposure, camera, seen)?;
@@ -85,6 +95,8 @@ pub struct Simulation {
     pub head: HeadParams,
     /// The camera on it.
     pub camera: CameraParams,
+    /// The drone that carries it, where one does.
+    pub drone: Option<DroneParams>,
     /// How long, seconds.
     pub duration_s: f64,
     /// How often the controller is asked, seconds.
@@ -123,6 +135,7 @@ pub fn run(
     let tick_s = simulation.tick_s.max(0.001);
     let mut head = SimulatedHead::new(simulation.head.clone(), seed)?;
     let mut camera = SimulatedCamera::new(simulation.camera.clone(), seed)?;
+    let drone = simulation.drone.map(|params| Drone::new(params, seed));
     let mut under_way: VecDeque<Exposure> = VecDeque::new();
     let mut samples = Vec::new();
     let mut tick = 0_u32;
@@ -136,7 +149,8 @@ pub fn run(
             let time_s = camera.next_s();
             head.advance_to(time_s);
             let there = target(time_s);
-            let (exposure, arrives) = camera.take(head.position(), there)?;
+            let (position, roll_deg) = stands(head.position(), drone.as_ref(), time_s);
+            let (exposure, arrives) = camera.take(position, roll_deg, there)?;
             let (offset, shown) = (exposure.offset(), exposure.shows_target());
             samples.push(Sample { time_s, target: there.0, position: exposure.position, offset, shown });
             under_way.extend(arrives.then_some(exposure));
@@ -147,8 +161,17 @@ pub fn run(
             controller.see(now_s, exposure.arrival_s, &*seen)?;
         }
         head.advance_to(now_s);
-        if let Some(command) = controller.act(now_s, head.status().as_ref())? {
-            head.command(now_s, command);
+        let said = head.status();
+        let said = drone.as_ref().map_or(said, |drone| drone.in_world(now_s, said));
+        if let Some(command) = controller.act(now_s, said.as_ref())? {
+            head.command(now_s, drone.as_ref().map_or(command, |drone| drone.handed_on(now_s, command)));
         }
     }
+}
+
+/// How a camera stands whose head stands there, and how far it is rolled.
+fn stands(head: Position, drone: Option<&Drone>, time_s: f64) -> (Position, f64) {
+    let Some(drone) = drone else { return (head, 0.0) };
+    let (by, roll_deg) = drone.disturbance(time_s);
+    (Position { direction: head.direction.turned(by), ..head }, roll_deg)
 }

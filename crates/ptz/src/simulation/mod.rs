@@ -3,6 +3,7 @@
 
 mod camera;
 mod closed_loop;
+mod drone;
 mod figures;
 mod grid;
 mod head;
@@ -15,6 +16,7 @@ mod worlds;
 
 pub use camera::{Exposure, SimulatedCamera};
 pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
+pub use drone::{Drone, DroneParams, GimbalYaw};
 pub use figures::{Figures, overshoot, wandering_deg};
 pub use grid::{Cell, Grid, Pair};
 pub use head::SimulatedHead;

@@ -1,4 +1,6 @@
-use super::{CameraParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
+use super::{
+    CameraParams, Drone, DroneParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run,
+};
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo, ZoomParams};
 use crate::{Direction, Result};
 use pursuit_parameters::{Parameters, Table, Value};
@@ -69,6 +71,8 @@ pub struct Study {
     pub head: HeadParams,
     /// The camera; the usual one where it is left out.
     pub camera: Option<CameraParams>,
+    /// The drone that carries the head; none where it is left out.
+    pub drone: Option<DroneParams>,
     /// What is said of the follower. Its limits and delays are those of the head and the camera where nothing is said of them.
     pub follower: Table,
     /// Length of each run, seconds.
@@ -86,6 +90,7 @@ impl Default for Study {
         Self {
             head: HeadParams::default(),
             camera: None,
+            drone: None,
             follower: Table::new(),
             duration_s: 30.0,
             judged_from_s: 3.0,
@@ -102,7 +107,17 @@ impl Study {
     /// Names the first such parameter and its range.
     pub fn validate(&self) -> Result<()> {
         self.head.validate("head")?;
+        self.drone.map_or(Ok(()), |drone| drone.validate("drone"))?;
         self.follower_params(&self.camera()?).map(|_| ())
+    }
+
+    /// The head; one below a drone looks straight down, too.
+    fn head(&self) -> HeadParams {
+        let mut head = self.head.clone();
+        if self.drone.is_some() {
+            head.limits.tilt.min_deg = head.limits.tilt.min_deg.min(-90.0);
+        }
+        head
     }
 
     fn camera(&self) -> Result<CameraParams> {
@@ -115,7 +130,7 @@ impl Study {
         let zooms = self.follower.get("zoom").is_some_and(Value::is_table);
         let known = FollowerParams {
             zoom: zooms.then(ZoomParams::default),
-            limits: self.head.limits,
+            limits: self.head().limits,
             command_delay_s: self.head.delay_s,
             frame_age_s: camera.age_s,
             ..FollowerParams::default()
@@ -140,8 +155,11 @@ impl Study {
 
     fn one(&self, walk: Walk, contender: Contender, seed: u64) -> Result<Figures> {
         let walker = Walker::new(walk, seed, self.duration_s);
-        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed);
-        let samples = self.follow(contender, seed, walker.first_view(walk), &|t| walker.at(t), &mut eye)?;
+        let mut eye = NoisyEye::new(self.sigma_px, self.missed, seed).hiding(walker.hidden().to_vec());
+        let drone = self.drone.map(|params| Drone::new(params, seed));
+        let target = |t: f64| drone.as_ref().map_or_else(|| walker.at(t), |drone| walker.seen_from(t, drone.place(t)));
+        let first_view = if drone.is_some() { target(0.0).0 } else { walker.first_view(walk) };
+        let samples = self.follow(contender, seed, first_view, &target, &mut eye)?;
         Ok(Figures::of(&samples, self.judged_from_s))
     }
 
@@ -160,7 +178,8 @@ impl Study {
     ) -> Result<Vec<Sample>> {
         let camera = self.camera()?;
         let params = self.follower_params(&camera)?;
-        let mut simulation = Simulation { head: self.head.clone(), camera, duration_s: self.duration_s, tick_s: 0.02 };
+        let mut simulation =
+            Simulation { head: self.head(), camera, drone: self.drone, duration_s: self.duration_s, tick_s: 0.02 };
         simulation.head.home.direction = first_view;
         let mut controller = contender.controller(&simulation, &params)?;
         run(&simulation, seed, target, eye, &mut *controller)

@@ -14,11 +14,21 @@ pub enum Walk {
     Standing,
     /// Runs at 4 m/s, 5 m to 11 m away, and changes direction abruptly.
     DogLeg,
+    /// Runs across at 5 m/s, from one side to the other.
+    Crossing,
+    /// Runs at 4 m/s, stops within half a second, stands for a while, goes on, not always the same way.
+    Stopping,
+    /// Walks to and fro as [`Pacing`](Self::Pacing), and is behind something for one to three seconds now and then.
+    Hiding,
 }
 
 impl Walk {
-    /// Every walk.
+    /// Those before a camera that stands.
     pub const ALL: [Self; 4] = [Self::Pacing, Self::Passing, Self::Standing, Self::DogLeg];
+
+    /// Those and what drones look down on.
+    pub const EVERY: [Self; 7] =
+        [Self::Pacing, Self::Passing, Self::Standing, Self::DogLeg, Self::Crossing, Self::Stopping, Self::Hiding];
 
     /// Its name, as in files.
     pub const fn name(self) -> &'static str {
@@ -27,6 +37,9 @@ impl Walk {
             Self::Passing => "passing",
             Self::Standing => "standing",
             Self::DogLeg => "dog_leg",
+            Self::Crossing => "crossing",
+            Self::Stopping => "stopping",
+            Self::Hiding => "hiding",
         }
     }
 }
@@ -51,6 +64,8 @@ impl Leg {
 #[derive(Debug, Clone)]
 pub struct Walker {
     legs: Vec<Leg>,
+    /// When it is behind something, seconds from and to.
+    hidden: Vec<(f64, f64)>,
     /// The gait sways when the person may walk: metres, Hz, phases in turns.
     sway: f64,
     step_hz: f64,
@@ -73,7 +88,13 @@ impl Walker {
         let mut random = Random::new(seed, 2);
         let until = duration_s.clamp(0.0, 3600.0);
         let legs = match walk {
-            Walk::Pacing => pacing(&mut random, until),
+            Walk::Pacing | Walk::Hiding => pacing(&mut random, until),
+            Walk::Crossing => {
+                let side = if random.happens(0.5) { 1.0 } else { -1.0 };
+                let start = side * random.between(50.0, 60.0);
+                vec![Leg { start_s: 0.0, at: [start, 5.0], speed: [-side * 5.0, 0.0], acceleration: [0.0; 2] }]
+            }
+            Walk::Stopping => stopping(&mut random, until),
             Walk::Passing => {
                 let side = if random.happens(0.5) { 1.0 } else { -1.0 };
                 let start = side * random.between(6.0, 9.0);
@@ -87,7 +108,9 @@ impl Walker {
             Walk::DogLeg => dog_leg(&mut random, until),
         };
         let sway = if walk == Walk::Standing { 0.0 } else { 0.02 };
-        Self { legs, sway, step_hz: random.between(1.6, 2.0), phase: random.unit() }
+        let (step_hz, phase) = (random.between(1.6, 2.0), random.unit());
+        let hidden = if walk == Walk::Hiding { hiding(&mut random, until) } else { Vec::new() };
+        Self { legs, hidden, sway, step_hz, phase }
     }
 
     /// Where a camera looks at first that has the person in view: straight at them, but straight ahead for
@@ -103,17 +126,60 @@ impl Walker {
         self.legs.get(index).map_or([0.0, 5.0], |leg| leg.place(time_s))
     }
 
+    /// When it is behind something, seconds from and to.
+    pub fn hidden(&self) -> &[(f64, f64)] {
+        &self.hidden
+    }
+
     /// The direction of the middle of the body, and the tangents of its width and height, at `time_s`.
     pub fn at(&self, time_s: f64) -> (Direction, f64, f64) {
+        self.seen_from(time_s, [0.0, 0.0, Self::CAMERA_M])
+    }
+
+    /// The same from another place, metres to the right, away and up.
+    pub fn seen_from(&self, time_s: f64, [eye_x, eye_away, eye_up]: [f64; 3]) -> (Direction, f64, f64) {
         let [x, away] = self.place(time_s);
         let turn = std::f64::consts::TAU * (self.step_hz * time_s + self.phase);
-        let x = x + self.sway * (0.5 * turn).sin();
-        let up = Self::HEIGHT_M / 2.0 - Self::CAMERA_M + self.sway * turn.sin();
+        let (x, away) = (x + self.sway * (0.5 * turn).sin() - eye_x, away - eye_away);
+        let up = Self::HEIGHT_M / 2.0 - eye_up + self.sway * turn.sin();
         let far = x.hypot(away);
         let direction = Direction::new(x.atan2(away).to_degrees(), up.atan2(far).to_degrees());
         let distance = far.hypot(up);
         (direction, Self::WIDTH_M / distance, Self::HEIGHT_M / distance)
     }
+}
+
+/// Runs, stops, stands, and goes on, three times out of four the same way.
+fn stopping(random: &mut Random, until_s: f64) -> Vec<Leg> {
+    const RAMP_S: f64 = 0.5;
+    let mut legs = Vec::new();
+    let (mut now, mut x) = (0.0, random.between(-15.0, 15.0));
+    let mut way = if x > 0.0 { -1.0 } else { 1.0 };
+    while now <= until_s {
+        let mut leg = |lasts: f64, speed: f64, acceleration: f64| {
+            legs.push(Leg { start_s: now, at: [x, 5.0], speed: [speed, 0.0], acceleration: [acceleration, 0.0] });
+            (now, x) = (now + lasts, x + lasts * (speed + 0.5 * acceleration * lasts));
+        };
+        let speed = way * Walker::RUN;
+        leg(random.between(1.0, 3.0), 0.0, 0.0);
+        leg(RAMP_S, 0.0, speed / RAMP_S);
+        leg(random.between(2.0, 5.0), speed, 0.0);
+        leg(RAMP_S, speed, -speed / RAMP_S);
+        way *= if random.happens(0.25) || x.abs() > 30.0 && x * way > 0.0 { -1.0 } else { 1.0 };
+    }
+    legs
+}
+
+/// When it is behind something: for one to three seconds, with four to eight between.
+fn hiding(random: &mut Random, until_s: f64) -> Vec<(f64, f64)> {
+    let mut times = Vec::new();
+    let mut now = random.between(4.0, 8.0);
+    while now <= until_s {
+        let lasts = random.between(1.0, 3.0);
+        times.push((now, now + lasts));
+        now += lasts + random.between(4.0, 8.0);
+    }
+    times
 }
 
 /// Walks to and fro: legs of speed, joined by ramps.

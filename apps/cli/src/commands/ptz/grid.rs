@@ -3,15 +3,14 @@ use crate::commands::print;
 use anyhow::Context;
 use pursuit::RunError;
 use pursuit::head::grid_map;
-use pursuit::ptz::simulation::{Contender, Grid, Pair, Study, Walk};
+use pursuit::ptz::simulation::{Contender, Grid, Pair, Study};
 use std::fmt::Write;
 use std::process::ExitCode;
 
 /// `pursuit ptz simulate --grid`.
 pub fn run(args: &PtzSimulate, study: &Study) -> anyhow::Result<ExitCode> {
     let (judged, other) = contenders(&args.controller)?;
-    let asked = |walk: &Walk| args.walk.is_empty() || args.walk.iter().any(|name| name == walk.name());
-    let grid = Grid { walks: Walk::ALL.into_iter().filter(asked).collect(), ..Grid::default() };
+    let grid = Grid { walks: super::simulate::walks(args, false), ..Grid::default() };
     let seeds = args.first_seed..args.first_seed + args.seeds.unwrap_or(3);
     let pairs = grid.run(study, judged, other, &seeds)?;
     let title = format!("Points by which {} is better than {}: delay ± jitter (s)", judged.name(), other.name());

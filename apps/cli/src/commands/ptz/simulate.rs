@@ -16,12 +16,14 @@ struct Row {
     walk: String,
     contender: Contender,
     figures: Figures,
+    /// Whether the target stands before a camera that stands.
+    stands: bool,
 }
 
 impl Row {
     /// The most overshoot and wandering, which mean something before a target that stands.
     fn standing(&self) -> Option<(f64, f64)> {
-        (self.walk == Walk::Standing.name()).then_some((self.figures.overshoot, self.figures.wandering_deg))
+        self.stands.then_some((self.figures.overshoot, self.figures.wandering_deg))
     }
 }
 
@@ -33,10 +35,19 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
         Some(_) => return Err(RunError::usage("`tracker` is a group; set `tracker.KEY`").into()),
         None => Table::new(),
     };
+    if args.drone {
+        settings.entry("drone").or_insert_with(|| Value::Table(Table::new()));
+    }
     let said = super::read(args.head.as_deref(), settings)?;
     let wrong = || format!("{} is no simulation of a head", super::origin(args.head.as_deref()));
     let study: Study = said.try_into().with_context(wrong)?;
     study.validate().with_context(wrong)?;
+    if study.drone.is_some() && (args.grid || args.scene.is_some() || args.clip.is_some()) {
+        return Err(RunError::usage(
+            "a drone looks down on walks alone; leave `drone` out, or --grid, --scene and --clip",
+        )
+        .into());
+    }
     if args.grid {
         return super::grid::run(args, &study);
     }
@@ -48,8 +59,8 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     // Pictures take their time.
     let seeds = args.seeds.unwrap_or(if world.is_some() { 1 } else { 20 });
     let seeds = args.first_seed..args.first_seed + seeds;
-    let asked = |names: &[String], name: &str| names.is_empty() || names.iter().any(|asked| asked == name);
-    let contenders = || Contender::ALL.into_iter().filter(|c| asked(&args.controller, c.name()));
+    let asked = |name: &str| args.controller.is_empty() || args.controller.iter().any(|asked| asked == name);
+    let contenders = || Contender::ALL.into_iter().filter(|c| asked(c.name()));
     let tracker = registry::tracker(&args.tracker)?;
     let recipe_for = |contender: Contender| {
         let by_pose = (contender == Contender::Forecast).then(|| ("motion.camera".to_owned(), "pose".into()));
@@ -63,18 +74,26 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
             let recipe = recipe_for(contender)?;
             let runs = seeds.clone().map(|seed| look(&study, world, contender, seed, &*recipe));
             let figures = Figures::mean(&runs.collect::<anyhow::Result<Vec<_>>>()?);
-            rows.push(Row { walk: world.name().to_owned(), contender, figures });
+            rows.push(Row { walk: world.name().to_owned(), contender, figures, stands: false });
         }
     } else {
-        for walk in Walk::ALL.into_iter().filter(|walk| asked(&args.walk, walk.name())) {
+        for walk in walks(args, study.drone.is_some()) {
             for contender in contenders() {
                 let figures = Figures::mean(&study.run(walk, contender, seeds.clone())?);
-                rows.push(Row { walk: walk.name().to_owned(), contender, figures });
+                let stands = walk == Walk::Standing && study.drone.is_none();
+                rows.push(Row { walk: walk.name().to_owned(), contender, figures, stands });
             }
         }
     }
     let text = if args.json { json(&rows, &seeds)? } else { table(&rows, &seeds)? };
     print(text.as_bytes())
+}
+
+/// The walks that are asked for; else those before a camera that stands, or what drones look down on too.
+pub(super) fn walks(args: &PtzSimulate, has_drone: bool) -> Vec<Walk> {
+    let usual = if has_drone { &Walk::EVERY[..] } else { &Walk::ALL[..] };
+    let asked = |walk: &&Walk| args.walk.iter().any(|name| name == walk.name());
+    if args.walk.is_empty() { usual.to_vec() } else { Walk::EVERY.iter().filter(asked).copied().collect() }
 }
 
 /// A tracker looks at what the camera crops from a scene or a clip, beginning on the target.
@@ -120,7 +139,7 @@ fn table(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
         "wanders"
     );
     for row in rows {
-        let Row { walk, contender, figures } = row;
+        let Row { walk, contender, figures, .. } = row;
         let (central, shown) = (100.0 * figures.central, 100.0 * figures.shown);
         let (name, absence) = (contender.name(), figures.longest_absence_s);
         write!(
