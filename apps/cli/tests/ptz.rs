@@ -277,5 +277,5 @@ fn a_simulated_head_hangs_below_a_drone() {
     let standing = simulate(&["--walk", "standing", "--controller", "velocity"]);
     assert!(stdout(&standing).contains("\"overshoot\": 0"), "without a drone it is measured");
     fails(&simulate(&["--set", "drone.altitude_m=1"]), 1, &["altitude_m"]);
-    fails(&simulate(&["--drone", "--scene", "wide-world"]), 2, &["--scene"]);
+    fails(&simulate(&["--set", "drone.altitude_m=9", "--scene", "wide-world"]), 2, &["--scene"]);
 }

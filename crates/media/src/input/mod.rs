@@ -23,6 +23,8 @@ mod frames;
 mod h264;
 pub(crate) mod image;
 mod limits;
+#[cfg(feature = "mcap")]
+mod mcap;
 pub(crate) mod mjpeg;
 #[cfg(feature = "h264")]
 pub(crate) mod mp4;

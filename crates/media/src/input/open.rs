@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 /// - a video file, with the truth in `NAME.csv` beside it where there is one; what it is, is decided by its content, so
 ///   that a JPEG named `clip.mp4` is one image;
 /// - a folder with `frames.csv`, a folder with `depth/` beside `rgb/` or `color/` (Princeton, CDTB, DepthTrack), or a folder of JPEG or PNG images in natural order; a single image;
+/// - an MCAP file or the folder of a ROS 2 bag with images (feature `mcap`); of several topics the one named, `bag.mcap?topic=/camera/image`;
 /// - `-` for Y4M or Motion JPEG on standard input;
 /// - `camera:0` or a video device; `rtsp://`, `http://`, `https://` and other streams `ffmpeg` knows.
 ///
@@ -45,11 +46,17 @@ fn open_at(locator: &Locator, options: &OpenOptions) -> Result<Box<dyn Source>> 
         let name = locator.to_string();
         return streams::open(&stream, "a network stream", &name, options);
     }
+    if let Some(recording) = recording(input)? {
+        return Ok(recording);
+    }
     let path = locator.path();
     let input = &*locator.to_string();
     let metadata = std::fs::metadata(path).map_err(|e| MediaError::unreadable(input, io_reason(&e)))?;
     let unreadable = |e: std::io::Error| MediaError::unreadable(input, io_reason(&e));
     if metadata.is_dir() {
+        if let Some(bag) = bag(path, input)? {
+            return Ok(bag);
+        }
         return Ok(if path.join(LIST_NAME).is_file() {
             Box::new(annotations::open_list(path, input, options)?)
         } else if let Some((images, depth)) = rgbd::parts(path) {
@@ -104,6 +111,10 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Kind::Empty => return Err(MediaError::unreadable(name, "the file is empty; record or copy it again")),
         Kind::Y4m => Y4mSource::new(BufReader::with_capacity(1 << 16, file), name, Some(len), fps).map(boxed),
         Kind::Jpeg => open_jpeg(path, name, fps),
+        #[cfg(feature = "mcap")]
+        Kind::Mcap => return super::mcap::McapSource::open(path, name, None).map(boxed),
+        #[cfg(not(feature = "mcap"))]
+        Kind::Mcap => return Err(MediaError::unreadable(name, WITHOUT_MCAP)),
         Kind::Png => ImageSource::open(path, name).map(boxed),
         Kind::Avi => AviSource::new(Box::new(file), name).map(boxed),
         #[cfg(feature = "h264")]
@@ -124,6 +135,48 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Some(truth) => Box::new(Annotated::new(source, truth)),
         None => source,
     })
+}
+
+/// Why an MCAP file is not read.
+#[cfg(not(feature = "mcap"))]
+const WITHOUT_MCAP: &str = "it is an MCAP file, which this build does not read; build with `--features mcap`";
+
+/// A file of which one topic is asked for: `bag.mcap?topic=/camera/image`.
+#[cfg(feature = "mcap")]
+fn recording(input: &str) -> Result<Option<Box<dyn Source>>> {
+    // A file may be called so.
+    if Path::new(input).exists() {
+        return Ok(None);
+    }
+    let Some((path, topic)) = super::mcap::split_topic(input) else { return Ok(None) };
+    let path = Path::new(path);
+    std::fs::metadata(path).map_err(|e| MediaError::unreadable(input, io_reason(&e)))?;
+    super::mcap::McapSource::open(path, input, Some(topic)).map(|source| Some(boxed(source)))
+}
+
+#[cfg(not(feature = "mcap"))]
+fn recording(input: &str) -> Result<Option<Box<dyn Source>>> {
+    match input.split_once("?topic=") {
+        Some((path, _)) if path.ends_with(".mcap") => Err(MediaError::unreadable(input, WITHOUT_MCAP)),
+        _ => Ok(None),
+    }
+}
+
+/// A folder that is a ROS 2 bag.
+#[cfg(feature = "mcap")]
+fn bag(path: &Path, name: &str) -> Result<Option<Box<dyn Source>>> {
+    if !super::mcap::is_bag(path) {
+        return Ok(None);
+    }
+    super::mcap::McapSource::open(path, name, None).map(|source| Some(boxed(source)))
+}
+
+#[cfg(not(feature = "mcap"))]
+fn bag(path: &Path, name: &str) -> Result<Option<Box<dyn Source>>> {
+    let has_mcap = |entry: std::fs::DirEntry| entry.path().extension().is_some_and(|e| e == "mcap");
+    let is_bag = path.join("metadata.yaml").is_file();
+    let has_any = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(has_mcap));
+    if is_bag && has_any() { Err(MediaError::unreadable(name, WITHOUT_MCAP)) } else { Ok(None) }
 }
 
 /// Whether a file is what stands beside footage: a truth, a trajectory, a configuration.
