@@ -1,5 +1,5 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 12] = [
+pub const FEATURES: [(&str, bool); 13] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
     ("mqtt", cfg!(feature = "mqtt")),
@@ -10,6 +10,7 @@ pub const FEATURES: [(&str, bool); 12] = [
     ("xlsx", cfg!(feature = "xlsx")),
     ("ptz", cfg!(feature = "ptz")),
     ("mavlink", cfg!(feature = "mavlink")),
+    ("mcap", cfg!(feature = "mcap")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),
 ];

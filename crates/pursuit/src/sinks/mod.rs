@@ -9,6 +9,7 @@ mod depth_inset;
 mod drawing;
 mod format;
 mod jsonl;
+mod mcap;
 mod moment;
 mod mot;
 #[cfg(feature = "encode")]
@@ -20,8 +21,10 @@ mod text;
 pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
 pub use format::Format;
 pub(crate) use format::Lines;
-#[cfg(all(test, feature = "publish"))]
+#[cfg(any(feature = "mcap", all(test, feature = "publish")))]
 pub(crate) use jsonl::object as jsonl_object;
+#[cfg(feature = "mcap")]
+pub use mcap::McapSink;
 pub use moment::Moment;
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
@@ -41,8 +44,16 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// The one list of formats.
-const LIST: [Format; 7] =
-    [csv::FORMAT, jsonl::FORMAT, mot::FORMAT, parquet::FORMAT, predictions::FORMAT, coco::FORMAT, cvat::FORMAT];
+const LIST: [Format; 8] = [
+    csv::FORMAT,
+    jsonl::FORMAT,
+    mot::FORMAT,
+    parquet::FORMAT,
+    predictions::FORMAT,
+    coco::FORMAT,
+    cvat::FORMAT,
+    mcap::FORMAT,
+];
 
 /// How much the overlay video shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
