@@ -12,6 +12,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("pursuit-parameters", 0),
     // A development dependency of any floor; `ONLY_IN` keeps it out of all else.
     ("pursuit-testkit", 0),
+    ("pursuit-mavlink", 1),
     ("pursuit-measuring", 1),
     ("pursuit-publish", 1),
     ("pursuit-estimation", 0),
@@ -48,6 +49,8 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("jpeg-encoder", &["pursuit-media", "pursuit-evaluation"]),
     ("axum", &["pursuit-studio"]),
     ("hyper", &["pursuit-studio"]),
+    ("mavlink", &["pursuit-mavlink"]),
+    ("mcap", &["pursuit", "pursuit-media"]),
     ("parquet", &["pursuit"]),
     ("async-nats", &["pursuit-publish"]),
     ("rumqttc", &["pursuit-publish"]),

@@ -53,6 +53,8 @@ pub enum Comparison {
     Streams,
     /// Be the tracking camera of pymavlink and MAVSDK as ground stations, and turn a gimbal behind pymavlink
     Drones,
+    /// Follow what is in bags that rosbags writes, and read what we write by others
+    Bags,
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
     Crowd {
         /// Arguments of xtask/peers/crowd.py
@@ -95,6 +97,10 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
         Some(Comparison::Drones) => {
             run::build_programs()?;
             drones(&environment("peers-drones", "drones.txt")?)
+        }
+        Some(Comparison::Bags) => {
+            run::build_programs()?;
+            bags(&environment("peers-drones", "drones.txt")?)
         }
         Some(Comparison::Crowd { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
@@ -171,6 +177,11 @@ fn drones(python: &Path) -> Result<()> {
     script("mavlink.py").run()?;
     // So many seconds a walk.
     script("gimbal.py").args(["16"]).run()
+}
+
+/// Recordings of robots, written and read by others.
+fn bags(python: &Path) -> Result<()> {
+    script_of_ours(python, &run::root().join("xtask/peers/bags.py"), run::product("pursuit")?).run()
 }
 
 /// The Python with packages that do what some of our kernels do.
@@ -250,6 +261,7 @@ fn run_all(pythons: &Pythons) -> Result<()> {
     scripts.sort();
     run::build_programs()?;
     many_targets(&pythons.toolkits, &[])?;
+    bags(&pythons.drones)?;
     drones(&pythons.drones)?;
     for script in scripts {
         let step = script_of_ours(&pythons.tools, &script, run::product("pursuit")?);

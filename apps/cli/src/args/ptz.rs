@@ -24,7 +24,7 @@ pub enum PtzCommand {
 /// A head and the way to its password.
 #[derive(Debug, Args)]
 pub struct HeadAt {
-    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE, mavlink:LINK or hook:COMMAND
     #[arg(long, value_name = "ADDRESS")]
     pub head: String,
     #[command(flatten)]
@@ -122,7 +122,7 @@ pub struct PtzSimulate {
 
 #[derive(Debug, Args)]
 pub struct PtzProbe {
-    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE or hook:COMMAND
+    /// The head: onvif[s]://USER@HOST, visca://HOST, visca+tcp://HOST, visca:DEVICE, pelco:DEVICE, mavlink:LINK or hook:COMMAND
     pub head: String,
     #[command(flatten)]
     pub secret: Secret,

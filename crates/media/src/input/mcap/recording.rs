@@ -85,8 +85,7 @@ pub(super) fn look_through(files: &[PathBuf]) -> Result<Contents, Fault> {
             contents.add_summary(&summary);
             continue;
         }
-        let mut messages = open(path)?;
-        while let Some(message) = messages.next() {
+        for message in open(path)? {
             match message {
                 Ok(message) => contents.add(&message),
                 // What is behind it cannot be told apart from rubbish.
