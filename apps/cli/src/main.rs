@@ -21,12 +21,15 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
+    let only_prints =
+        matches!(cli.command, Some(Command::Licences | Command::Completions { .. } | Command::Man { .. }));
+    if !(cli.version || only_prints) {
+        // Before any thread: a limit too low for their stacks is told as a limit.
+        memory::check(0)?;
+    }
     rayon::ThreadPoolBuilder::new().num_threads(threads(cli.global.threads)).build_global()?;
     if cli.version {
         return commands::version::run(cli.global.verbose > 0);
-    }
-    if !matches!(cli.command, Some(Command::Licences | Command::Completions { .. } | Command::Man { .. })) {
-        memory::check(0)?;
     }
     let Some(command) = &cli.command else {
         return Err(RunError::usage("say what to do: a command is missing; `pursuit --help` lists them").into());

@@ -114,7 +114,7 @@ fn what_is_asked_is_answered_when_it_is_done() {
 
 #[test]
 fn the_state_is_told_with_a_place_or_without() {
-    let Scene { camera, heard, .. } = scene();
+    let Scene { camera, heard, station: _open, requests: _unread } = scene();
     let status = |tracking: Tracking, flags: CameraTrackingStatusFlags| {
         camera.tell(tracking);
         wait(&heard, |message| match message {
