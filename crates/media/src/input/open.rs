@@ -112,9 +112,14 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Kind::Y4m => Y4mSource::new(BufReader::with_capacity(1 << 16, file), name, Some(len), fps).map(boxed),
         Kind::Jpeg => open_jpeg(path, name, fps),
         #[cfg(feature = "mcap")]
-        Kind::Mcap => return super::mcap::McapSource::open(path, name, None).map(boxed),
+        Kind::Mcap => Ok(boxed(super::mcap::McapSource::open(path, name, None)?)),
         #[cfg(not(feature = "mcap"))]
         Kind::Mcap => return Err(MediaError::unreadable(name, WITHOUT_MCAP)),
+        Kind::Sqlite => {
+            let reason = "it is a database, such as ROS 2 bags of SQLite (.db3) are; convert the bag to MCAP, for example by \
+                          `ros2 bag convert` or `rosbags-convert --src BAG --dst NEW --dst-storage mcap`";
+            return Err(MediaError::unreadable(name, reason));
+        }
         Kind::Png => ImageSource::open(path, name).map(boxed),
         Kind::Avi => AviSource::new(Box::new(file), name).map(boxed),
         #[cfg(feature = "h264")]
