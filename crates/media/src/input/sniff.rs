@@ -7,6 +7,11 @@ const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// The first bytes of every SQLite database, which older bags of ROS 2 are (twelve of sixteen).
 const SQLITE_MAGIC: &[u8] = b"SQLite forma";
 
+/// What mends a bag of SQLite in a build that does not read it.
+#[cfg(not(feature = "db3"))]
+pub(crate) const WITHOUT_DB3: &str = "build with `--features db3`, or convert the bag to MCAP, for example by `ros2 bag convert` \
+    or `rosbags-convert --src BAG --dst NEW --dst-storage mcap`";
+
 /// What a file holds, by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {

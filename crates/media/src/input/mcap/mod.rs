@@ -2,6 +2,8 @@
 
 mod cdr;
 mod clock;
+#[cfg(feature = "db3")]
+mod database;
 mod message;
 mod raw;
 mod recording;
@@ -12,7 +14,7 @@ use crate::{MediaError, Result, Source, SourceInfo};
 use clock::Clock;
 use pursuit_geometry::Size;
 use pursuit_imaging::{Frame, Pixels};
-use records::Records;
+use recording::Reader;
 use std::path::{Path, PathBuf};
 
 /// Images from whose times the rate is taken: the recorder may have been late with any one.
@@ -25,7 +27,7 @@ pub(crate) struct McapSource {
     topic: String,
     /// The file that is read, and how far.
     file: usize,
-    records: Option<Records>,
+    reader: Option<Reader>,
     clock: Clock,
     /// The number of the next frame.
     next: u64,
@@ -58,14 +60,14 @@ impl McapSource {
         let info = SourceInfo {
             frame_count: contents.is_whole.then_some(count),
             seekable: true,
-            ..SourceInfo::new(name, Size::new(1, 1), format!("MCAP (built in): {topic}"))
+            ..SourceInfo::new(name, Size::new(1, 1), format!("recording (built in): {topic}"))
         };
         let mut source = Self {
             info,
             files,
             topic,
             file: 0,
-            records: None,
+            reader: None,
             clock: Clock::default(),
             next: 0,
             skip_to: 0,
@@ -97,7 +99,7 @@ impl McapSource {
     }
 
     fn rewind(&mut self) {
-        (self.file, self.records, self.clock) = (0, None, Clock::default());
+        (self.file, self.reader, self.clock) = (0, None, Clock::default());
         (self.next, self.skip_to, self.finished) = (0, 0, false);
     }
 
@@ -106,15 +108,15 @@ impl McapSource {
         loop {
             let Some(path) = self.files.get(self.file) else { return Ok(None) };
             let name = if self.files.len() > 1 { path.display().to_string() } else { self.info.name.clone() };
-            let records = match &mut self.records {
-                Some(records) => records,
-                none => none.insert(Records::open(path).map_err(|fault| fault.broken(&name, self.next))?),
+            let reader = match &mut self.reader {
+                Some(reader) => reader,
+                none => none.insert(Reader::open(path).map_err(|gap| gap.fault.broken(&name, self.next))?),
             };
             let index = self.next;
-            let message = match records.next(|channel| channel.topic == self.topic) {
+            let message = match reader.next(|channel| channel.topic == self.topic) {
                 Ok(Some(message)) => message,
                 Ok(None) => {
-                    (self.file, self.records) = (self.file + 1, None);
+                    (self.file, self.reader) = (self.file + 1, None);
                     continue;
                 }
                 // What was damaged has been read before it is known to be.

@@ -1,6 +1,8 @@
 //! What is in a recording, and in which files.
 
-use super::records::{Channel, Records};
+#[cfg(feature = "db3")]
+use super::database::Database;
+use super::records::{Channel, Gap, Message, Records};
 use crate::input::fault::Fault;
 use crate::input::folder::natural_order;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,8 +13,44 @@ use std::path::{Path, PathBuf};
 /// Topics that a message names at most.
 const MOST_NAMED: usize = 20;
 
+/// What mends a bag whose files are not read.
+#[cfg(not(feature = "db3"))]
+const CONVERT: &str = crate::input::sniff::WITHOUT_DB3;
+#[cfg(feature = "db3")]
+const CONVERT: &str = "files that were compressed as a whole are to be decompressed, for example by `rosbags-convert --src BAG --dst NEW`";
+
 /// The largest `metadata.yaml` that is looked at.
 const MOST_METADATA_BYTES: u64 = 16 << 20;
+
+/// Files of a bag end so.
+const ENDINGS: &[&str] = if cfg!(feature = "db3") { &["mcap", "db3"] } else { &["mcap"] };
+
+/// One file that is read.
+pub(super) enum Reader {
+    Mcap(Box<Records>),
+    #[cfg(feature = "db3")]
+    Database(Box<Database>),
+}
+
+impl Reader {
+    /// From the beginning of a file on.
+    pub fn open(path: &Path) -> Result<Self, Gap> {
+        #[cfg(feature = "db3")]
+        if Database::is_one(path)? {
+            return Ok(Self::Database(Box::new(Database::open(path)?)));
+        }
+        Ok(Self::Mcap(Box::new(Records::open(path)?)))
+    }
+
+    /// The next message of a channel that is `wanted`.
+    pub fn next(&mut self, wanted: impl Fn(&Channel) -> bool) -> Result<Option<Message<'_>>, Gap> {
+        match self {
+            Self::Mcap(records) => records.next(wanted),
+            #[cfg(feature = "db3")]
+            Self::Database(database) => database.next(wanted),
+        }
+    }
+}
 
 /// What is in the files.
 #[derive(Debug, Default)]
@@ -29,6 +67,11 @@ pub(super) struct Contents {
 pub(super) fn look_through(files: &[PathBuf], asked: Option<&str>) -> Result<Contents, Fault> {
     let mut contents = Contents { is_whole: true, ..Contents::default() };
     for path in files {
+        #[cfg(feature = "db3")]
+        if Database::is_one(path)? {
+            contents.add_database(&Database::open(path).map_err(|gap| gap.fault)?);
+            continue;
+        }
         if let Some(summary) = Records::summary(path)? {
             for (id, channel) in &summary.channels {
                 let count = summary.counts.as_ref().and_then(|counts| counts.get(id)).copied().unwrap_or(0);
@@ -58,6 +101,15 @@ pub(super) fn look_through(files: &[PathBuf], asked: Option<&str>) -> Result<Con
 }
 
 impl Contents {
+    #[cfg(feature = "db3")]
+    fn add_database(&mut self, database: &Database) {
+        let (counts, is_whole) = database.counts();
+        self.is_whole &= is_whole;
+        for (id, channel) in &database.channels {
+            self.add(channel, counts.get(id).copied().unwrap_or(0));
+        }
+    }
+
     fn add(&mut self, channel: &Channel, count: u64) {
         match self.images.get_mut(&channel.topic) {
             Some(images) => *images = images.saturating_add(count),
@@ -122,9 +174,12 @@ fn listed(folder: &Path, metadata: &str) -> Result<Vec<PathBuf>, String> {
     let entries = metadata.lines().filter_map(|line| line.trim().strip_prefix("- "));
     let names = entries.map(|name| name.trim().trim_matches(['"', '\''])).filter(|name| !name.contains(": "));
     let mut files: Vec<PathBuf> = Vec::new();
-    for name in names.filter(|name| name.ends_with(".mcap")) {
+    for name in names {
         // A name does not lead out of the folder.
         let Some(path) = Path::new(name).file_name().map(|name| folder.join(name)) else { continue };
+        if !is_part(&path) {
+            continue;
+        }
         if !path.is_file() {
             return Err(format!(
                 "its metadata.yaml lists {name}, which is not there; copy it, or name one of its files"
@@ -135,20 +190,23 @@ fn listed(folder: &Path, metadata: &str) -> Result<Vec<PathBuf>, String> {
         }
     }
     if files.is_empty() {
-        let reason = "it is a bag without MCAP files; convert it, for example by `ros2 bag convert` or `rosbags-convert --dst-storage mcap`";
-        return Err(reason.to_owned());
+        return Err(format!("it is a bag without files that this build reads ({}); {CONVERT}", ENDINGS.join(", ")));
     }
     Ok(files)
 }
 
-/// The MCAP files of a folder in which nothing else is to be looked at: no list, no images.
+fn is_part(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// The files of a bag in a folder in which nothing else is to be looked at: no list, no images.
 fn unlisted(folder: &Path) -> Option<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).ok()?.flatten() {
         let path = entry.path();
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-            Some("mcap") => files.push(path),
             Some("csv" | "jpg" | "jpeg" | "png") => return None,
+            _ if is_part(&path) => files.push(path),
             _ => {}
         }
     }

@@ -164,7 +164,7 @@ impl Records {
 }
 
 /// A name, unless it is too long to be one.
-fn checked(name: String) -> Result<String, Fault> {
+pub(super) fn checked(name: String) -> Result<String, Fault> {
     match name.len() {
         0..=LONGEST_NAME => Ok(name),
         length => Err(Fault::malformed(format!("a name of {length} bytes cannot be right"))),
