@@ -5,7 +5,7 @@ usage (from the repository): cargo xtask peers bags; needs, from PyPI: mcap-ros2
 
 A clip is made here as a folder of images, and written by rosbags as ROS 2 bags (MCAP and SQLite, raw and PNG, compressed and not). The
 trajectory of each is that of the folder, line for line. A bag that is cut off anywhere gives the lines that can be read, and exit status
-3. The detections that we write are read by mcap-ros2-support and by rosbags; the conversions of the ROS 2 node are held to messages of
+3. The detections that we write are read by mcap-ros2-support; the conversions of the ROS 2 node are held to messages of
 rosbags.
 """
 import csv, importlib.util, json, os, subprocess, sys, tempfile

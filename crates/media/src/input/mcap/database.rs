@@ -36,6 +36,10 @@ impl From<rusqlite::Error> for Gap {
             Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
                 "the recording is cut off or damaged; what was before is read".to_owned()
             }
+            // In the middle of a page it is a read that comes short.
+            Some(ErrorCode::SystemIoFailure) => {
+                "the recording is cut off, or its disk fails; what was before is read".to_owned()
+            }
             Some(ErrorCode::OperationInterrupted) => "it is damaged and leads in circles".to_owned(),
             Some(ErrorCode::TooBig) => "a message of it is too large to be right".to_owned(),
             _ => error.to_string(),
