@@ -145,13 +145,9 @@ impl Contents {
 
 /// The first of some names, in words.
 fn list<'a>(names: impl ExactSizeIterator<Item = &'a String>) -> String {
-    let count = names.len();
+    let others = if names.len() > MOST_NAMED { " and others" } else { "" };
     let named: Vec<&str> = names.take(MOST_NAMED).map(String::as_str).collect();
-    match count {
-        0 => "none".to_owned(),
-        0..=MOST_NAMED => named.join(", "),
-        _ => format!("{} and others", named.join(", ")),
-    }
+    if named.is_empty() { "none".to_owned() } else { format!("{}{others}", named.join(", ")) }
 }
 
 /// The files of a bag's folder in their order; `None` for a folder that is no bag.
