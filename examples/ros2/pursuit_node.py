@@ -5,13 +5,15 @@
 
 topics
     image (parameter `image`)    sensor_msgs/Image, or sensor_msgs/CompressedImage with parameter `compressed` true; the newest wins
-    ~/target                     vision_msgs/BoundingBox2D: the box to follow, in pixels of the next image
+    ~/target                     vision_msgs/BoundingBox2D: the box to follow from the next image on, in its pixels
     ~/detections                 vision_msgs/Detection2DArray: targets that are believed to be in the picture
     ~/states                     std_msgs/String: JSON with the state of every target, lost ones too
 services
+    ~/start                      std_srvs/Trigger: follow the last box that was given, from the next image on
     ~/stop                       std_srvs/Trigger: follow nothing
 parameters
-    image, compressed, tracker, detector (follow all that it finds), box ([left, top, width, height]: follow this from the first image on)
+    image, compressed, tracker, detector (follow all that it finds), box ([left, top, width, height] as decimals: follow this from the
+    first image on)
 
 Needs the Python package of pursuit, numpy and, for compressed images, OpenCV. Everything down to `main` works without ROS.
 """
@@ -21,6 +23,7 @@ import numpy as np
 
 try:
     import rclpy
+    from rclpy.executors import ExternalShutdownException
     from rclpy.node import Node
     from rclpy.qos import QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
     from sensor_msgs.msg import CompressedImage, Image
@@ -94,7 +97,7 @@ class Follower:
     """What the node does, without ROS: follows the box that it is given, or all that a detector finds."""
 
     def __init__(self, tracker="pursuit", detector=None):
-        self.tracker, self.detector, self.wanted, self.target, self.last_s = tracker, detector, None, None, None
+        self.tracker, self.detector, self.last_box = tracker, detector, None
         self.stop()
 
     def stop(self):
@@ -104,14 +107,23 @@ class Follower:
         self.targets = pursuit.MultiTracker(None if self.detector else self.tracker, detector=self.detector)
         self.wanted = self.target = self.last_s = None
 
-    def start(self, box):
-        """Follows this box (left, top, width, height) from the next image on."""
-        self.wanted = [float(v) for v in box]
+    def start(self, box=None):
+        """Follows this box (left, top, width, height) from the next image on, or else the last one given; whether there is one."""
+        self.last_box = self.last_box if box is None else [float(v) for v in box]
+        self.wanted = self.last_box
+        return self.wanted is not None
 
     def update(self, image, at_s):
-        """What is known of every target in this image; images whose time does not grow are left out."""
+        """What is known of every target in this image.
+
+        Images whose time does not grow are left out. When it goes back by more than a second, another recording plays: what was
+        followed is not in it."""
         if self.last_s is not None and at_s <= self.last_s:
-            return None
+            if self.last_s - at_s <= 1:
+                return None
+            wanted = self.wanted
+            self.stop()
+            self.wanted = wanted
         self.last_s = at_s
         found = self.targets.update(image, time_s=at_s)
         if self.wanted is None:
@@ -143,6 +155,7 @@ if rclpy is not None:
             kind = CompressedImage if compressed else Image
             self.create_subscription(kind, get("image", "image"), self.see, newest)
             self.create_subscription(BoundingBox2D, "~/target", self.aim, 10)
+            self.create_service(Trigger, "~/start", self.start)
             self.create_service(Trigger, "~/stop", self.stop)
             self.detections = self.create_publisher(Detection2DArray, "~/detections", 10)
             self.states = self.create_publisher(String, "~/states", 10)
@@ -150,6 +163,11 @@ if rclpy is not None:
         def aim(self, box):
             x, y = box.center.position.x, box.center.position.y
             self.follower.start((x - box.size_x / 2, y - box.size_y / 2, box.size_x, box.size_y))
+
+        def start(self, _request, response):
+            response.success = self.follower.start()
+            response.message = "the last box is followed" if response.success else "no box was given; publish one to ~/target"
+            return response
 
         def stop(self, _request, response):
             self.follower.stop()
@@ -184,7 +202,7 @@ def main():
     node = PursuitNode()
     try:
         rclpy.spin(node)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
         node.destroy_node()

@@ -3,9 +3,10 @@
 
 usage (from the repository): cargo xtask peers bags; needs, from PyPI: mcap-ros2-support, numpy, opencv-python-headless, rosbags
 
-A clip is made here as a folder of images, and written by rosbags as ROS 2 bags (raw, and PNG). The trajectory of each is that of the
-folder, line for line. A bag that is cut off gives the lines that can be read, and exit status 3. The detections that we write are read
-by mcap-ros2-support; the conversions of the ROS 2 node are held to messages of rosbags.
+A clip is made here as a folder of images, and written by rosbags as ROS 2 bags (MCAP and SQLite, raw and PNG, compressed and not). The
+trajectory of each is that of the folder, line for line. A bag that is cut off anywhere gives the lines that can be read, and exit status
+3. The detections that we write are read by mcap-ros2-support; the conversions of the ROS 2 node are held to messages of
+rosbags.
 """
 import csv, importlib.util, json, os, subprocess, sys, tempfile
 from pathlib import Path
@@ -13,7 +14,7 @@ import cv2
 import numpy as np
 from mcap_ros2.decoder import DecoderFactory
 from mcap.reader import make_reader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 SIZE, COUNT, FPS, PATCH = (200, 150), 60, 25, 30
@@ -47,8 +48,11 @@ def compressed(k, picture):
     return TYPES.types['sensor_msgs/msg/CompressedImage'](header=header(k), format='png', data=data)
 
 
-def bag(folder, message, images):
-    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+def bag(folder, message, images, storage=StoragePlugin.MCAP, compression=None):
+    writer = Writer(folder, version=9, storage_plugin=storage)
+    if compression:
+        writer.set_compression(CompressionMode.STORAGE, compression)
+    with writer:
         kind = type(message(0, images[0])).__msgtype__
         topic = writer.add_connection('/camera/image', kind, typestore=TYPES)
         for k, picture in enumerate(images):
@@ -104,22 +108,26 @@ def main():
         for k, picture in enumerate(images):
             cv2.imwrite(at(f'clip/{k:04}.png'), picture)
         expected, _ = follow(at('clip'), at('of-clip'), 0, '--fps', str(FPS))
-        for name, message in (('raw', raw), ('png', compressed)):
-            bag(at(name), message, images)
-            files = sorted(Path(at(name)).glob('*.mcap'))
-            for source in (at(name), f'{files[0]}?topic=/camera/image'):
+        zstd, sqlite = CompressionFormat.ZSTD, StoragePlugin.SQLITE3
+        bags = {'raw': (raw,), 'png': (compressed,), 'zstd': (raw, StoragePlugin.MCAP, zstd), 'database': (raw, sqlite), 'png-database': (compressed, sqlite)}
+        cut_after = {}
+        for name, (message, *how) in bags.items():
+            bag(at(name), message, images, *how)
+            (file,) = [f for f in Path(at(name)).iterdir() if f.suffix in ('.mcap', '.db3')]
+            for source in (at(name), f'{file}?topic=/camera/image'):
                 rows, _ = follow(source, at('out'), 0, '--overwrite', '--format', 'mcap')
-                differ = [(a, b) for a, b in zip(expected, rows) if {**a, 'time_s': 0} != {**b, 'time_s': 0}]
-                assert len(rows) == len(expected) and not differ, (name, differ[:2])
-                assert all(abs(float(a['time_s']) - float(b['time_s'])) < 1e-6 for a, b in zip(expected, rows))
+                assert rows == expected, (name, [(a, b) for a, b in zip(expected, rows) if a != b][:2])
             read_by_others(at('out/trajectory.mcap'), rows)
-        whole = files[0].read_bytes()
-        Path(at('cut.mcap')).write_bytes(whole[:len(whole) // 2])
-        rows, said = follow(at('cut.mcap'), at('cut'), 3)
-        assert 5 < len(rows) < COUNT and 'cut off' in said, (len(rows), said)
-        assert all({**a, 'time_s': 0} == {**b, 'time_s': 0} for a, b in zip(expected, rows))
+            whole = file.read_bytes()
+            for share in (0.3, 0.5, 0.9):
+                cut = Path(at(f'cut{file.suffix}'))
+                cut.write_bytes(whole[:int(len(whole) * share)])
+                rows, said = follow(str(cut), at('cut'), 3, '--overwrite')
+                assert 2 < len(rows) < COUNT and 'cut off' in said, (name, share, len(rows), said)
+                assert rows == expected[:len(rows)]
+                cut_after[f'{name} {share}'] = len(rows)
     node(images)
-    print(f'bags: {COUNT} frames followed as the clip is, a cut one for {len(rows)}; what we write is read by others')
+    print(f'bags: {COUNT} frames of {len(bags)} bags followed as the clip is, cut ones as far as they go ({cut_after}); what we write is read by others')
 
 
 if __name__ == '__main__':

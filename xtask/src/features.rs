@@ -4,7 +4,7 @@ use crate::run;
 use anyhow::Result;
 
 /// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 11] = [
+const BUILDS: [(&str, &str, &str); 12] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
     ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
@@ -12,12 +12,13 @@ const BUILDS: [(&str, &str, &str); 11] = [
     ("pursuit-cli", "h264,mavlink", "no C++ compiler, the camera of a drone"),
     (
         "pursuit-cli",
-        "board,encode,h264,mavlink,mcap,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
+        "board,db3,encode,h264,mavlink,mcap,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
         "everything",
     ),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,parquet", "the library in a data pipeline"),
     ("pursuit", "mcap", "the library on a robot's recordings"),
+    ("pursuit-media", "db3", "a reader of all bags of ROS 2"),
     ("pursuit-media", "encode", "a recorder"),
     ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];
@@ -30,7 +31,7 @@ pub fn check() -> Result<()> {
         let step = run::suite("check").args(["--no-default-features", "--package", package]);
         let step = if features.is_empty() { step } else { step.args(["--features", features]) };
         // A compiler that always fails stands for one that is not there.
-        let step = if features.contains("encode") || features.contains("mcap") {
+        let step = if ["encode", "mcap", "db3"].iter().any(|compiled| features.contains(compiled)) {
             step
         } else {
             step.env("CXX", "false").env("CC", "false")

@@ -52,6 +52,7 @@ const ONLY_IN: &[(&str, &[&str])] = &[
     ("mavlink", &["pursuit-mavlink"]),
     ("mcap", &["pursuit", "pursuit-media"]),
     ("parquet", &["pursuit"]),
+    ("rusqlite", &["pursuit-media"]),
     ("async-nats", &["pursuit-publish"]),
     ("rumqttc", &["pursuit-publish"]),
     ("pyo3", &["pursuit-python"]),

@@ -29,7 +29,7 @@ pub const PROFILE: &str = "suite";
 
 /// What the tests are built with beside the defaults. That each combination which users pick can be built alone is checked
 /// before.
-const TESTED: &str = "pursuit/board,pursuit-cli/mavlink,pursuit/mcap,pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit/ptz-onvif-tls,pursuit/ptz-serial,\
+const TESTED: &str = "pursuit/board,pursuit-cli/mavlink,pursuit/db3,pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit/ptz-onvif-tls,pursuit/ptz-serial,\
                       pursuit-inference/onnxruntime,pursuit-inference/rten";
 
 /// `cargo SUBCOMMAND` as the suite builds.

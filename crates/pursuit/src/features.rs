@@ -1,5 +1,5 @@
 /// The optional parts of this crate, and whether this build has them.
-pub const FEATURES: [(&str, bool); 13] = [
+pub const FEATURES: [(&str, bool); 14] = [
     ("encode", cfg!(feature = "encode")),
     ("h264", cfg!(feature = "h264")),
     ("mqtt", cfg!(feature = "mqtt")),
@@ -11,6 +11,7 @@ pub const FEATURES: [(&str, bool); 13] = [
     ("ptz", cfg!(feature = "ptz")),
     ("mavlink", cfg!(feature = "mavlink")),
     ("mcap", cfg!(feature = "mcap")),
+    ("db3", cfg!(feature = "db3")),
     ("onnxruntime", cfg!(feature = "onnxruntime")),
     ("rten", cfg!(feature = "rten")),
 ];

@@ -145,7 +145,7 @@ pub(crate) fn list_images(folder: &Path, name: &str) -> Result<Vec<PathBuf>> {
 }
 
 /// Compares names so that `img9` comes before `img10`: runs of digits by value, everything else by character.
-fn natural_order(a: &str, b: &str) -> Ordering {
+pub(crate) fn natural_order(a: &str, b: &str) -> Ordering {
     let (mut a, mut b) = (a.as_bytes(), b.as_bytes());
     loop {
         match (a.first(), b.first()) {

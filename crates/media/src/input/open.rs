@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// - a video file, with the truth in `NAME.csv` beside it where there is one; what it is, is decided by its content, so
 ///   that a JPEG named `clip.mp4` is one image;
 /// - a folder with `frames.csv`, a folder with `depth/` beside `rgb/` or `color/` (Princeton, CDTB, DepthTrack), or a folder of JPEG or PNG images in natural order; a single image;
-/// - an MCAP file or the folder of a ROS 2 bag with images (feature `mcap`); of several topics the one named, `bag.mcap?topic=/camera/image`;
+/// - an MCAP file or the folder of a ROS 2 bag with images (feature `mcap`; bags of SQLite: `db3`); of several topics the one named, `bag.mcap?topic=/camera/image`;
 /// - `-` for Y4M or Motion JPEG on standard input;
 /// - `camera:0` or a video device; `rtsp://`, `http://`, `https://` and other streams `ffmpeg` knows.
 ///
@@ -112,9 +112,16 @@ fn open_file(path: &Path, name: &str, options: &OpenOptions) -> Result<Box<dyn S
         Kind::Y4m => Y4mSource::new(BufReader::with_capacity(1 << 16, file), name, Some(len), fps).map(boxed),
         Kind::Jpeg => open_jpeg(path, name, fps),
         #[cfg(feature = "mcap")]
-        Kind::Mcap => return super::mcap::McapSource::open(path, name, None).map(boxed),
+        Kind::Mcap => Ok(boxed(super::mcap::McapSource::open(path, name, None)?)),
         #[cfg(not(feature = "mcap"))]
         Kind::Mcap => return Err(MediaError::unreadable(name, WITHOUT_MCAP)),
+        #[cfg(feature = "db3")]
+        Kind::Sqlite => Ok(boxed(super::mcap::McapSource::open(path, name, None)?)),
+        #[cfg(not(feature = "db3"))]
+        Kind::Sqlite => {
+            let reason = format!("it is a database, such as older bags of ROS 2 are; {}", super::sniff::WITHOUT_DB3);
+            return Err(MediaError::unreadable(name, reason));
+        }
         Kind::Png => ImageSource::open(path, name).map(boxed),
         Kind::Avi => AviSource::new(Box::new(file), name).map(boxed),
         #[cfg(feature = "h264")]

@@ -4,6 +4,14 @@ use pursuit_containers::y4m;
 /// The first bytes of every MCAP file.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
+/// The first bytes of every SQLite database, which older bags of ROS 2 are (twelve of sixteen).
+const SQLITE_MAGIC: &[u8] = b"SQLite forma";
+
+/// What mends a bag of SQLite in a build that does not read it.
+#[cfg(not(feature = "db3"))]
+pub(crate) const WITHOUT_DB3: &str = "build with `--features db3`, or convert the bag to MCAP, for example by `ros2 bag convert` \
+    or `rosbags-convert --src BAG --dst NEW --dst-storage mcap`";
+
 /// What a file holds, by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -14,6 +22,7 @@ pub(crate) enum Kind {
     Jpeg,
     Png,
     Mcap,
+    Sqlite,
     /// A list of other media, which could be any file of this machine.
     Playlist,
     Other,
@@ -27,6 +36,7 @@ pub(crate) fn sniff(head: &[u8]) -> Kind {
         _ if head.starts_with(JPEG_MAGIC) => Kind::Jpeg,
         _ if head.starts_with(PNG_MAGIC) => Kind::Png,
         _ if head.starts_with(MCAP_MAGIC) => Kind::Mcap,
+        _ if head.starts_with(SQLITE_MAGIC) => Kind::Sqlite,
         [b'R', b'I', b'F', b'F', _, _, _, _, b'A', b'V', b'I', b' ', ..] => Kind::Avi,
         [_, _, _, _, kind @ ..] if is_mp4_box(kind) => Kind::Mp4,
         _ if is_playlist(head) => Kind::Playlist,
@@ -94,6 +104,7 @@ mod tests {
         assert_eq!(sniff(b"\0\0\0\x18ftypisom"), Kind::Mp4);
         assert_eq!(sniff(b"\xFF\xD8\xFF\xE0"), Kind::Jpeg);
         assert_eq!(sniff(b"\x89MCAP0\r\n"), Kind::Mcap);
+        assert_eq!(sniff(b"SQLite format 3\0"), Kind::Sqlite);
         assert_eq!(sniff(b"#EXTM3U\n/etc/x.mp4\n"), Kind::Playlist);
         assert_eq!(sniff(b"\xEF\xBB\xBF\n ffconcat version 1.0\nfile '/x'\n"), Kind::Playlist);
         assert_eq!(sniff(b"<?xml version='1.0'?>\n<MPD xmlns='x'>"), Kind::Playlist);

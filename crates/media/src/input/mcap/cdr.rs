@@ -76,20 +76,20 @@ impl<'a> Reader<'a> {
         std::str::from_utf8(bytes).ok().map(|text| text.trim_end_matches('\0'))
     }
 
-    /// The time of a `std_msgs/Header`, seconds, whose frame is passed over.
-    pub fn header(&mut self) -> Option<f64> {
+    /// The time of a `std_msgs/Header` in nanoseconds; the name of its frame, which may be in any script, is passed over.
+    pub fn header(&mut self) -> Option<i64> {
         if self.form == Form::Ros1 {
             self.u32()?;
         }
-        let stamp_s = self.time()?;
-        self.text()?;
-        Some(stamp_s)
+        let stamp_ns = self.time()?;
+        self.bytes()?;
+        Some(stamp_ns)
     }
 
-    /// A time, seconds.
-    pub fn time(&mut self) -> Option<f64> {
+    /// A time in nanoseconds: seconds as floating-point numbers would be off by a quarter of a microsecond.
+    pub fn time(&mut self) -> Option<i64> {
         let (seconds, nanoseconds) = (self.i32()?, self.u32()?);
-        Some(f64::from(seconds) + 1e-9 * f64::from(nanoseconds))
+        Some(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds))
     }
 }
 
@@ -112,9 +112,9 @@ mod tests {
     #[test]
     fn headers_of_both_forms_are_read() {
         let ros2 = [0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0];
-        assert_eq!(Reader::new(&ros2, Form::Ros2).unwrap().header(), Some(2.0));
+        assert_eq!(Reader::new(&ros2, Form::Ros2).unwrap().header(), Some(2_000_000_000));
         let ros1 = [9, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        assert_eq!(Reader::new(&ros1, Form::Ros1).unwrap().header(), Some(2.0));
+        assert_eq!(Reader::new(&ros1, Form::Ros1).unwrap().header(), Some(2_000_000_000));
     }
 
     proptest! {

@@ -1,18 +1,24 @@
 //! MCAP files and ROS 2 bags: the images of one topic as a video.
 
 mod cdr;
+mod clock;
+#[cfg(feature = "db3")]
+mod database;
 mod message;
 mod raw;
 mod recording;
+mod records;
 
 use super::fault::Fault;
 use crate::{MediaError, Result, Source, SourceInfo};
-use ::mcap::io::MessageReader;
-use message::Reading;
-use pursuit_imaging::Frame;
-use std::fs::File;
-use std::io::BufReader;
+use clock::Clock;
+use pursuit_geometry::Size;
+use pursuit_imaging::{Frame, Pixels};
+use recording::Reader;
 use std::path::{Path, PathBuf};
+
+/// Images from whose times the rate is taken: the recorder may have been late with any one.
+const TIMED: usize = 10;
 
 /// The images of one topic.
 pub(crate) struct McapSource {
@@ -21,45 +27,13 @@ pub(crate) struct McapSource {
     topic: String,
     /// The file that is read, and how far.
     file: usize,
-    messages: Option<MessageReader<BufReader<File>>>,
+    reader: Option<Reader>,
     clock: Clock,
     /// The number of the next frame.
     next: u64,
-    /// How often an image was passed over on the way to a frame that was asked for.
+    /// The frame that was asked for: those on the way are not decoded.
     skip_to: u64,
     finished: bool,
-}
-
-/// Where the times of frames come from: what the images say, or when they were recorded.
-#[derive(Debug, Clone, Copy, Default)]
-struct Clock {
-    /// Whether the images say when they were taken.
-    by_stamp: bool,
-    /// The first time, and the last with when that was recorded.
-    first_s: Option<f64>,
-    last: Option<(f64, f64)>,
-}
-
-impl Clock {
-    /// The least step of time: stamps that stand still or go back are no times.
-    const LEAST_S: f64 = 1e-4;
-
-    /// The time of an image by its stamp and by when it was recorded, seconds from the first.
-    fn time_s(&mut self, stamp_s: f64, logged_s: f64) -> f64 {
-        if self.first_s.is_none() {
-            self.by_stamp = stamp_s > 0.0;
-        }
-        let said = if self.by_stamp { stamp_s } else { logged_s };
-        let first = *self.first_s.get_or_insert(said);
-        let time_s = match self.last {
-            Some((last_s, last_logged_s)) if said - first <= last_s || !said.is_finite() => {
-                last_s + (logged_s - last_logged_s).max(Self::LEAST_S)
-            }
-            _ => said - first,
-        };
-        self.last = Some((time_s, logged_s));
-        time_s
-    }
 }
 
 /// A file's name and the topic that is asked for behind it: `bag.mcap?topic=/camera/image`.
@@ -81,88 +55,108 @@ impl McapSource {
             Some(files) => files.map_err(unreadable)?,
             None => vec![path.to_owned()],
         };
-        let contents = recording::look_through(&files).map_err(|fault| fault.unreadable(name))?;
-        let (topic, known) = contents.choose(topic).map_err(unreadable)?;
+        let contents = recording::look_through(&files, topic).map_err(|fault| fault.unreadable(name))?;
+        let (topic, count) = contents.choose(topic).map_err(unreadable)?;
+        let info = SourceInfo {
+            frame_count: contents.is_whole.then_some(count),
+            seekable: true,
+            ..SourceInfo::new(name, Size::new(1, 1), format!("recording (built in): {topic}"))
+        };
         let mut source = Self {
-            info: SourceInfo::new(name, pursuit_geometry::Size::new(1, 1), format!("MCAP (built in): {topic}")),
+            info,
             files,
             topic,
             file: 0,
-            messages: None,
+            reader: None,
             clock: Clock::default(),
             next: 0,
             skip_to: 0,
             finished: false,
         };
-        // The size is that of the first image that can be read; so is the rate, of the first two.
-        let mut times = Vec::new();
-        while times.len() < 2 {
-            match source.read() {
-                Ok(Some(frame)) => {
-                    if times.is_empty() {
-                        source.info.size = frame.size();
-                    }
-                    times.push(frame.time_s());
-                }
-                Ok(None) => break,
-                Err(error) if error.is_damage() => {}
-                Err(error) if times.is_empty() => return Err(unreadable(error.to_string())),
-                Err(_) => break,
-            }
-        }
-        if times.is_empty() {
-            return Err(unreadable("none of its images can be read".to_owned()));
-        }
-        source.info.fps = mean_rate(&times);
-        source.info.frame_count = contents.is_whole.then_some(known.messages);
-        source.info.seekable = true;
+        (source.info.size, source.info.fps) = source.first_size_and_rate()?;
         source.rewind();
         Ok(source)
     }
 
+    /// The size of the first image that can be read, and the rate of it and those behind it.
+    fn first_size_and_rate(&mut self) -> Result<(Size, Option<f64>)> {
+        let (mut size, mut times) = (None, Vec::new());
+        while times.len() < TIMED {
+            match self.read(size.is_none()) {
+                Ok(Some((index, time_s, pixels))) => {
+                    times.push(time_s);
+                    size = size.or(pixels.map(|pixels| Frame::new(index, time_s, pixels).size()));
+                }
+                Err(error) if size.is_none() && !error.is_damage() => {
+                    return Err(MediaError::unreadable(&self.info.name, error.to_string()));
+                }
+                Err(error) if error.is_damage() => {}
+                Ok(None) | Err(_) => break,
+            }
+        }
+        let none = || MediaError::unreadable(&self.info.name, "none of its images can be read");
+        Ok((size.ok_or_else(none)?, middle_rate(&times)))
+    }
+
     fn rewind(&mut self) {
-        (self.file, self.messages, self.clock) = (0, None, Clock::default());
+        (self.file, self.reader, self.clock) = (0, None, Clock::default());
         (self.next, self.skip_to, self.finished) = (0, 0, false);
     }
 
-    /// The next image of the topic.
-    fn read(&mut self) -> Result<Option<Frame>> {
+    /// The next image of the topic: its number, its time, and, if it is to be decoded, its pixels.
+    fn read(&mut self, decode: bool) -> Result<Option<(u64, f64, Option<Pixels>)>> {
         loop {
-            let Some(path) = self.files.get(self.file).cloned() else { return Ok(None) };
-            let named = if self.files.len() > 1 { path.display().to_string() } else { self.info.name.clone() };
-            let messages = match &mut self.messages {
-                Some(messages) => messages,
-                none => none.insert(recording::open(&path).map_err(|fault| fault.broken(&named, self.next))?),
-            };
-            let message = match messages.next() {
-                None => {
-                    (self.file, self.messages) = (self.file + 1, None);
-                    continue;
-                }
-                Some(Err(error)) => return Err(recording::fault(&error).broken(&named, self.next)),
-                Some(Ok(message)) if message.channel.topic == self.topic => message,
-                Some(Ok(_)) => continue,
+            let Some(path) = self.files.get(self.file) else { return Ok(None) };
+            let name = if self.files.len() > 1 { path.display().to_string() } else { self.info.name.clone() };
+            let reader = match &mut self.reader {
+                Some(reader) => reader,
+                none => none.insert(Reader::open(path).map_err(|gap| gap.fault.broken(&name, self.next))?),
             };
             let index = self.next;
+            let message = match reader.next(|channel| channel.topic == self.topic) {
+                Ok(Some(message)) => message,
+                Ok(None) => {
+                    (self.file, self.reader) = (self.file + 1, None);
+                    continue;
+                }
+                // What was damaged has been read before it is known to be.
+                Err(gap) if gap.goes_on => return Err(gap.fault.damaged(&name, index.saturating_sub(1))),
+                Err(gap) => return Err(gap.fault.broken(&name, index)),
+            };
             self.next += 1;
-            let logged_s = 1e-9 * message.log_time as f64;
+            let wanted = decode && index >= self.skip_to;
             let unlike = || Fault::malformed("its channel is of another type than before");
-            let reading: Reading = recording::reading(&message).ok_or_else(|| unlike().damaged(&named, index))?;
-            let (stamp_s, picture) = reading.read(&message.data).map_err(|fault| fault.damaged(&named, index))?;
-            let time_s = self.clock.time_s(stamp_s, logged_s);
-            if index < self.skip_to {
-                continue;
+            let image = message.channel.reading.ok_or_else(unlike).and_then(|reading| {
+                let (stamp_ns, picture) = reading.read(message.data)?;
+                let time_s = self.clock.time_s(stamp_ns, message.logged_ns);
+                Ok((index, time_s, wanted.then(|| picture.decode()).transpose()?))
+            });
+            if index >= self.skip_to {
+                return image.map(Some).map_err(|fault| fault.damaged(&name, index));
             }
-            let pixels = picture.decode().map_err(|fault| fault.damaged(&named, index))?;
-            return Ok(Some(Frame::new(index, time_s, pixels)));
         }
+    }
+
+    fn frame(&mut self) -> Result<Option<Frame>> {
+        let Some((index, time_s, Some(pixels))) = self.read(true)? else { return Ok(None) };
+        let frame = Frame::new(index, time_s, pixels);
+        if frame.size() != self.info.size {
+            let reason = format!(
+                "the picture changes from {} to {}; only images of one size are followed",
+                self.info.size,
+                frame.size()
+            );
+            return Err(MediaError::broken(&self.info.name, index, reason));
+        }
+        Ok(Some(frame))
     }
 }
 
-/// Frames a second by the times of the first two.
-fn mean_rate(times: &[f64]) -> Option<f64> {
-    let [first, second] = times else { return None };
-    let rate = 1.0 / (second - first);
+/// Frames a second by the step of time in the middle of all.
+fn middle_rate(times: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let rate = 1.0 / steps.get(steps.len() / 2)?;
     (0.001..=1e6).contains(&rate).then_some(rate)
 }
 
@@ -175,7 +169,7 @@ impl Source for McapSource {
         if self.finished {
             return Ok(None);
         }
-        let frame = self.read();
+        let frame = self.frame();
         self.finished = match &frame {
             Ok(frame) => frame.is_none(),
             Err(error) => !error.is_damage(),
@@ -199,21 +193,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stamps_are_times_as_long_as_they_grow() {
-        let times = |pairs: &[(f64, f64)]| {
-            let mut clock = Clock::default();
-            pairs.iter().map(|(stamp, logged)| clock.time_s(*stamp, *logged)).collect::<Vec<_>>()
-        };
-        assert_eq!(times(&[(100.0, 7.0), (100.5, 7.9), (101.0, 8.0)]), [0.0, 0.5, 1.0]);
-        assert_eq!(times(&[(0.0, 7.0), (0.0, 7.5)]), [0.0, 0.5], "no stamps");
-        assert_eq!(times(&[(100.0, 7.0), (100.0, 7.5), (102.0, 8.0)]), [0.0, 0.5, 2.0], "a stamp that stands still");
-        assert_eq!(times(&[(100.0, 7.0), (f64::NAN, 7.0)]), [0.0, 1e-4]);
-    }
-
-    #[test]
     fn a_topic_stands_behind_the_file() {
         assert_eq!(split_topic("a/b.mcap?topic=/camera/image"), Some(("a/b.mcap", "/camera/image")));
         assert_eq!(split_topic("a/b.mcap"), None);
         assert_eq!(split_topic("a/b.mcap?topic="), None);
+    }
+
+    #[test]
+    fn one_late_image_does_not_change_the_rate() {
+        let rate = middle_rate(&[0.0, 0.3, 0.34, 0.38, 0.42]).unwrap();
+        assert!((rate - 25.0).abs() < 1e-9, "{rate}");
+        assert_eq!((middle_rate(&[0.0]), middle_rate(&[0.0, 0.0])), (None, None));
     }
 }

@@ -1,7 +1,7 @@
 //! Pixels as `sensor_msgs/Image` holds them.
 
 use crate::input::fault::Fault;
-use pursuit_imaging::{Image, ImagingError, Pixels, Rgb8, SharedImage};
+use pursuit_imaging::{Image, Pixels, Rgb8, SharedImage};
 
 /// An image and how its bytes are meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,9 +22,15 @@ impl Raw<'_> {
         self.data.get(row * self.step as usize + at).copied().unwrap_or(0)
     }
 
-    fn u16(&self, row: usize, column: usize) -> u16 {
-        let pair = [self.byte(row, 2 * column), self.byte(row, 2 * column + 1)];
-        if self.big_endian { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) }
+    /// All pixels, each made of its `N` bytes.
+    fn pixels<const N: usize, P>(&self, pixel: impl Fn([u8; N]) -> P) -> Result<Image<P>, Fault> {
+        let (width, height) = self.check(N)?;
+        // The size is checked against the bytes that there are.
+        let mut pixels = Vec::with_capacity(width * height);
+        for row in self.data.chunks(self.step.max(1) as usize).take(height) {
+            pixels.extend(row.as_chunks().0.iter().take(width).map(|bytes| pixel(*bytes)));
+        }
+        Image::from_vec(pixels, width, height).map_err(Fault::from)
     }
 
     fn check(&self, bytes_per_pixel: usize) -> Result<(usize, usize), Fault> {
@@ -59,44 +65,30 @@ fn red_at(encoding: &str) -> Option<(usize, usize)> {
 }
 
 pub(super) fn decode(raw: &Raw<'_>) -> Result<Pixels, Fault> {
-    let of_image = |error: ImagingError| Fault::malformed(error.to_string());
-    let color = |bytes: usize, at: [usize; 3]| {
-        let (width, height) = raw.check(bytes)?;
-        let pixel = |x: usize, y: usize| at.map(|channel| raw.byte(y, bytes * x + channel));
-        Ok::<_, Fault>(Pixels::Rgb8(SharedImage::from(Image::from_fn(width, height, pixel).map_err(of_image)?)))
-    };
+    let color = |image: Result<Image<Rgb8>, Fault>| image.map(|image| Pixels::Rgb8(SharedImage::from(image)));
     match raw.encoding {
-        "rgb8" | "8UC3" => color(3, [0, 1, 2]),
-        "bgr8" => color(3, [2, 1, 0]),
-        "rgba8" | "8UC4" => color(4, [0, 1, 2]),
-        "bgra8" => color(4, [2, 1, 0]),
-        "mono8" | "8UC1" => {
-            let (width, height) = raw.check(1)?;
-            let image = Image::from_fn(width, height, |x, y| raw.byte(y, x)).map_err(of_image)?;
-            Ok(Pixels::Gray8(SharedImage::from(image)))
-        }
+        "rgb8" | "8UC3" => color(raw.pixels(|rgb: [u8; 3]| rgb)),
+        "bgr8" => color(raw.pixels(|[b, g, r]| [r, g, b])),
+        "rgba8" | "8UC4" => color(raw.pixels(|[r, g, b, _]| [r, g, b])),
+        "bgra8" => color(raw.pixels(|[b, g, r, _]| [r, g, b])),
+        "mono8" | "8UC1" => Ok(Pixels::Gray8(SharedImage::from(raw.pixels(|[value]| value)?))),
         "mono16" | "16UC1" => {
-            let (width, height) = raw.check(2)?;
-            let image = Image::from_fn(width, height, |x, y| raw.u16(y, x)).map_err(of_image)?;
-            Ok(Pixels::Gray16(SharedImage::from(image)))
+            let of_bytes = if raw.big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
+            Ok(Pixels::Gray16(SharedImage::from(raw.pixels(of_bytes)?)))
         }
-        "yuv422" | "uyvy" => yuv422(raw, [1, 0, 2]),
-        "yuv422_yuy2" | "yuyv" => yuv422(raw, [0, 1, 3]),
-        filtered => match red_at(filtered) {
-            Some(red) => {
-                let (width, height) = raw.check(1)?;
-                let image = Image::from_fn(width, height, |x, y| unfiltered(raw, red, x, y)).map_err(of_image)?;
-                Ok(Pixels::Rgb8(SharedImage::from(image)))
-            }
+        "yuv422" | "uyvy" => color(yuv422(raw, [1, 0, 2])),
+        "yuv422_yuy2" | "yuyv" => color(yuv422(raw, [0, 1, 3])),
+        other => match red_at(other) {
+            Some(red) => color(unfiltered(raw, red)),
             None => Err(Fault::malformed(format!(
-                "images of the encoding `{filtered}` are not read; publish them as rgb8, bgr8, mono8, mono16, JPEG or PNG"
+                "images of the encoding `{other}` are not read; publish them as rgb8, bgr8, mono8, mono16, JPEG or PNG"
             ))),
         },
     }
 }
 
 /// Two pixels in four bytes: where the first brightness stands (the second two bytes later), and both colour differences.
-fn yuv422(raw: &Raw<'_>, [luma, blue, red]: [usize; 3]) -> Result<Pixels, Fault> {
+fn yuv422(raw: &Raw<'_>, [luma, blue, red]: [usize; 3]) -> Result<Image<Rgb8>, Fault> {
     let (width, height) = raw.check(2)?;
     let pixel = |x: usize, y: usize| {
         let pair = x / 2 * 4;
@@ -105,29 +97,31 @@ fn yuv422(raw: &Raw<'_>, [luma, blue, red]: [usize; 3]) -> Result<Pixels, Fault>
         let (l, b, r) = (1.164 * (value(luma + 2 * (x % 2)) - 16.0), value(blue) - 128.0, value(red) - 128.0);
         [l + 1.596 * r, l - 0.813 * r - 0.391 * b, l + 2.018 * b].map(|v| v.round().clamp(0.0, 255.0) as u8)
     };
-    let image: Image<Rgb8> = Image::from_fn(width, height, pixel).map_err(|e| Fault::malformed(e.to_string()))?;
-    Ok(Pixels::Rgb8(SharedImage::from(image)))
+    Ok(Image::from_fn(width, height, pixel)?)
 }
 
-/// The colour of a pixel behind a colour filter: the mean of the nearest of each colour.
-fn unfiltered(raw: &Raw<'_>, (red_x, red_y): (usize, usize), x: usize, y: usize) -> Rgb8 {
-    let (width, height) = (raw.width as usize, raw.height as usize);
-    let (mut sums, mut counts) = ([0_u32; 3], [0_u32; 3]);
-    for row in y.saturating_sub(1)..(y + 2).min(height) {
-        for column in x.saturating_sub(1)..(x + 2).min(width) {
-            let channel = match ((column + red_x) % 2, (row + red_y) % 2) {
-                (0, 0) => 0,
-                (1, 1) => 2,
-                _ => 1,
-            };
-            let is_own = (column, row) == (x, y);
-            // Its own colour is what it is.
-            let weight = if is_own { 64 } else { 1 };
-            sums[channel] += weight * u32::from(raw.byte(row, column));
-            counts[channel] += weight;
+/// Colours behind a colour filter: of each the mean of the nearest, of a pixel's own what it is.
+fn unfiltered(raw: &Raw<'_>, (red_x, red_y): (usize, usize)) -> Result<Image<Rgb8>, Fault> {
+    let (width, height) = raw.check(1)?;
+    let channel_of = |column: usize, row: usize| match ((column + red_x) % 2, (row + red_y) % 2) {
+        (0, 0) => 0,
+        (1, 1) => 2,
+        _ => 1,
+    };
+    let pixel = |x: usize, y: usize| {
+        let (mut sums, mut counts) = ([0_u32; 3], [0_u32; 3]);
+        for row in y.saturating_sub(1)..(y + 2).min(height) {
+            for column in x.saturating_sub(1)..(x + 2).min(width) {
+                let channel = channel_of(column, row);
+                sums[channel] += u32::from(raw.byte(row, column));
+                counts[channel] += 1;
+            }
         }
-    }
-    std::array::from_fn(|channel| (sums[channel] / counts[channel].max(1)).min(255) as u8)
+        let mut color: Rgb8 = std::array::from_fn(|channel| (sums[channel] / counts[channel].max(1)) as u8);
+        color[channel_of(x, y)] = raw.byte(y, x);
+        color
+    };
+    Ok(Image::from_fn(width, height, pixel)?)
 }
 
 #[cfg(test)]
@@ -161,6 +155,17 @@ mod tests {
         let image = decode(&raw("bayer_rggb8", (4, 4, 4), &data)).unwrap();
         let frame = Frame::new(0, 0.0, image);
         assert_eq!((frame.color().row(0)[0], frame.color().row(1)[1]), ([200, 0, 0], [200, 0, 0]));
+        // The filter begins where its name says.
+        let bytes = [1, 2, 3, 4];
+        for (encoding, expected) in [
+            ("bayer_rggb8", [1, 2, 4]),
+            ("bayer_grbg8", [2, 1, 3]),
+            ("bayer_gbrg8", [3, 1, 2]),
+            ("bayer_bggr8", [4, 2, 1]),
+        ] {
+            let frame = Frame::new(0, 0.0, decode(&raw(encoding, (2, 2, 2), &bytes)).unwrap());
+            assert_eq!(frame.color().row(0)[0], expected, "{encoding}");
+        }
     }
 
     #[test]

@@ -1,98 +1,99 @@
-//! The files of a recording, and the messages of one topic in them.
+//! What is in a recording, and in which files.
 
-use super::message::Reading;
+#[cfg(feature = "db3")]
+use super::database::Database;
+use super::records::{Channel, Gap, Message, Records};
 use crate::input::fault::Fault;
-use ::mcap::io::MessageReader;
-use ::mcap::sans_io::LinearReaderOptions;
-use ::mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
-use ::mcap::{McapError, Message, Summary};
-use std::collections::BTreeMap;
+use crate::input::folder::natural_order;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The largest message: a frame of 8K in four channels of 16 bits.
-const MOST_BYTES: usize = 512 << 20;
+/// Topics that a message names at most.
+const MOST_NAMED: usize = 20;
 
-/// The largest record of what stands at the end of a file.
-const MOST_SUMMARY_BYTES: usize = 64 << 20;
+/// What mends a bag whose files are not read.
+#[cfg(not(feature = "db3"))]
+const CONVERT: &str = crate::input::sniff::WITHOUT_DB3;
+#[cfg(feature = "db3")]
+const CONVERT: &str = "files that were compressed as a whole are to be decompressed, for example by `rosbags-convert --src BAG --dst NEW`";
 
-/// The messages of one file in order.
-type Messages = MessageReader<BufReader<File>>;
+/// The largest `metadata.yaml` that is looked at.
+const MOST_METADATA_BYTES: u64 = 16 << 20;
 
-/// Opens one file from its beginning. Its end is not looked at: a recording that was cut off is read as far as it goes.
-pub(super) fn open(path: &Path) -> Result<Messages, Fault> {
-    let file = BufReader::with_capacity(1 << 16, File::open(path)?);
-    let options = LinearReaderOptions::default().with_record_length_limit(MOST_BYTES).with_validate_chunk_crcs(true);
-    Ok(MessageReader::new_with_options(file, options))
+/// Files of a bag end so.
+const ENDINGS: &[&str] = if cfg!(feature = "db3") { &["mcap", "db3"] } else { &["mcap"] };
+
+/// One file that is read.
+pub(super) enum Reader {
+    Mcap(Box<Records>),
+    #[cfg(feature = "db3")]
+    Database(Box<Database>),
 }
 
-/// What is wrong with a file.
-pub(super) fn fault(error: &McapError) -> Fault {
-    match error {
-        McapError::UnexpectedEof | McapError::UnexpectedEoc => {
-            Fault::malformed("the recording is cut off; what was before is read")
+impl Reader {
+    /// From the beginning of a file on.
+    pub fn open(path: &Path) -> Result<Self, Gap> {
+        #[cfg(feature = "db3")]
+        if Database::is_one(path)? {
+            return Ok(Self::Database(Box::new(Database::open(path)?)));
         }
-        other => Fault::malformed(other.to_string()),
+        Ok(Self::Mcap(Box::new(Records::open(path)?)))
     }
-}
 
-/// A topic with images.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Topic {
-    pub reading: Reading,
-    pub messages: u64,
+    /// The next message of a channel that is `wanted`.
+    pub fn next(&mut self, wanted: impl Fn(&Channel) -> bool) -> Result<Option<Message<'_>>, Gap> {
+        match self {
+            Self::Mcap(records) => records.next(wanted),
+            #[cfg(feature = "db3")]
+            Self::Database(database) => database.next(wanted),
+        }
+    }
 }
 
 /// What is in the files.
 #[derive(Debug, Default)]
 pub(super) struct Contents {
-    /// Topics with images.
-    pub images: BTreeMap<String, Topic>,
-    /// All others.
-    pub others: Vec<String>,
-    /// Whether all files could be read to their ends.
+    /// Topics with images, and how many each has.
+    pub images: BTreeMap<String, u64>,
+    others: BTreeSet<String>,
+    /// Whether all of it was seen; the numbers are of no use otherwise.
     pub is_whole: bool,
 }
 
-/// What stands at the end of a file that was closed properly: its channels and how many messages they have.
-fn summary(path: &Path) -> Result<Option<Summary>, Fault> {
-    let mut file = File::open(path)?;
-    let options = SummaryReaderOptions::default().with_record_length_limit(MOST_SUMMARY_BYTES);
-    let mut reader = SummaryReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(SummaryReadEvent::ReadRequest(need)) => {
-                let count = file.read(reader.insert(need.min(MOST_SUMMARY_BYTES)))?;
-                reader.notify_read(count);
-            }
-            Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
-                Ok(position) => reader.notify_seeked(position),
-                // A file too short to have an end.
-                Err(_) => return Ok(None),
-            },
-            Err(_) => return Ok(None),
-        }
-    }
-    Ok(reader.finish().filter(|summary| summary.stats.is_some()))
-}
-
-/// Looks through the files: at what stands at their ends, or, where that is missing, at all of them once.
-pub(super) fn look_through(files: &[PathBuf]) -> Result<Contents, Fault> {
+/// Looks through the files: at what stands at their ends, or, where that is missing, at their messages until one of the topic that is
+/// asked for has come.
+pub(super) fn look_through(files: &[PathBuf], asked: Option<&str>) -> Result<Contents, Fault> {
     let mut contents = Contents { is_whole: true, ..Contents::default() };
     for path in files {
-        if let Some(summary) = summary(path)? {
-            contents.add_summary(&summary);
+        #[cfg(feature = "db3")]
+        if Database::is_one(path)? {
+            contents.add_database(&Database::open(path).map_err(|gap| gap.fault)?);
             continue;
         }
-        for message in open(path)? {
-            match message {
-                Ok(message) => contents.add(&message),
+        if let Some(summary) = Records::summary(path)? {
+            for (id, channel) in &summary.channels {
+                let count = summary.counts.as_ref().and_then(|counts| counts.get(id)).copied().unwrap_or(0);
+                contents.add(channel, count);
+            }
+            continue;
+        }
+        let mut records = Records::open(path)?;
+        loop {
+            match records.next(|_| true) {
+                Ok(Some(message)) => contents.add(message.channel, 1),
+                Ok(None) => break,
+                Err(gap) if gap.goes_on => {}
                 // What is behind it cannot be told apart from rubbish.
                 Err(_) => {
                     contents.is_whole = false;
                     break;
                 }
+            }
+            if asked.is_some_and(|asked| contents.images.contains_key(asked)) {
+                contents.is_whole = false;
+                return Ok(contents);
             }
         }
     }
@@ -100,77 +101,111 @@ pub(super) fn look_through(files: &[PathBuf]) -> Result<Contents, Fault> {
 }
 
 impl Contents {
-    fn add_summary(&mut self, summary: &Summary) {
-        let counts = summary.stats.as_ref().map(|stats| &stats.channel_message_counts);
-        for (id, channel) in &summary.channels {
-            let messages = counts.and_then(|counts| counts.get(id)).copied().unwrap_or(0);
-            match channel.schema.as_ref().and_then(|schema| Reading::of(&schema.name, &channel.message_encoding)) {
-                Some(reading) if messages > 0 => {
-                    let topic = self.images.entry(channel.topic.clone()).or_insert(Topic { reading, messages: 0 });
-                    topic.messages += messages;
-                }
-                _ => self.others.push(channel.topic.clone()),
-            }
+    #[cfg(feature = "db3")]
+    fn add_database(&mut self, database: &Database) {
+        let (counts, is_whole) = database.counts();
+        self.is_whole &= is_whole;
+        for (id, channel) in &database.channels {
+            self.add(channel, counts.get(id).copied().unwrap_or(0));
         }
     }
 
-    fn add(&mut self, message: &Message<'_>) {
-        let channel = &message.channel;
-        if let Some(topic) = self.images.get_mut(&channel.topic) {
-            topic.messages += 1;
-        } else if let Some(reading) = reading(message) {
-            self.images.insert(channel.topic.clone(), Topic { reading, messages: 1 });
-        } else if !self.others.contains(&channel.topic) && self.others.len() < 1000 {
-            self.others.push(channel.topic.clone());
+    fn add(&mut self, channel: &Channel, count: u64) {
+        match self.images.get_mut(&channel.topic) {
+            Some(images) => *images = images.saturating_add(count),
+            None if channel.reading.is_some() && count > 0 => {
+                self.images.insert(channel.topic.clone(), count);
+            }
+            None if self.others.len() <= MOST_NAMED => {
+                self.others.insert(channel.topic.clone());
+            }
+            None => {}
         }
     }
 
     /// The topic that is asked for, or the only one there is.
-    pub fn choose(&self, asked: Option<&str>) -> Result<(String, Topic), String> {
-        let list = |names: Vec<&str>| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        let images = || list(self.images.keys().map(String::as_str).collect());
+    pub fn choose(&self, asked: Option<&str>) -> Result<(String, u64), String> {
+        let images = || list(self.images.keys());
         match (asked, self.images.iter().next()) {
             (Some(name), _) => match self.images.get(name) {
-                Some(topic) => Ok((name.to_owned(), topic.clone())),
+                Some(count) => Ok((name.to_owned(), *count)),
                 None => Err(format!("it has no images under the topic {name}; topics with images: {}", images())),
             },
-            (None, Some((name, topic))) if self.images.len() == 1 => Ok((name.clone(), topic.clone())),
+            (None, Some((name, count))) if self.images.len() == 1 => Ok((name.clone(), *count)),
             (None, Some(_)) => {
                 Err(format!("it has several topics with images; name one, as in FILE?topic=NAME: {}", images()))
             }
             (None, None) => Err(format!(
                 "it has no images (sensor_msgs/Image, sensor_msgs/CompressedImage); its topics: {}",
-                list(self.others.iter().map(String::as_str).collect())
+                list(self.others.iter())
             )),
         }
     }
 }
 
-/// How the images of a message's channel are read, where they are some.
-pub(super) fn reading(message: &Message<'_>) -> Option<Reading> {
-    let schema = message.channel.schema.as_ref()?;
-    Reading::of(&schema.name, &message.channel.message_encoding)
+/// The first of some names, in words.
+fn list<'a>(names: impl ExactSizeIterator<Item = &'a String>) -> String {
+    let others = if names.len() > MOST_NAMED { " and others" } else { "" };
+    let named: Vec<&str> = names.take(MOST_NAMED).map(String::as_str).collect();
+    if named.is_empty() { "none".to_owned() } else { format!("{}{others}", named.join(", ")) }
 }
 
 /// The files of a bag's folder in their order; `None` for a folder that is no bag.
 pub(super) fn files_of(folder: &Path) -> Option<Result<Vec<PathBuf>, String>> {
-    let metadata = std::fs::read_to_string(folder.join("metadata.yaml")).ok()?;
-    if !metadata.contains("rosbag2_bagfile_information") {
-        return None;
+    match metadata(folder) {
+        Some(metadata) if metadata.contains("rosbag2_bagfile_information") => Some(listed(folder, &metadata)),
+        // A recorder that was killed has not written it yet.
+        _ => unlisted(folder).map(Ok),
     }
-    // The list of files is in the order of their recording: `- NAME.mcap`.
-    let named =
-        metadata.lines().filter_map(|line| line.trim().strip_prefix("- ")).map(|name| name.trim_matches(['"', '\'']));
+}
+
+fn metadata(folder: &Path) -> Option<String> {
+    let mut text = String::new();
+    File::open(folder.join("metadata.yaml")).ok()?.take(MOST_METADATA_BYTES).read_to_string(&mut text).ok()?;
+    Some(text)
+}
+
+/// The files that `metadata.yaml` lists in the order of their recording: `- NAME.mcap`.
+fn listed(folder: &Path, metadata: &str) -> Result<Vec<PathBuf>, String> {
+    let entries = metadata.lines().filter_map(|line| line.trim().strip_prefix("- "));
+    let names = entries.map(|name| name.trim().trim_matches(['"', '\''])).filter(|name| !name.contains(": "));
     let mut files: Vec<PathBuf> = Vec::new();
-    for name in named.filter(|name| name.ends_with(".mcap")) {
+    for name in names {
         // A name does not lead out of the folder.
-        let path = Path::new(name).file_name().map(|name| folder.join(name));
-        files.extend(path.filter(|path| path.is_file() && !files.contains(path)));
+        let Some(path) = Path::new(name).file_name().map(|name| folder.join(name)) else { continue };
+        if !is_part(&path) {
+            continue;
+        }
+        if !path.is_file() {
+            return Err(format!(
+                "its metadata.yaml lists {name}, which is not there; copy it, or name one of its files"
+            ));
+        }
+        if !files.contains(&path) {
+            files.push(path);
+        }
     }
-    Some(if files.is_empty() {
-        Err("it is a bag without MCAP files; convert it, for example by `ros2 bag convert` or `rosbags-convert --dst-storage mcap`"
-            .to_owned())
-    } else {
-        Ok(files)
-    })
+    if files.is_empty() {
+        return Err(format!("it is a bag without files that this build reads ({}); {CONVERT}", ENDINGS.join(", ")));
+    }
+    Ok(files)
+}
+
+fn is_part(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// The files of a bag in a folder in which nothing else is to be looked at: no list, no images.
+fn unlisted(folder: &Path) -> Option<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).ok()?.flatten() {
+        let path = entry.path();
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("csv" | "jpg" | "jpeg" | "png") => return None,
+            _ if is_part(&path) => files.push(path),
+            _ => {}
+        }
+    }
+    files.sort_by(|a, b| natural_order(&a.to_string_lossy(), &b.to_string_lossy()));
+    (!files.is_empty()).then_some(files)
 }

@@ -15,6 +15,9 @@ const STATES: &str = "/pursuit/states";
 const DETECTION_ARRAY: &[u8] = include_bytes!("detection_array.msg");
 const STATE_SCHEMA: &[u8] = br#"{"type":"object","properties":{"targets":{"type":"array","items":{"type":"object"}}}}"#;
 
+/// Frames gathered before they are written as one chunk; a crash loses at most these (the CSV loses none).
+const FRAMES_A_CHUNK: u32 = 100;
+
 /// Writes `trajectory.mcap`: the targets in the picture as `vision_msgs/msg/Detection2DArray`, and what is known of all of them, those
 /// that are lost too, as JSON. Times are those of the frames.
 pub struct McapSink {
@@ -60,6 +63,9 @@ impl Sink for McapSink {
             written.map_err(|e| RunError::output(&self.path)(std::io::Error::other(e)))?;
         }
         self.sequence = self.sequence.wrapping_add(1);
+        if self.sequence.is_multiple_of(FRAMES_A_CHUNK) {
+            writer.flush().map_err(|e| RunError::output(&self.path)(std::io::Error::other(e)))?;
+        }
         Ok(())
     }
 
@@ -116,5 +122,19 @@ mod tests {
         let states: serde_json::Value = serde_json::from_slice(&states.data).unwrap();
         assert_eq!(states["targets"][1]["state"], "lost");
         assert_eq!(states["targets"][0]["box"], serde_json::json!([10.0, 20.0, 30.0, 40.0]));
+    }
+
+    #[test]
+    fn a_crash_loses_at_most_one_chunk() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.mcap");
+        let mut sink = McapSink::create(&path).unwrap();
+        for k in 0..FRAMES_A_CHUNK + 20 {
+            let frame = Frame::new(u64::from(k), f64::from(k), Image::from_fn(4, 4, |_, _| 0_u8).unwrap());
+            sink.write(&Moment::recorded(&Arc::new(frame), &[])).unwrap();
+        }
+        // What is in the file before it is finished.
+        let read = MessageReader::new(File::open(&path).unwrap()).map_while(Result::ok).count();
+        assert_eq!(read, 2 * FRAMES_A_CHUNK as usize);
     }
 }
