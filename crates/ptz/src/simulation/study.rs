@@ -142,7 +142,8 @@ impl Study {
         Ok(known.with("follower", &self.follower)?)
     }
 
-    /// The figures of a contender that follows this walk, one for each seed.
+    /// The figures of a contender that follows this walk, one for each seed. Pictures in which the target is behind something are
+    /// not judged: what a controller makes of its return is.
     ///
     /// # Errors
     /// Where a parameter is out of its range.
@@ -163,7 +164,8 @@ impl Study {
         let drone = self.drone.map(|params| Drone::new(params, seed));
         let target = |t: f64| drone.as_ref().map_or_else(|| walker.at(t), |drone| walker.seen_from(t, drone.place(t)));
         let first_view = if drone.is_some() { target(0.0).0 } else { walker.first_view(walk) };
-        let samples = self.follow(contender, seed, first_view, &target, &mut eye)?;
+        let mut samples = self.follow(contender, seed, first_view, &target, &mut eye)?;
+        samples.retain(|sample| !walker.hides(sample.time_s));
         Ok(Figures::of(&samples, self.judged_from_s))
     }
 
