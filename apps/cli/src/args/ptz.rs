@@ -89,7 +89,8 @@ pub struct PtzSimulate {
     /// A clip of a wide camera that stands still, with its true boxes: the camera crops its pictures from it
     #[arg(long, value_name = "INPUT", conflicts_with = "walk")]
     pub clip: Option<String>,
-    /// The head is on a drone that hovers in the wind and swings; set drone.KEY=VALUE says how
+    /// The head is on a drone that hovers in the wind and swings, flies past or round its target: --set drone.KEY=VALUE says how,
+    /// or [drone] in FILE.toml
     #[arg(long, conflicts_with_all = ["scene", "clip", "grid"])]
     pub drone: bool,
     /// How wide the clip is, from its left to its right edge

@@ -175,3 +175,74 @@ fn stands(head: Position, drone: Option<&Drone>, time_s: f64) -> (Position, f64)
     let (by, roll_deg) = drone.disturbance(time_s);
     (Position { direction: head.direction.turned(by), ..head }, roll_deg)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Still;
+
+    #[test]
+    fn what_is_behind_something_is_not_seen() {
+        let mut camera = SimulatedCamera::new(CameraParams::usual().unwrap(), 1).unwrap();
+        let mut eye = NoisyEye::new(2.0, 0.0, 1).hiding(vec![(0.1, 0.3)]);
+        for _ in 0..12 {
+            let (exposure, _) = camera.take(Position::default(), 0.0, (Direction::AHEAD, 0.1, 0.3)).unwrap();
+            let (time_s, arrival_s) = (exposure.time_s, exposure.arrival_s);
+            let seen = eye.look(&exposure, None).unwrap();
+            assert_eq!(seen.at(arrival_s).is_none(), (0.1..0.3).contains(&time_s), "{time_s}");
+            assert_eq!(seen.at(arrival_s + 0.2).is_none(), seen.at(arrival_s).is_none(), "nothing is expected of it");
+        }
+    }
+
+    /// A controller that does nothing.
+    struct Nothing;
+
+    impl Controller for Nothing {
+        fn see(&mut self, _: f64, _: f64, _: &dyn Forecast) -> Result<()> {
+            Ok(())
+        }
+
+        fn act(&mut self, _: f64, _: Option<&crate::Status>) -> Result<Option<crate::Command>> {
+            Ok(None)
+        }
+    }
+
+    /// An eye that sees nothing and keeps what it was shown.
+    struct Kept(Vec<Exposure>);
+
+    impl Eye for Kept {
+        fn look(&mut self, exposure: &Exposure, _: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>> {
+            self.0.push(*exposure);
+            Ok(Box::new(Still(None)))
+        }
+    }
+
+    #[test]
+    fn pictures_are_taken_by_the_disturbed_camera() {
+        let params = DroneParams { roll_deg: 20.0, vibration_deg: 0.5, ..DroneParams::default() };
+        let simulation = Simulation {
+            head: HeadParams::default(),
+            camera: CameraParams::usual().unwrap(),
+            drone: Some(params),
+            duration_s: 2.0,
+            tick_s: 0.02,
+        };
+        let mut eye = Kept(Vec::new());
+        let target = |_: f64| (Direction::new(10.0, 0.0), 0.1, 0.3);
+        run(&simulation, 3, &target, &mut eye, &mut Nothing).unwrap();
+        let drone = Drone::new(params, 3);
+        assert!(eye.0.len() > 40);
+        for exposure in eye.0 {
+            let (by, roll_deg) = drone.disturbance(exposure.time_s);
+            assert_eq!((exposure.position.direction, exposure.roll_deg), (by, roll_deg));
+            // The head never moved: turned back, the target stands at the right of the middle.
+            let middle = exposure.lens.middle();
+            let (x, y) = exposure.truth.map(|b| (b.center().x - middle.x, b.center().y - middle.y)).unwrap();
+            let (sine, cosine) = roll_deg.to_radians().sin_cos();
+            let level = (cosine * x - sine * y, sine * x + cosine * y);
+            let tangent = |deg: f64| deg.to_radians().tan() * 320.0 / 30f64.to_radians().tan();
+            assert!((level.0 - tangent(10.0 - by.pan_deg)).abs() < 0.5, "{level:?}");
+            assert!((level.1 - tangent(by.tilt_deg)).abs() < 0.5, "{level:?}");
+        }
+    }
+}

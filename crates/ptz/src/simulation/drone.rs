@@ -1,7 +1,7 @@
 use super::random::Random;
+use super::wave::Wave;
 use crate::{Command, Direction, Position, Status, Velocity};
 use pursuit_parameters::{choices, parameters};
-use std::f64::consts::{SQRT_2, TAU};
 
 choices! {
     /// What a gimbal holds its yaw against.
@@ -13,13 +13,29 @@ choices! {
     }
 }
 
+choices! {
+    /// How a drone flies, beside what the wind does to it.
+    pub enum Flight {
+        /// It stays where it is.
+        Hover = "hover",
+        /// It flies past to the right, in a straight line: after 15 s it is where it would hover.
+        Transit = "transit",
+        /// It flies round the place before which the target moves, and turns so that it always faces that.
+        Orbit = "orbit",
+    }
+}
+
 parameters! {
     /// What the drone is like that carries a simulated head.
     #[derive(Copy)]
     pub struct DroneParams {
-        /// How high it hovers.
+        /// How it flies.
+        pub flight: Flight = Flight::Hover;
+        /// Of `transit` and `orbit`: how fast.
+        pub flight_m_s: f64 = 5.0, in 0.0..=50.0, unit "m/s";
+        /// How high it flies.
         pub altitude_m: f64 = 20.0, in 2.0..=500.0, unit "m";
-        /// How far it hovers from the place before which the target moves.
+        /// How far it is from the place before which the target moves.
         pub distance_m: f64 = 20.0, in 0.0..=2000.0, unit "m";
         /// How fast it is blown about, root mean square.
         pub wander_m_s: f64 = 1.5, in 0.0..=30.0, unit "m/s";
@@ -41,67 +57,92 @@ parameters! {
         pub told: bool = true;
         /// How old that is when it arrives.
         pub told_after_s: f64 = 0.05, in 0.0..=2.0, unit "s";
+        /// How far that is off, root mean square.
+        pub told_off_deg: f64 = 0.3, in 0.0..=30.0, unit "deg";
     }
 }
 
-/// A drone that hovers in the wind: a pure function of time once made.
+/// A drone in the wind: a pure function of time once made.
 #[derive(Debug, Clone)]
 pub struct Drone {
     params: DroneParams,
-    /// Of each motion, in turns.
-    phases: [[f64; 3]; 8],
+    /// To the right and away.
+    gusts: [Wave; 2],
+    yaw: Wave,
+    pitch: Wave,
+    roll: Wave,
+    /// Of pan and of tilt.
+    vibration: [Wave; 2],
+    /// By how much its autopilot is wrong about its yaw.
+    error: Wave,
 }
 
 /// How long it takes to be blown to and fro, seconds.
 const GUST_S: f64 = 9.0;
-/// The periods that a motion is made of, in parts of its own: none is a multiple of another.
-const PERIODS: [f64; 3] = [1.0, 0.618, 1.732];
+/// How long the autopilot's error takes to come and go, seconds.
+const ERROR_S: f64 = 1.0;
+/// When a drone that flies past is before the place, seconds.
+const PAST_S: f64 = 15.0;
 
 impl Drone {
     /// The drone of this seed.
     pub fn new(params: DroneParams, seed: u64) -> Self {
         let mut random = Random::new(seed, 5);
-        Self { params, phases: std::array::from_fn(|_| std::array::from_fn(|_| random.unit())) }
-    }
-
-    /// One of its motions at a time, and how fast that changes, per second: root mean square 1, and 1 for a period of a turn.
-    fn wave(&self, which: usize, time_s: f64, period_s: f64) -> (f64, f64) {
-        let phases = self.phases.get(which).copied().unwrap_or_default();
-        let scale = SQRT_2 / (PERIODS.len() as f64).sqrt();
-        let parts = PERIODS.iter().zip(phases).map(|(part, phase)| {
-            let rate = TAU / (part * period_s);
-            let (sine, cosine) = (rate * time_s + TAU * phase).sin_cos();
-            (scale * sine, scale * rate * cosine)
-        });
-        parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
+        let mut wave = |period_s| Wave::new(&mut random, period_s);
+        let (gusts, shake_s) = ([wave(GUST_S), wave(GUST_S)], 1.0 / params.vibration_hz);
+        let (yaw, pitch, roll) = (wave(params.swing_s), wave(params.swing_s), wave(params.swing_s));
+        let (vibration, error) = ([wave(shake_s), wave(shake_s)], wave(ERROR_S));
+        Self { params, gusts, yaw, pitch, roll, vibration, error }
     }
 
     /// Where it is, metres to the right, away and up from where walkers are measured.
     pub fn place(&self, time_s: f64) -> [f64; 3] {
-        // A motion of this period and speed goes so far.
-        let reach = self.params.wander_m_s * GUST_S / TAU / PERIODS.map(|p| 1.0 / (p * p)).iter().sum::<f64>().sqrt()
-            * 3_f64.sqrt();
-        let [x, away] = [0, 1].map(|k| reach * self.wave(k, time_s, GUST_S).0);
-        [x, away - self.params.distance_m, self.params.altitude_m]
+        let DroneParams { flight_m_s, altitude_m, distance_m, wander_m_s, .. } = self.params;
+        let [x, away] = match self.params.flight {
+            Flight::Hover => [0.0, -distance_m],
+            Flight::Transit => [flight_m_s * (time_s - PAST_S), -distance_m],
+            Flight::Orbit => {
+                let (sine, cosine) = (self.orbiting_rad_s() * time_s).sin_cos();
+                [-distance_m * sine, -distance_m * cosine]
+            }
+        };
+        let [to_the_right, further] = self.gusts.each_ref().map(|gust| wander_m_s / gust.speed() * gust.at(time_s).0);
+        [x + to_the_right, away + further, altitude_m]
     }
 
-    /// How far the vehicle is turned to the right, degrees, and how fast.
+    /// How fast it flies round. No vehicle flies round itself: it keeps a metre from the middle in this.
+    fn orbiting_rad_s(&self) -> f64 {
+        match self.params.flight {
+            Flight::Orbit => self.params.flight_m_s / self.params.distance_m.max(1.0),
+            Flight::Hover | Flight::Transit => 0.0,
+        }
+    }
+
+    /// How far the vehicle is turned to the right from where it faced at first, degrees, and how fast.
     fn yaw(&self, time_s: f64) -> (f64, f64) {
-        let (angle, rate) = self.wave(2, time_s, self.params.swing_s);
-        (self.params.swing_deg * angle, self.params.swing_deg * rate)
+        let (angle, rate) = self.yaw.at(time_s);
+        let orbiting = self.orbiting_rad_s().to_degrees();
+        (self.params.swing_deg * angle + orbiting * time_s, self.params.swing_deg * rate + orbiting)
+    }
+
+    /// The same as the autopilot says it at a time: a while ago, and not quite so.
+    fn told_yaw(&self, now_s: f64) -> (f64, f64) {
+        let then_s = now_s - self.params.told_after_s;
+        let ((angle, rate), (off, off_rate)) = (self.yaw(then_s), self.error.at(then_s));
+        (angle + self.params.told_off_deg * off, rate + self.params.told_off_deg * off_rate)
     }
 
     /// How far the camera is turned from where its gimbal is, and how far the horizon rolls, degrees.
     pub fn disturbance(&self, time_s: f64) -> (Direction, f64) {
         let p = &self.params;
-        let left = |which| p.left_over * p.swing_deg * self.wave(which, time_s, p.swing_s).0;
-        let shake = |which| p.vibration_deg * self.wave(which, time_s, 1.0 / p.vibration_hz).0;
+        let left = |swing: &Wave| p.left_over * p.swing_deg * swing.at(time_s).0;
+        let [shake_pan, shake_tilt] = self.vibration.each_ref().map(|shake| p.vibration_deg * shake.at(time_s).0);
         let yaw = match p.yaw {
-            GimbalYaw::Lock => left(2),
+            GimbalYaw::Lock => left(&self.yaw),
             GimbalYaw::Follow => self.yaw(time_s).0,
         };
-        let roll_deg = p.roll_deg * self.wave(4, time_s, p.swing_s).0;
-        (Direction::new(yaw + shake(5), left(3) + shake(6)), roll_deg)
+        let roll_deg = p.roll_deg * self.roll.at(time_s).0;
+        (Direction::new(yaw + shake_pan, left(&self.pitch) + shake_tilt), roll_deg)
     }
 
     /// Whether the head's own directions are those of the vehicle, and somebody knows how that is turned.
@@ -114,7 +155,7 @@ impl Drone {
         if !self.turns_back() {
             return command;
         }
-        let (yaw, rate) = self.yaw(now_s - self.params.told_after_s);
+        let (yaw, rate) = self.told_yaw(now_s);
         match command {
             Command::Move(velocity) => Command::Move(Velocity { pan_deg_s: velocity.pan_deg_s - rate, ..velocity }),
             // Standing in the world is turning back on the vehicle.
@@ -131,7 +172,7 @@ impl Drone {
         if !self.turns_back() {
             return status;
         }
-        let (yaw, _) = self.yaw(now_s - self.params.told_after_s);
+        let (yaw, _) = self.told_yaw(now_s);
         status.map(|status| Status {
             position: status.position.map(|position| Position {
                 direction: Direction::new(position.direction.pan_deg + yaw, position.direction.tilt_deg),
@@ -151,6 +192,10 @@ mod tests {
         (sum / count).sqrt()
     }
 
+    fn calm(flight: Flight) -> DroneParams {
+        DroneParams { flight, wander_m_s: 0.0, swing_deg: 0.0, ..DroneParams::default() }
+    }
+
     #[test]
     fn motions_are_as_strong_as_said() {
         let params = DroneParams { yaw: GimbalYaw::Follow, ..DroneParams::default() };
@@ -160,27 +205,64 @@ mod tests {
         assert!((speed(0) - 1.5).abs() < 0.1 && (speed(1) - 1.5).abs() < 0.1, "{} {}", speed(0), speed(1));
         assert_eq!(drone.place(3.0)[2], 20.0);
         assert!((rms(times().map(|t| drone.disturbance(t).1)) - 1.0).abs() < 0.1);
-        assert!((rms(times().map(|t| drone.yaw(t).0)) - 5.0).abs() < 0.3);
-        let slope = |t: f64| (drone.yaw(t + 1e-5).0 - drone.yaw(t - 1e-5).0) / 2e-5;
-        assert!(times().take(100).all(|t| (slope(t) - drone.yaw(t).1).abs() < 1e-3));
+        assert!((rms(times().map(|t| drone.disturbance(t).0.pan_deg)) - 5.0).abs() < 0.3);
+        let tilt = rms(times().map(|t| drone.disturbance(t).0.tilt_deg));
+        assert!((tilt - 0.15_f64.hypot(0.05)).abs() < 0.02, "{tilt}");
     }
 
     #[test]
     fn the_same_seed_gives_the_same_drone() {
-        let at = |seed| Drone::new(DroneParams::default(), seed).disturbance(3.0);
+        let at = |seed| {
+            let drone = Drone::new(DroneParams::default(), seed);
+            (drone.place(3.0), drone.disturbance(3.0))
+        };
         assert_eq!(at(1), at(1));
         assert_ne!(at(1), at(2));
+    }
+
+    #[test]
+    fn a_transit_passes_before_the_place() {
+        let at = |time_s| Drone::new(calm(Flight::Transit), 1).place(time_s);
+        assert_eq!((at(15.0), at(17.0)), ([0.0, -20.0, 20.0], [10.0, -20.0, 20.0]));
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_distance_and_faces_inward() {
+        let drone = Drone::new(calm(Flight::Orbit), 1);
+        for time_s in [0.0, 3.0, 11.0, 29.0] {
+            let ([x, away, _], (yaw, rate)) = (drone.place(time_s), drone.yaw(time_s));
+            assert!((x.hypot(away) - 20.0).abs() < 1e-9);
+            let inward = Direction::new((-x).atan2(-away).to_degrees(), 0.0);
+            assert!(inward.from(Direction::new(yaw, 0.0)).pan_deg.abs() < 1e-9);
+            assert!((rate.to_radians() * 20.0 - 5.0).abs() < 1e-9);
+        }
+        let above = Drone::new(DroneParams { distance_m: 0.0, ..calm(Flight::Orbit) }, 1);
+        assert!(above.place(9.0).iter().all(|v| v.is_finite()) && above.yaw(9.0).0.is_finite());
     }
 
     #[test]
     fn a_locked_gimbal_is_commanded_as_it_is() {
         let drone = Drone::new(DroneParams::default(), 1);
         assert_eq!(drone.handed_on(2.0, Command::Stop), Command::Stop);
-        let follow = Drone::new(DroneParams { yaw: GimbalYaw::Follow, ..DroneParams::default() }, 1);
-        let Command::Move(velocity) = follow.handed_on(2.0, Command::Stop) else { panic!("it turns back") };
-        assert_eq!(velocity.pan_deg_s, -follow.yaw(1.95).1);
+        assert_eq!(drone.in_world(2.0, None), None);
+    }
+
+    #[test]
+    fn a_gimbal_that_turns_along_is_turned_back() {
+        let exact = DroneParams { yaw: GimbalYaw::Follow, told_off_deg: 0.0, ..DroneParams::default() };
+        let follow = Drone::new(exact, 1);
+        let turned = |drone: &Drone| match drone.handed_on(2.0, Command::Stop) {
+            Command::Move(velocity) => velocity.pan_deg_s,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(turned(&follow), -follow.yaw(1.95).1);
         let status = Some(Status { position: Some(Position::default()), moving: None });
-        let said = follow.in_world(2.0, status).unwrap().position.unwrap();
-        assert_eq!(said.direction.pan_deg, follow.yaw(1.95).0);
+        let said = |drone: &Drone| drone.in_world(2.0, status).unwrap().position.unwrap().direction.pan_deg;
+        assert_eq!(said(&follow), follow.yaw(1.95).0);
+        let wrong = Drone::new(DroneParams { told_off_deg: 0.3, ..exact }, 1);
+        let (off, rate) = (said(&wrong) - said(&follow), turned(&follow) - turned(&wrong));
+        assert!(off != 0.0 && off.abs() < 1.5 && rate != 0.0 && rate.abs() < 10.0, "{off} {rate}");
+        let untold = Drone::new(DroneParams { told: false, ..exact }, 1);
+        assert_eq!(untold.handed_on(2.0, Command::Stop), Command::Stop);
     }
 }

@@ -32,6 +32,13 @@ impl<'a> TrackingEye<'a> {
 
 impl Eye for TrackingEye<'_> {
     fn look(&mut self, exposure: &Exposure, camera: Option<CameraPose>) -> Result<Box<dyn Forecast + '_>> {
+        // Worlds are rendered level: a tracker would look at another picture than the camera takes.
+        crate::error::require(
+            "roll_deg",
+            exposure.roll_deg,
+            exposure.roll_deg == 0.0,
+            "0 where pictures are rendered",
+        )?;
         let image = self.world.render(exposure.time_s, &exposure.lens, exposure.position.direction)?;
         let frame = Frame::new(self.looked, exposure.time_s, image);
         let frame = match camera {
@@ -129,5 +136,8 @@ mod tests {
         assert!(with.central > 0.9 && with.shown == 1.0, "{with:?}");
         let without = follow(Contender::StopAndGo, &mut eye(&recipe));
         assert!(without.central < with.central - 0.2, "{without:?}");
+        let rolls = Study { drone: Some(crate::simulation::DroneParams::default()), ..study.clone() };
+        let refused = rolls.follow(Contender::Velocity, 1, Direction::AHEAD, &target, &mut eye(&recipe));
+        assert!(refused.unwrap_err().to_string().contains("roll_deg"));
     }
 }

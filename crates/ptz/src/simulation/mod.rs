@@ -12,11 +12,12 @@ mod params;
 mod random;
 mod study;
 mod walker;
+mod wave;
 mod worlds;
 
 pub use camera::{Exposure, SimulatedCamera};
 pub use closed_loop::{Eye, NoisyEye, Sample, Simulation, run};
-pub use drone::{Drone, DroneParams, GimbalYaw};
+pub use drone::{Drone, DroneParams, Flight, GimbalYaw};
 pub use figures::{Figures, overshoot, wandering_deg};
 pub use grid::{Cell, Grid, Pair};
 pub use head::SimulatedHead;

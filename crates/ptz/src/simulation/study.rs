@@ -1,5 +1,5 @@
 use super::{
-    CameraParams, Drone, DroneParams, Eye, Figures, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run,
+    CameraParams, Drone, DroneParams, Eye, Figures, Flight, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run,
 };
 use crate::control::{Controller, Follower, FollowerParams, PredictBy, Proportional, Scheme, StopAndGo, ZoomParams};
 use crate::{Direction, Result};
@@ -111,11 +111,15 @@ impl Study {
         self.follower_params(&self.camera()?).map(|_| ())
     }
 
-    /// The head; one below a drone looks straight down, too.
+    /// The head; one below a drone looks straight down, too. One that orbits turns with its way, so that the travel of the pan,
+    /// which is counted from the vehicle, never ends.
     fn head(&self) -> HeadParams {
         let mut head = self.head.clone();
-        if self.drone.is_some() {
+        if let Some(drone) = self.drone {
             head.limits.tilt.min_deg = head.limits.tilt.min_deg.min(-90.0);
+            if drone.flight == Flight::Orbit {
+                (head.limits.pan.min_deg, head.limits.pan.max_deg) = (-1e6, 1e6);
+            }
         }
         head
     }
@@ -138,7 +142,8 @@ impl Study {
         Ok(known.with("follower", &self.follower)?)
     }
 
-    /// The figures of a contender that follows this walk, one for each seed.
+    /// The figures of a contender that follows this walk, one for each seed. Pictures in which the target is behind something are
+    /// not judged: what a controller makes of its return is.
     ///
     /// # Errors
     /// Where a parameter is out of its range.
@@ -159,7 +164,8 @@ impl Study {
         let drone = self.drone.map(|params| Drone::new(params, seed));
         let target = |t: f64| drone.as_ref().map_or_else(|| walker.at(t), |drone| walker.seen_from(t, drone.place(t)));
         let first_view = if drone.is_some() { target(0.0).0 } else { walker.first_view(walk) };
-        let samples = self.follow(contender, seed, first_view, &target, &mut eye)?;
+        let mut samples = self.follow(contender, seed, first_view, &target, &mut eye)?;
+        samples.retain(|sample| !walker.hides(sample.time_s));
         Ok(Figures::of(&samples, self.judged_from_s))
     }
 
@@ -204,6 +210,19 @@ mod tests {
         assert!(rms(Contender::Velocity) < rms(Contender::StopAndGo));
         assert!(Study { duration_s: 0.0, ..study }.run(Walk::Passing, Contender::Steps, 0..1).is_err());
         assert!(toml::from_str::<Study>("speed = 3").is_err());
+    }
+
+    #[test]
+    fn a_still_drone_gives_the_figures_of_none() {
+        let none = Study { duration_s: 8.0, ..Study::default() };
+        // As high as the camera that stands, at its place.
+        let still = "altitude_m = 2.5\ndistance_m = 0\nwander_m_s = 0\nswing_deg = 0\nvibration_deg = 0\nroll_deg = 0";
+        let drone = Some(DroneParams::default().with("drone", &still.parse().unwrap()).unwrap());
+        let still = Study { drone, ..none.clone() };
+        for walk in [Walk::Pacing, Walk::Passing, Walk::DogLeg, Walk::Crossing, Walk::Stopping, Walk::Hiding] {
+            let run = |study: &Study| study.run(walk, Contender::Velocity, 0..3).unwrap();
+            assert_eq!(run(&still), run(&none), "{}", walk.name());
+        }
     }
 
     #[test]

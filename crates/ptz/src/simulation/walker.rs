@@ -131,6 +131,11 @@ impl Walker {
         &self.hidden
     }
 
+    /// Whether it is behind something at a time.
+    pub fn hides(&self, time_s: f64) -> bool {
+        self.hidden.iter().any(|(from, to)| (*from..*to).contains(&time_s))
+    }
+
     /// The direction of the middle of the body, and the tangents of its width and height, at `time_s`.
     pub fn at(&self, time_s: f64) -> (Direction, f64, f64) {
         self.seen_from(time_s, [0.0, 0.0, Self::CAMERA_M])
@@ -269,6 +274,41 @@ mod tests {
             let stood =
                 (0..600).filter(|k| walker.place(f64::from(*k) * 0.1) == walker.place(f64::from(*k) * 0.1 + 0.05));
             assert!(stood.count() < 400);
+        }
+    }
+
+    #[test]
+    fn a_runner_who_crosses_passes_the_camera() {
+        for seed in 0..20 {
+            let walker = Walker::new(Walk::Crossing, seed, 30.0);
+            let (start, end) = (walker.place(0.0)[0], walker.place(30.0)[0]);
+            assert!(start * end < 0.0 && (smoothness(&walker).0 - 5.0).abs() < 1e-6, "{seed}: {start} {end}");
+        }
+    }
+
+    #[test]
+    fn a_runner_who_stops_stands_and_goes_on() {
+        for seed in 0..20 {
+            let walker = Walker::new(Walk::Stopping, seed, 60.0);
+            let (fastest, jerk) = smoothness(&walker);
+            assert!((fastest - 4.0).abs() < 1e-6 && jerk < 0.0401, "{seed}: {fastest} {jerk}");
+            let stands = |k: &i32| walker.place(f64::from(*k) * 0.1) == walker.place(f64::from(*k) * 0.1 + 0.05);
+            assert!((100..400).contains(&(0..600).filter(stands).count()), "{seed}");
+        }
+    }
+
+    #[test]
+    fn who_hides_is_gone_for_seconds_and_comes_back() {
+        for seed in 0..20 {
+            let walker = Walker::new(Walk::Hiding, seed, 60.0);
+            let (mut last, hidden) = (0.0, walker.hidden());
+            assert!(hidden.len() >= 5 && !walker.hides(0.0));
+            for (from, to) in hidden {
+                assert!((1.0..3.0).contains(&(to - from)) && from - last >= 4.0, "{seed}");
+                assert!(walker.hides(*from) && !walker.hides(*to));
+                last = *to;
+            }
+            assert!(Walker::new(Walk::Pacing, seed, 60.0).hidden().is_empty());
         }
     }
 
