@@ -3,8 +3,8 @@
 
 usage (from the repository): cargo xtask peers streams; needs, from PyPI: aio-rtsp-toolkit[server], imageio-ffmpeg
 
-WATCH names `watch` (an example of pursuit-media), built with the feature `rtsp` or without: then everything goes through
-ffmpeg. The servers play, freeze (SIGSTOP) and thaw, are killed and started again, are killed for good, come back with
+WATCH names `watch` (an example of pursuit-media), built with the feature `rtsp`; with the argument `ffmpeg` everything goes
+through that. The servers play, freeze (SIGSTOP) and thaw, are killed and started again, are killed for good, come back with
 another size, are slow, and send garbage; a door before the RTSP server asks for passwords, and ffmpeg writes a live playlist
 that Python's server hands out. What is asked of us: time and numbers go on, the counts are right, what fails ends
 with status 3 in bounded time, and no process is left.
@@ -72,7 +72,7 @@ class Watch:
     """`watch`, running."""
 
     def __init__(self, url, seconds, stall=1, reconnect=30):
-        words = [WATCH, url, str(seconds), str(stall), str(reconnect)]
+        words = [WATCH, url, str(seconds), str(stall), str(reconnect), *sys.argv[1:]]
         env = {**os.environ, 'PURSUIT_FFMPEG': FFMPEG}
         self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
 

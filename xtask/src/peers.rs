@@ -153,19 +153,17 @@ fn many_targets(python: &Path, arguments: &[OsString]) -> Result<()> {
 
 /// Our ONVIF driver and the camera simulator of the toolkits' environment.
 fn onvif(python: &Path) -> Result<()> {
-    run::suite("build").args(["--package", "pursuit-ptz", "--features", "onvif-tls", "--example", "drive"]).run()?;
+    run::build_programs()?;
     let script = run::root().join("xtask/peers/onvif.py");
     run::program(python).arg(script).env("DRIVE", run::product("examples/drive")?).run()
 }
 
 /// Our connections to cameras, in this process and through `ffmpeg`, and servers of others.
 fn streams(python: &Path) -> Result<()> {
-    for features in ["rtsp", "h264"] {
-        let example =
-            ["--package", "pursuit-media", "--no-default-features", "--features", features, "--example", "watch"];
-        run::suite("build").args(example).run()?;
+    run::build_programs()?;
+    for through in [None, Some("ffmpeg")] {
         let script = run::root().join("xtask/peers/streams.py");
-        run::program(python).arg(script).env("WATCH", run::product("examples/watch")?).run()?;
+        run::program(python).arg(script).args(through).env("WATCH", run::product("examples/watch")?).run()?;
     }
     Ok(())
 }

@@ -29,7 +29,7 @@ pub const PROFILE: &str = "suite";
 
 /// What the tests are built with beside the defaults. That each combination which users pick can be built alone is checked
 /// before.
-const TESTED: &str = "pursuit/board,pursuit-cli/mavlink,pursuit/db3,pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit/ptz-onvif-tls,pursuit/ptz-serial,\
+const TESTED: &str = "pursuit/board,pursuit-cli/mavlink,pursuit/db3,pursuit/parquet,pursuit/mqtts,pursuit/nats,pursuit/ptz-onvif-tls,pursuit/ptz-serial,pursuit/rtsp,\
                       pursuit-inference/onnxruntime,pursuit-inference/rten";
 
 /// `cargo SUBCOMMAND` as the suite builds.
@@ -51,7 +51,7 @@ pub fn workspace(subcommand: &str) -> Step {
 /// Builds the command, the extension of Python and the examples that checks start. The examples are named each time: with them the features are those
 /// that the tests were built with, and nothing is compiled twice.
 pub fn build_programs() -> Result<()> {
-    let examples = ["--example", "follow", "--example", "detect", "--example", "soak"];
+    let examples = ["follow", "detect", "soak", "watch", "drive"].into_iter().flat_map(|name| ["--example", name]);
     workspace("build").args(["--lib", "--bin", "pursuit"]).args(examples).run()
 }
 

@@ -167,7 +167,9 @@ impl Clock {
     fn time(&mut self, what: &'static str, check: impl FnOnce() -> Result<()>) -> Result<()> {
         let start = Instant::now();
         let result = check();
-        self.0.push((what, start.elapsed()));
+        let took = start.elapsed();
+        println!("\n{what}: {} s", took.as_secs());
+        self.0.push((what, took));
         result.with_context(|| format!("{what}, after {self}"))
     }
 }
@@ -181,7 +183,7 @@ impl std::fmt::Display for Clock {
 
 /// Builds the documentation, with broken links and missing pieces as errors.
 pub fn docs() -> Result<()> {
-    run::suite("doc").args(["--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings").run()
+    run::workspace("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings").run()
 }
 
 fn report(skipped: &[String], clock: &Clock) {

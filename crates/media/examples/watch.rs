@@ -1,7 +1,9 @@
 //! Watches an input for some seconds and prints what came, a line a frame: number, time, width, height. At the end what
 //! befell it, as `key=value`; exit status 3 when it ended by a failure.
 //!
-//!     cargo run --features rtsp --example watch -- rtsp://127.0.0.1:8554/clip.mp4 10 [STALL [RECONNECT]]
+//!     cargo run --features rtsp --example watch -- rtsp://127.0.0.1:8554/clip.mp4 10 [STALL [RECONNECT [ffmpeg]]]
+//!
+//! With `ffmpeg` it leaves RTSP to that program.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use pursuit_media::wrappers::{Patience, Prefetch, Reconnect};
@@ -12,7 +14,7 @@ use std::time::Duration;
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [input, numbers @ ..] = words.as_slice() else {
-        eprintln!("watch INPUT [SECONDS [STALL [RECONNECT]]]");
+        eprintln!("watch INPUT [SECONDS [STALL [RECONNECT [ffmpeg]]]]");
         return ExitCode::from(2);
     };
     let number = |at: usize, otherwise: f64| numbers.get(at).and_then(|n| n.parse().ok()).unwrap_or(otherwise);
@@ -20,7 +22,8 @@ fn main() -> ExitCode {
     let limit = seconds(number(2, 60.0));
     let reconnect = if limit.is_zero() { Reconnect::Never } else { Reconnect::For(limit) };
     let patience = Patience { stall: seconds(number(1, 5.0)), reconnect };
-    let result = open(input, &OpenOptions { patience, ..OpenOptions::from_env() });
+    let rtsp_by_ffmpeg = numbers.get(3).is_some_and(|word| word == "ffmpeg");
+    let result = open(input, &OpenOptions { patience, rtsp_by_ffmpeg, ..OpenOptions::from_env() });
     let source = match result {
         Ok(source) => source,
         Err(error) => {

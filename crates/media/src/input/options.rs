@@ -9,6 +9,8 @@ use std::path::PathBuf;
 pub struct OpenOptions {
     /// The `ffmpeg` executable to use for everything that is not built in.
     pub ffmpeg: Option<PathBuf>,
+    /// Whether RTSP is left to `ffmpeg` also where this build speaks it.
+    pub rtsp_by_ffmpeg: bool,
     /// Where to look for `ffmpeg` when none is named: the value of the caller's `PATH`.
     pub search_path: Option<OsString>,
     /// Frames per second of inputs that state no rate: image folders, Motion JPEG on standard input, `frames.csv`.
@@ -26,6 +28,7 @@ impl Default for OpenOptions {
     fn default() -> Self {
         Self {
             ffmpeg: None,
+            rtsp_by_ffmpeg: false,
             search_path: None,
             default_fps: 30.0,
             live: None,

@@ -70,7 +70,7 @@ impl Connector {
     /// RTSP, where this build can.
     #[cfg(feature = "rtsp")]
     fn in_this_process(&self, cancel: &Cancel) -> Option<Result<Connection, Fault>> {
-        let locator = self.target.locator().filter(|_| self.target.is_rtsp())?;
+        let locator = self.target.locator().filter(|_| self.target.is_rtsp() && !self.options.rtsp_by_ffmpeg)?;
         let live = self.options.live.unwrap_or(true);
         Some(RtspSource::open(locator, live, cancel).map(|s| Connection { source: Box::new(s), live: true }))
     }
