@@ -5,7 +5,8 @@ usage (from the repository): cargo xtask peers drones; needs, from PyPI: numpy, 
 
 The gimbal speaks the gimbal protocol v2 as its own manager: it obeys after 200 ms, turns at 60 deg/s at most, and says 20 times a second how it
 is turned. The camera on it (60 deg wide) shows somebody who walks as in `pursuit ptz simulate`, before a ground with a texture. Judged: how
-often the middle of the target is in the central fifth of the picture. With `vehicle` the gimbal turns with a vehicle that swings.
+often the middle of the target is in the central fifth of the picture. Once the gimbal turns with a vehicle that swings, and once it is a head of
+`pursuit ptz follow`, with no ground station.
 """
 import math, os, subprocess, sys, tempfile, threading, time
 os.environ['MAVLINK20'] = '1'
@@ -169,15 +170,22 @@ def picture(ground, person, looks, target):
     return b'FRAME\n' + b''.join(np.clip(p, 0, 255).astype(np.uint8).tobytes() for p in planes), (x, y, w, h)
 
 
-def one(name, seconds, swings=False):
+def one(name, seconds, swings=False, head=False):
     port, walk = free_port(), Walk(name, seconds)
     ground, person = textures()
     first = walk.at(0)
     gimbal = Gimbal(port, (0.0, first[1]), swings)
-    command = [os.environ['PURSUIT'], 'mavlink', '-', '--link', f'udpin:127.0.0.1:{port}', '--gimbal', '--camera-view', str(WIDE),
-               '--set', f'follower.command_delay_s={DELAY}', '--fps', str(FPS), '--out', tempfile.mkdtemp(), '-v']
+    link = f'udpin:127.0.0.1:{port}'
+    if head:
+        # The target stands until the gimbal is taken: its box in the first picture is known.
+        _, (x, y, w, h) = picture(ground, person, (0.0, first[1]), first)
+        subcommand = ['ptz', 'follow', '-', '--head', f'mavlink:{link}', '--field-of-view', str(WIDE), '--box', f'{x - w / 2},{y - h / 2},{w},{h}']
+    else:
+        subcommand = ['mavlink', '-', '--link', link, '--gimbal', '--camera-view', str(WIDE)]
+    settings = ['--set', f'follower.command_delay_s={DELAY}', '--fps', str(FPS), '--out', tempfile.mkdtemp(), '-v']
+    command = [os.environ['PURSUIT'], *subcommand, *settings]
     program = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    station = Station(f'udpout:127.0.0.1:{port}')
+    station = None if head else Station(f'udpout:127.0.0.1:{port}')
     program.stdin.write(f'YUV4MPEG2 W{SIZE[0]} H{SIZE[1]} F{FPS}:1 Ip A1:1 C420jpeg\n'.encode())
     offsets, began, k, asked = [], None, 0, False
     while began is None or (time.monotonic() - began) < seconds:
@@ -192,6 +200,9 @@ def one(name, seconds, swings=False):
         k += 1
         if began is None and gimbal.controlled_by == (1, 100) and not asked:
             asked = True
+            if head:
+                began = time.monotonic()
+                continue
             def start(box=((x - w / 2) / SIZE[0], (y - h / 2) / SIZE[1], (x + w / 2) / SIZE[0], (y + h / 2) / SIZE[1])):
                 nonlocal began
                 box = [min(max(v, 0), 1) for v in box]
@@ -209,11 +220,12 @@ def one(name, seconds, swings=False):
     assert program.wait(timeout=30) == 0, log[-2000:]
     given_back = gimbal.controlled_by == (0, 0)
     gimbal.over = True
-    station.close()
+    if station:
+        station.close()
     central = np.mean([abs(x) <= 0.1 and abs(y) <= 0.1 for x, y in offsets])
     shown = np.mean([abs(x) <= 0.5 and abs(y) <= 0.5 for x, y in offsets])
     states = next(line for line in said.splitlines() if line.startswith('states'))
-    print(f'{name:<9} {"with a vehicle that swings" if swings else "":<26} central {100 * central:5.1f} %, in the picture {100 * shown:5.1f} %; {states}', flush=True)
+    print(f'{name:<9} {"with a vehicle that swings" if swings else "as a head" if head else "":<26} central {100 * central:5.1f} %, in the picture {100 * shown:5.1f} %; {states}', flush=True)
     assert given_back, 'control is given back'
     return central
 
@@ -221,6 +233,7 @@ def one(name, seconds, swings=False):
 def main():
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 25.0
     figures = [one(name, seconds) for name in ('pacing', 'passing', 'standing')]
+    figures.append(one('pacing', seconds, head=True))
     swinging = one('pacing', seconds, swings=True)
     assert min(figures) >= 0.95, figures
     assert swinging >= 0.9, swinging

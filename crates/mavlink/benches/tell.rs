@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a bench may panic")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use pursuit_mavlink::{Camera, CameraFacts, Endpoint, Identity, Place, Seen, Tracking};
+use pursuit_mavlink::{Camera, CameraFacts, Endpoint, Identity, Place, Tracking};
 use std::hint::black_box;
 
 fn tell(c: &mut Criterion) {
@@ -20,9 +20,9 @@ fn tell(c: &mut Criterion) {
         target_width_m: Some(0.5),
         gimbal_device: 0,
     };
-    let (camera, _requests) = Camera::start(endpoint, facts).unwrap();
+    let camera = Camera::start(endpoint, facts).unwrap();
     let place = Place { left: 0.2, top: 0.3, right: 0.4, bottom: 0.5 };
-    c.bench_function("tell", |b| b.iter(|| camera.tell(black_box(Tracking::Seen(Seen { place })))));
+    c.bench_function("tell", |b| b.iter(|| camera.tell(black_box(Tracking::Seen(place)))));
 }
 
 criterion_group!(benches, tell);

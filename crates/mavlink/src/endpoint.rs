@@ -73,6 +73,8 @@ impl Endpoint {
     const HEARTBEAT: Duration = Duration::from_secs(1);
     /// How many messages wait for a listener at most; more are dropped for that one.
     const WAITING: usize = 256;
+    /// How long the end waits for what is not written yet.
+    const LAST_WORD: Duration = Duration::from_millis(200);
 
     /// Opens the links. With a key everything is signed, and what is not signed by it is ignored.
     ///
@@ -144,6 +146,9 @@ impl Endpoint {
 
 impl Drop for Owner {
     fn drop(&mut self) {
+        // The last word, that nothing is tracked any more, shall still go out: a program that ends ends the threads too.
+        let deadline = Instant::now() + Endpoint::LAST_WORD;
+        self.0.links.iter().for_each(|link| link.outbox.drain(deadline));
         self.0.links.iter().for_each(|link| link.outbox.end());
         // The threads hold what they need; listeners see the end.
         self.0.listeners.lock().unwrap_or_else(PoisonError::into_inner).clear();

@@ -25,6 +25,19 @@ pub struct GimbalId {
     pub device: u8,
 }
 
+impl GimbalId {
+    /// Whether its manager says it.
+    fn is_managed_by(self, sender: Identity) -> bool {
+        (sender.system, sender.component) == (self.system, self.component)
+    }
+
+    /// Whether an attitude is its: it says so itself, or its manager for it, by number where it has several.
+    fn is_told_by(self, sender: Identity, device: u8) -> bool {
+        let itself = (sender.system, sender.component) == (self.system, self.device);
+        itself || self.is_managed_by(sender) && [0, self.device].contains(&device)
+    }
+}
+
 /// How far a gimbal turns, degrees; infinite where nothing is said. Yaw is as seen from the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GimbalLimits {
@@ -59,12 +72,20 @@ pub struct Gimbal {
 
 /// Asks a gimbal how it is turned; once that is let go of it says nothing more.
 #[derive(Clone)]
-pub struct AttitudeWatch(Arc<Shared>);
+pub struct AttitudeWatch {
+    id: GimbalId,
+    shared: Arc<Shared>,
+}
 
 impl AttitudeWatch {
+    /// Which gimbal it is.
+    pub const fn id(&self) -> GimbalId {
+        self.id
+    }
+
     /// How it is turned, where it has said so within the last second.
     pub fn attitude(&self) -> Option<Attitude> {
-        self.0.attitude()
+        self.shared.attitude()
     }
 }
 
@@ -76,6 +97,8 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
+    /// Which gimbal is listened to, once that is known.
+    id: Option<GimbalId>,
     found: Vec<(Identity, GIMBAL_MANAGER_INFORMATION_DATA)>,
     answer: Option<(MavCmd, MavResult)>,
     attitude: Option<(Instant, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA)>,
@@ -115,7 +138,8 @@ impl Shared {
         }
         let (roll, pitch, yaw) = Rotation::of(said.q)?.euler();
         let vehicle_yaw = state.vehicle.stand(now).map(|stand| stand.yaw_deg);
-        // A gimbal that knows how the vehicle is turned says so itself.
+        // A gimbal that knows how the vehicle is turned says so itself. Zero is what one says that does not know this newer part of the
+        // message: what is cut off its end reads as zero.
         let vehicle_yaw =
             Some(f64::from(said.delta_yaw).to_degrees()).filter(|v| v.is_finite() && *v != 0.0).or(vehicle_yaw);
         let yaw_deg = yaw.to_degrees();
@@ -145,6 +169,7 @@ impl Shared {
         let sender = Identity { system: incoming.system, component: incoming.component };
         let mut state = self.lock();
         state.vehicle.take(identity, incoming, now);
+        let id = state.id;
         match &*incoming.message {
             MavMessage::GIMBAL_MANAGER_INFORMATION(information) => {
                 state
@@ -154,12 +179,20 @@ impl Shared {
                     state.found.push((sender, information.clone()));
                 }
             }
-            MavMessage::GIMBAL_MANAGER_STATUS(status) => {
+            MavMessage::GIMBAL_MANAGER_STATUS(status)
+                if id.is_some_and(|id| id.is_managed_by(sender) && id.device == status.gimbal_device_id) =>
+            {
                 let (system, component) = (status.primary_control_sysid, status.primary_control_compid);
                 state.primary = Some(Identity { system, component });
             }
-            MavMessage::GIMBAL_DEVICE_ATTITUDE_STATUS(attitude) => state.attitude = Some((now, attitude.clone())),
-            MavMessage::COMMAND_ACK(answer) => state.answer = Some((answer.command, answer.result)),
+            MavMessage::GIMBAL_DEVICE_ATTITUDE_STATUS(attitude)
+                if id.is_some_and(|id| id.is_told_by(sender, attitude.gimbal_device_id)) =>
+            {
+                state.attitude = Some((now, attitude.clone()));
+            }
+            MavMessage::COMMAND_ACK(answer) if id.is_some_and(|id| id.is_managed_by(sender)) => {
+                state.answer = Some((answer.command, answer.result));
+            }
             _ => return,
         }
         drop(state);
@@ -206,14 +239,10 @@ impl Gimbal {
             return Err(MavlinkError::NoGimbal { after_s: (Self::ATTEMPTS * Self::ANSWER).as_secs_f64() });
         };
         let device = information.gimbal_device_id;
-        let gimbal = Self {
-            id: GimbalId { system: manager.system, component: manager.component, device },
-            limits: limits(&information),
-            can: information.cap_flags,
-            leaves: false,
-            endpoint,
-            shared,
-        };
+        let id = GimbalId { system: manager.system, component: manager.component, device };
+        shared.lock().id = Some(id);
+        let gimbal =
+            Self { id, limits: limits(&information), can: information.cap_flags, leaves: false, endpoint, shared };
         gimbal.take_control()?;
         gimbal.ask_for_attitude();
         Ok(gimbal)
@@ -292,7 +321,7 @@ impl Gimbal {
 
     /// Asks the same from elsewhere.
     pub fn watch(&self) -> AttitudeWatch {
-        AttitudeWatch(self.shared.clone())
+        AttitudeWatch { id: self.id, shared: self.shared.clone() }
     }
 
     /// Waits until it has said how it is turned.

@@ -21,7 +21,7 @@ mod vehicle;
 mod wire;
 
 pub use address::LinkAddress;
-pub use camera::{Ask, Camera, CameraFacts, Place, Request, Seen, Stream, Tracking, Verdict};
+pub use camera::{Ask, Camera, CameraFacts, Place, Request, Stream, Tracking, Verdict};
 pub use endpoint::{Endpoint, Identity, Incoming, LinkCounts};
 pub use error::MavlinkError;
 pub use gimbal::{Attitude, AttitudeWatch, Gimbal, GimbalId, GimbalLimits};

@@ -7,12 +7,11 @@ use pursuit_mavlink::messages::{
     GimbalManagerCapFlags, MavCmd, MavMessage, MavResult,
 };
 use pursuit_mavlink::{
-    Ask, Camera, CameraFacts, Endpoint, Gimbal, Identity, Incoming, MavlinkError, Place, Request, Seen, Tracking,
-    Verdict,
+    Ask, Camera, CameraFacts, Endpoint, Gimbal, Identity, Incoming, MavlinkError, Place, Request, Tracking, Verdict,
 };
 use std::net::UdpSocket;
 use std::sync::mpsc::Receiver;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(20);
 const STATION: Identity = Identity { system: 255, component: 190 };
@@ -52,7 +51,6 @@ fn facts() -> CameraFacts {
 
 struct Scene {
     camera: Camera,
-    requests: Receiver<Request>,
     station: Endpoint,
     heard: Receiver<Incoming>,
 }
@@ -60,10 +58,10 @@ struct Scene {
 fn scene() -> Scene {
     let (near, station) = link(STATION);
     let heard = station.listen();
-    let (camera, requests) = Camera::start(near, facts()).unwrap();
+    let camera = Camera::start(near, facts()).unwrap();
     // The camera answers once it has heard of the station.
     wait(&heard, |message| matches!(message, MavMessage::HEARTBEAT(_)).then_some(()));
-    Scene { camera, requests, station, heard }
+    Scene { camera, station, heard }
 }
 
 impl Scene {
@@ -82,6 +80,18 @@ impl Scene {
         }));
     }
 
+    /// What the camera is asked, once it is.
+    fn asked(&self) -> Request {
+        let until = Instant::now() + PATIENCE;
+        while Instant::now() < until {
+            if let Some(request) = self.camera.asked() {
+                return request;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        panic!("nothing was asked");
+    }
+
     fn answer(&self) -> (MavResult, i32) {
         wait(&self.heard, |message| match message {
             MavMessage::COMMAND_ACK(ack) => Some((ack.result, ack.result_param2)),
@@ -94,7 +104,7 @@ impl Scene {
 fn what_is_asked_is_answered_when_it_is_done() {
     let scene = scene();
     scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_RECTANGLE, [0.5, 0.6, 0.25, 0.125], 0);
-    let request = scene.requests.recv_timeout(PATIENCE).unwrap();
+    let request = scene.asked();
     assert_eq!(request.ask, Ask::Rectangle(Place { left: 0.25, top: 0.125, right: 0.5, bottom: f64::from(0.6_f32) }));
     assert_eq!(request.from(), (255, 190));
     request.answer(Verdict::Done(2));
@@ -102,9 +112,9 @@ fn what_is_asked_is_answered_when_it_is_done() {
     // The same again is answered, and asked of nobody.
     scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_RECTANGLE, [0.5, 0.6, 0.25, 0.125], 1);
     assert_eq!(scene.answer(), (MavResult::MAV_RESULT_ACCEPTED, 2));
-    assert!(scene.requests.try_recv().is_err());
+    assert!(scene.camera.asked().is_none());
     scene.command(MavCmd::MAV_CMD_CAMERA_STOP_TRACKING, [0.0; 4], 0);
-    drop(scene.requests.recv_timeout(PATIENCE).unwrap());
+    drop(scene.asked());
     assert_eq!(scene.answer().0, MavResult::MAV_RESULT_TEMPORARILY_REJECTED, "nobody took care of it");
     scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_POINT, [f32::NAN, 0.5, 0.0, 0.0], 0);
     assert_eq!(scene.answer().0, MavResult::MAV_RESULT_DENIED);
@@ -113,8 +123,75 @@ fn what_is_asked_is_answered_when_it_is_done() {
 }
 
 #[test]
+fn what_no_tracker_takes_is_refused_for_now_and_the_newest_is_meant() {
+    let scene = scene();
+    let ask = |x: f32, confirmation| {
+        scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_POINT, [x, 0.5, 0.0, 0.0], confirmation);
+    };
+    let not_now = (MavResult::MAV_RESULT_TEMPORARILY_REJECTED, 0);
+    ask(0.25, 0);
+    assert_eq!(scene.answer(), not_now, "nobody took it");
+    assert!(scene.camera.asked().is_none(), "whoever asked has given up");
+    ask(0.25, 0);
+    // The same again is the same question, and another one takes its place.
+    ask(0.25, 1);
+    ask(0.75, 0);
+    assert_eq!(scene.answer(), not_now);
+    let request = scene.asked();
+    assert_eq!(request.ask, Ask::Point { x: 0.75, y: 0.5, radius: 0.0 });
+    ask(0.75, 1);
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(scene.camera.asked().is_none(), "it is under way");
+    request.answer(Verdict::Done(3));
+    assert_eq!(scene.answer(), (MavResult::MAV_RESULT_ACCEPTED, 3));
+    // With the camera goes what still waits.
+    let Scene { camera, heard, station } = scene;
+    let stop = COMMAND_LONG_DATA {
+        command: MavCmd::MAV_CMD_CAMERA_STOP_TRACKING,
+        target_system: 1,
+        target_component: 100,
+        ..COMMAND_LONG_DATA::default()
+    };
+    station.send(&MavMessage::COMMAND_LONG(stop));
+    std::thread::sleep(Duration::from_millis(200));
+    drop(camera);
+    let answered = |message: &MavMessage| match message {
+        MavMessage::COMMAND_ACK(ack) => Some(ack.result),
+        _ => None,
+    };
+    assert_eq!(wait(&heard, answered), not_now.0);
+    let last = |message: &MavMessage| match message {
+        MavMessage::CAMERA_TRACKING_IMAGE_STATUS(status) => Some(status.tracking_status),
+        _ => None,
+    };
+    assert_eq!(wait(&heard, last), CameraTrackingStatusFlags::empty(), "it tracks nothing any more");
+}
+
+#[test]
+fn a_point_is_only_told_once_it_is_followed() {
+    let scene = scene();
+    scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_RECTANGLE, [0.25, 0.25, 0.5, 0.5], 0);
+    scene.asked().answer(Verdict::Done(0));
+    let place = Place { left: 0.25, top: 0.25, right: 0.5, bottom: 0.5 };
+    let mode = || {
+        scene.camera.tell(Tracking::Lost);
+        scene.camera.tell(Tracking::Seen(place));
+        wait(&scene.heard, |message| match message {
+            MavMessage::CAMERA_TRACKING_IMAGE_STATUS(s) if !s.rec_top_x.is_nan() => Some(s.tracking_mode),
+            _ => None,
+        })
+    };
+    scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_POINT, [0.5, 0.5, 0.0, 0.0], 0);
+    scene.asked().answer(Verdict::Failed);
+    assert_eq!(mode(), CameraTrackingMode::CAMERA_TRACKING_MODE_RECTANGLE);
+    scene.command(MavCmd::MAV_CMD_CAMERA_TRACK_POINT, [0.5, 0.5, 0.0, 0.0], 0);
+    scene.asked().answer(Verdict::Done(3));
+    assert_eq!(mode(), CameraTrackingMode::CAMERA_TRACKING_MODE_POINT);
+}
+
+#[test]
 fn the_state_is_told_with_a_place_or_without() {
-    let Scene { camera, heard, station: _open, requests: _unread } = scene();
+    let Scene { camera, heard, station: _open } = scene();
     let status = |tracking: Tracking, flags: CameraTrackingStatusFlags| {
         camera.tell(tracking);
         wait(&heard, |message| match message {
@@ -124,17 +201,17 @@ fn the_state_is_told_with_a_place_or_without() {
     };
     let place = Place { left: 0.25, top: 0.5, right: 0.75, bottom: 0.75 };
     let active = CameraTrackingStatusFlags::CAMERA_TRACKING_STATUS_FLAGS_ACTIVE;
-    let seen = status(Tracking::Seen(Seen { place }), active);
+    let seen = status(Tracking::Seen(place), active);
     assert_eq!((seen.rec_top_x, seen.rec_bottom_y, seen.point_x), (0.25, 0.75, 0.5));
     assert_eq!(seen.tracking_mode, CameraTrackingMode::CAMERA_TRACKING_MODE_RECTANGLE);
     let coasting = CameraTrackingStatusFlags::CAMERA_TRACKING_STATUS_FLAGS_COASTING;
-    assert_eq!(status(Tracking::Coasting(Seen { place }), active | coasting).rec_top_x, 0.25);
+    assert_eq!(status(Tracking::Coasting(place), active | coasting).rec_top_x, 0.25);
     let lost = status(Tracking::Lost, CameraTrackingStatusFlags::CAMERA_TRACKING_STATUS_FLAGS_ERROR);
     assert!(lost.rec_top_x.is_nan() && lost.point_y.is_nan() && lost.radius.is_nan());
     let idle = status(Tracking::Idle, CameraTrackingStatusFlags::empty());
     assert!(idle.rec_top_x.is_nan() && idle.tracking_mode == CameraTrackingMode::CAMERA_TRACKING_MODE_NONE);
     // Pictures that cease are noticed.
-    camera.tell(Tracking::Seen(Seen { place }));
+    camera.tell(Tracking::Seen(place));
     let error = CameraTrackingStatusFlags::CAMERA_TRACKING_STATUS_FLAGS_ERROR;
     wait(&heard, |message| match message {
         MavMessage::CAMERA_TRACKING_IMAGE_STATUS(status) => (status.tracking_status == error).then_some(()),
@@ -202,6 +279,7 @@ fn a_gimbal_is_taken_turned_and_given_back() {
     far.send(&MavMessage::GIMBAL_MANAGER_STATUS(GIMBAL_MANAGER_STATUS_DATA {
         primary_control_sysid: 1,
         primary_control_compid: 100,
+        gimbal_device_id: 154,
         ..GIMBAL_MANAGER_STATUS_DATA::default()
     }));
     std::thread::sleep(Duration::from_millis(200));
@@ -213,6 +291,30 @@ fn a_gimbal_is_taken_turned_and_given_back() {
         "{rates:?}"
     );
     assert_eq!(rates[1], (0.0, 0.0), "it stands when it is given back");
+}
+
+#[test]
+fn what_another_gimbal_says_is_not_believed() {
+    let (near, far) = link(GIMBAL);
+    let behind = gimbal(&far, false);
+    let found = Gimbal::find(near, None).unwrap();
+    found.wait_for_attitude().unwrap();
+    let other =
+        GIMBAL_DEVICE_ATTITUDE_STATUS_DATA { gimbal_device_id: 3, q: [1.0, 0.0, 0.0, 0.0], ..Default::default() };
+    let taken = GIMBAL_MANAGER_STATUS_DATA { gimbal_device_id: 3, primary_control_sysid: 7, ..Default::default() };
+    let own = GIMBAL_MANAGER_STATUS_DATA { gimbal_device_id: 154, ..taken.clone() };
+    far.send(&MavMessage::GIMBAL_DEVICE_ATTITUDE_STATUS(other));
+    far.send(&MavMessage::GIMBAL_MANAGER_STATUS(taken));
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(found.taken_by(), None);
+    assert!((found.attitude().unwrap().yaw_deg - 28.648).abs() < 0.01);
+    far.send(&MavMessage::GIMBAL_MANAGER_STATUS(own));
+    let until = Instant::now() + PATIENCE;
+    while found.taken_by().is_none() {
+        assert!(Instant::now() < until, "its own manager is heard");
+    }
+    drop((found, far));
+    behind.join().unwrap();
 }
 
 #[test]

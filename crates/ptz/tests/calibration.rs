@@ -11,7 +11,16 @@ fn measure(head: HeadParams, age_s: f64, noise_px: f64) -> Result<pursuit_ptz::c
 }
 
 fn measure_by(head: HeadParams, age_s: f64, noise_px: f64, seed: u64) -> Result<pursuit_ptz::calibration::Calibration> {
-    let mut camera = SimulatedCamera::new(CameraParams { age_s, ..CameraParams::usual().unwrap() }, 1).unwrap();
+    measure_with(head, CameraParams { age_s, ..CameraParams::usual().unwrap() }, noise_px, seed)
+}
+
+fn measure_with(
+    head: HeadParams,
+    camera: CameraParams,
+    noise_px: f64,
+    seed: u64,
+) -> Result<pursuit_ptz::calibration::Calibration> {
+    let mut camera = SimulatedCamera::new(camera, seed).unwrap();
     let mut head = SimulatedHead::new(head, seed).unwrap();
     let mut calibrator = Calibrator::new(CalibrationParams::default(), 0.0).unwrap();
     let mut under_way = std::collections::VecDeque::new();
@@ -90,4 +99,26 @@ fn jitter_and_loss_are_measured_apart_from_the_delay() {
         (0..20).filter_map(|seed| Some(measure_by(lossy.clone(), 0.12, 0.0, seed).ok()?.loss)).collect();
     let loss = losses.iter().sum::<f64>() / losses.len() as f64;
     assert!(losses.len() >= 12 && (0.05..0.25).contains(&loss), "{loss} {losses:?}");
+}
+
+#[test]
+fn jitter_of_pictures_is_measured_apart_from_that_of_commands() {
+    let head = HeadParams { delay_s: 0.18, ..HeadParams::default() };
+    let found = |head_jitter_s: f64, camera_jitter_s: f64| {
+        let head = HeadParams { jitter_s: head_jitter_s, ..head.clone() };
+        let camera = CameraParams { age_s: 0.12, jitter_s: camera_jitter_s, ..CameraParams::usual().unwrap() };
+        let all: Vec<_> = (0..12).map(|s| measure_with(head.clone(), camera.clone(), 0.05, s).unwrap()).collect();
+        let root = |of: &dyn Fn(&pursuit_ptz::calibration::Calibration) -> f64| {
+            (all.iter().map(|c| of(c).powi(2)).sum::<f64>() / 12.0).sqrt()
+        };
+        println!("{head_jitter_s} {camera_jitter_s}: {} {}", root(&|c| c.jitter_s()), root(&|c| c.picture_jitter_s()));
+        (root(&|c| c.jitter_s()), root(&|c| c.picture_jitter_s()))
+    };
+    let (commands_s, pictures_s) = found(0.0, 0.0);
+    assert!(commands_s < 0.01 && pictures_s < 0.01, "{commands_s} {pictures_s}");
+    // Uniform: a deviation of .29 times the width.
+    let (commands_s, pictures_s) = found(0.0, 0.1);
+    assert!(commands_s < 0.02 && (0.02..0.04).contains(&pictures_s), "{commands_s} {pictures_s}");
+    let (commands_s, pictures_s) = found(0.3, 0.1);
+    assert!((0.06..0.12).contains(&commands_s) && (0.02..0.04).contains(&pictures_s), "{commands_s} {pictures_s}");
 }

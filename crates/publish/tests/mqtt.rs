@@ -117,102 +117,51 @@ fn what_a_former_publisher_left_is_forgotten() {
     assert_eq!(left.into_iter().collect::<Vec<_>>(), ["t/other/1/state", "t/targets/7/state"]);
 }
 
-/// What befalls a broker, and when.
+#[cfg(unix)]
+impl publishers::Fallible for Mosquitto {
+    /// The library's window of messages that are not acknowledged, and what it was about to send.
+    const UNSURE: u64 = 21;
+
+    fn open() -> Option<Self> {
+        Self::open()
+    }
+
+    fn port(&self) -> u16 {
+        self.port
+    }
+
+    fn broker(port: u16) -> Broker {
+        broker(port)
+    }
+
+    fn subject(topic: &str) -> String {
+        topic.to_owned()
+    }
+
+    fn listen(&self) -> common::Listener {
+        let listener = self.listen(&[]);
+        marker(self.port);
+        listener.wait_for("marker", "here");
+        listener
+    }
+
+    fn kill(&mut self) {
+        self.kill();
+    }
+
+    fn again(&mut self) {
+        self.again();
+    }
+
+    fn hang(&self, is_hung: bool) {
+        self.hang(is_hung);
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn whenever_a_broker_fails_the_truth_is_told() {
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    enum When {
-        Start,
-        Middle,
-        End,
-    }
-    let fail = |mosquitto: &mut Mosquitto, gate: &Gate, is_killed: bool| {
-        if is_killed {
-            gate.set_open(false);
-            mosquitto.kill();
-        } else {
-            mosquitto.hang(true);
-        }
-    };
-    // The listener is back before the publisher.
-    let mend = |mosquitto: &mut Mosquitto, gate: &Gate, listener: &common::Listener, is_killed: bool| {
-        if is_killed {
-            mosquitto.again();
-            marker(mosquitto.port);
-            listener.wait_for("marker", "here");
-            gate.set_open(true);
-        } else {
-            mosquitto.hang(false);
-        }
-    };
-    for (when, is_killed, returns) in [
-        (When::Start, true, true),
-        (When::Start, false, true),
-        (When::Middle, true, true),
-        (When::Middle, false, true),
-        (When::Middle, true, false),
-        (When::Middle, false, false),
-        (When::End, true, false),
-        (When::End, false, false),
-        (When::End, false, true),
-    ] {
-        let what = format!(
-            "{when:?}, {}, {}",
-            if is_killed { "killed" } else { "hung" },
-            if returns { "returns" } else { "stays away" }
-        );
-        let Some(mut mosquitto) = Mosquitto::open() else { return };
-        let (listener, gate) = (mosquitto.listen(&[]), Gate::to(mosquitto.port));
-        if when == When::Start {
-            fail(&mut mosquitto, &gate, is_killed);
-        }
-        let own = Options { linger: std::time::Duration::from_secs(2), ..options() };
-        let mut publisher = publisher(broker(gate.port), own, Qos::AtLeastOnce);
-        publisher.push(Message::retained("t/document", "one"));
-        publisher.extend(0..200);
-        if when != When::Start {
-            listener.wait_for("t/n", "199");
-        }
-        if when == When::Middle {
-            fail(&mut mosquitto, &gate, is_killed);
-        }
-        publisher.extend(200..400);
-        if when == When::End {
-            listener.wait_for("t/n", "399");
-            fail(&mut mosquitto, &gate, is_killed);
-            publisher.extend(400..600);
-        } else if returns {
-            mend(&mut mosquitto, &gate, &listener, is_killed);
-            listener.wait_for("t/n", "399");
-        }
-        let began = std::time::Instant::now();
-        let counts = std::thread::scope(|scope| {
-            let ending = scope.spawn(|| publisher.finish());
-            if when == When::End && returns {
-                std::thread::sleep(std::time::Duration::from_millis(500));
-                mend(&mut mosquitto, &gate, &listener, is_killed);
-            }
-            ending.join().unwrap()
-        });
-        assert!(began.elapsed().as_secs() < 8, "{what}: it ends");
-        if when == When::End || !returns {
-            mend(&mut mosquitto, &gate, &listener, is_killed);
-        }
-        // Whoever comes now finds nobody who seems to be there.
-        let fresh = mosquitto.listen(&[]);
-        marker(mosquitto.port);
-        fresh.wait_for("marker", "here");
-        let status = fresh.under("t/status");
-        assert!(status.last().is_none_or(|last| last == "offline"), "{what}: {status:?}");
-        listener.wait_for("marker", "here");
-        let heard: BTreeSet<u32> = listener.under("t/n").iter().map(|n| n.parse().unwrap()).collect();
-        let lost = counts.messages - 1 - heard.len() as u64;
-        // The document may be lost as well; what was not acknowledged in time may have arrived.
-        assert!((lost..=lost + 21).contains(&counts.dropped), "{what}: {lost} lost, {counts:?}");
-        assert!(returns || counts.dropped >= 150, "{what}: {counts:?}");
-        assert!(!returns || when == When::End || counts.dropped == 0 || is_killed, "{what}: {counts:?}");
-    }
+    publishers::whenever_it_fails_the_truth_is_told::<Mosquitto>();
 }
 
 #[test]

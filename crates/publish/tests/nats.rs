@@ -118,6 +118,50 @@ fn stalled_servers_are_noticed_in_bounded_memory() {
     assert!((4900..5000).all(|n| heard.contains(&n)), "{heard:?}");
 }
 
+#[cfg(unix)]
+impl publishers::Fallible for NatsServer {
+    /// What was written between two of its confirmations.
+    const UNSURE: u64 = 201;
+
+    fn open() -> Option<Self> {
+        Self::open()
+    }
+
+    fn port(&self) -> u16 {
+        self.port
+    }
+
+    fn broker(port: u16) -> Broker {
+        broker(port)
+    }
+
+    fn subject(topic: &str) -> String {
+        topic.replace('/', ".")
+    }
+
+    fn listen(&self) -> common::Listener {
+        self.listen()
+    }
+
+    fn kill(&mut self) {
+        self.kill();
+    }
+
+    fn again(&mut self) {
+        self.again();
+    }
+
+    fn hang(&self, is_hung: bool) {
+        self.signal(if is_hung { Signal::STOP } else { Signal::CONT });
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn whenever_a_server_fails_the_truth_is_told() {
+    publishers::whenever_it_fails_the_truth_is_told::<NatsServer>();
+}
+
 #[test]
 fn messages_wait_for_a_server_that_comes_later() {
     let Some(mut nats) = NatsServer::open() else { return };

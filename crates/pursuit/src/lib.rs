@@ -30,6 +30,7 @@ mod error;
 pub mod events;
 mod features;
 mod fetched;
+mod folder_sinks;
 mod follow;
 #[cfg(feature = "ptz")]
 pub mod head;

@@ -1,17 +1,16 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
 use crate::config::RunConfig;
-#[cfg(feature = "encode")]
-use crate::events::RecorderSink;
-use crate::events::{ClipPlan, EventFile, EventRules, Watcher};
+use crate::events::{ClipPlan, EventRules, Watcher};
+use crate::folder_sinks::{Place, create_sinks, formats, shelf};
 use crate::input::{self, OpenedInput};
 use crate::publish::Publication;
 use crate::resume::Earlier;
 use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
-use crate::run_folder::{Destination, FACTS, OVERLAY, PLOTS, RunFolder, STATE};
-use crate::segments::{EVENTS, SegmentedSink, Shelf};
+use crate::run_folder::{Destination, FACTS, PLOTS, RunFolder, STATE};
+use crate::segments::Shelf;
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
-use crate::sinks::{self, Format, Sink};
+use crate::sinks::{Format, Sink};
 use crate::start::{Start, StartFrom};
 use crate::{Fetched, RunError, measure, run_folder, trajectory_plots};
 use pursuit_geometry::{Size, Truth};
@@ -20,7 +19,6 @@ use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A run that has been checked and opened, about to start.
 pub struct Run {
@@ -335,99 +333,6 @@ fn watcher(rules: &EventRules, shelf: Option<&Shelf>, is_published: bool) -> Opt
     (rules.file || is_published || plan.is_some()).then(|| Watcher::new(rules.clone(), plan))
 }
 
-/// Where what is cut, and what is of events, goes, where there is something.
-fn shelf(config: &RunConfig, rules: &EventRules, folder: &RunFolder, goes_on: bool) -> Result<Option<Shelf>, RunError> {
-    if config.segment.is_none() && rules.clips.is_none() {
-        return Ok(None);
-    }
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-    let open = if goes_on { Shelf::reopen } else { Shelf::open };
-    open(folder.path(), config.stretch(), now).map(Some)
-}
-
-/// Where a run writes.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    folder: &'a RunFolder,
-    shelf: Option<&'a Shelf>,
-    earlier: Option<&'a Earlier>,
-}
-
-fn create_sinks(
-    config: &RunConfig,
-    info: &SourceInfo,
-    rules: &EventRules,
-    place: Place<'_>,
-) -> Result<Vec<Box<dyn Sink>>, RunError> {
-    let mut formats = formats(config)?;
-    formats.retain(|f| *f != Format::CSV);
-    formats.insert(0, Format::CSV);
-    #[cfg_attr(not(feature = "encode"), expect(unused_mut, reason = "nothing else is added"))]
-    let mut all = match place.shelf.filter(|_| config.segment.is_some()) {
-        Some(shelf) => {
-            place.earlier.map_or(Ok(()), |earlier| earlier.cut_segments(shelf, &formats))?;
-            create_segmented(config, info, rules, &formats, shelf)?
-        }
-        None => create_whole(config, info, rules, &formats, place)?,
-    };
-    #[cfg(feature = "encode")]
-    if let Some(clips) = &rules.clips {
-        all.push(Box::new(RecorderSink::new(info, config.overlay.unwrap_or_default(), clips.before_s)?));
-    }
-    Ok(all)
-}
-
-/// Of files that are one from the first frame to the last.
-fn create_whole(
-    config: &RunConfig,
-    info: &SourceInfo,
-    rules: &EventRules,
-    formats: &[Format],
-    Place { folder, earlier, .. }: Place<'_>,
-) -> Result<Vec<Box<dyn Sink>>, RunError> {
-    let video = earlier.map_or_else(|| Ok(folder.file(OVERLAY)), |earlier| earlier.cut(formats))?;
-    let mut all = Vec::new();
-    for format in formats {
-        let sink = match earlier {
-            Some(_) => format.append(folder.path(), info.input_size()),
-            None => format.create(folder.path(), info.input_size()),
-        };
-        all.push(sink?);
-    }
-    if rules.file {
-        let path = folder.file(EVENTS);
-        earlier.map_or(Ok(()), |earlier| earlier.cut_file(&path, &EventFile::LINES))?;
-        all.push(Box::new(EventFile::open(&path, earlier.is_some())?));
-    }
-    all.extend(sinks::overlay(&video, info, config.video, config.overlay.unwrap_or_default())?);
-    Ok(all)
-}
-
-/// The same, of files that are cut.
-fn create_segmented(
-    config: &RunConfig,
-    info: &SourceInfo,
-    rules: &EventRules,
-    formats: &[Format],
-    shelf: &Shelf,
-) -> Result<Vec<Box<dyn Sink>>, RunError> {
-    let mut all: Vec<Box<dyn Sink>> = Vec::new();
-    for format in formats.iter().copied() {
-        let size = info.input_size();
-        all.push(Box::new(SegmentedSink::new(shelf.clone(), format.file_name(), move |p| format.create_at(p, size))));
-    }
-    if rules.file {
-        let make = |path: &Path| Ok(Box::new(EventFile::open(path, false)?) as Box<dyn Sink>);
-        all.push(Box::new(SegmentedSink::new(shelf.clone(), EVENTS, make)));
-    }
-    if sinks::has_overlay(config.video)? {
-        let (info, style) = (info.clone(), config.overlay.unwrap_or_default());
-        let make = move |path: &Path| Ok(sinks::overlay(path, &info, None, style)?.unwrap_or_else(sinks::nothing));
-        all.push(Box::new(SegmentedSink::new(shelf.clone(), OVERLAY, make)));
-    }
-    Ok(all)
-}
-
 /// Refuses what makes no sense of a run in segments.
 fn check_segments(config: &RunConfig) -> Result<(), RunError> {
     let Some(segment) = config.segment else {
@@ -503,8 +408,4 @@ fn earlier(config: &RunConfig, destination: Option<&Destination>) -> Result<Opti
         Some(destination) => Earlier::find(destination.path(), config),
         None => Err(RunError::usage("what went to standard output cannot be resumed; name a folder with `--out DIR`")),
     }
-}
-
-fn formats(config: &RunConfig) -> Result<Vec<Format>, RunError> {
-    config.formats.iter().map(|name| name.parse()).collect()
 }

@@ -1,10 +1,10 @@
 use crate::args::{Global, Mavlink};
+use crate::commands::ptz::Manner;
 use crate::commands::{ptz, track};
 use crate::console;
 use anyhow::Context;
 use pursuit::mavlink::{Identity, MavlinkOptions, SigningKey};
-use pursuit::parameters::{Parameters, Table, Value, nested};
-use pursuit::ptz::control::{Follower, FollowerParams, PredictBy};
+use pursuit::ptz::control::Follower;
 use pursuit::ptz::drivers::{GimbalHead, Pilot};
 use pursuit::ptz::geometry::FieldsOfView;
 use pursuit::{Finished, Run, RunConfig, RunError, StartFrom, head};
@@ -17,22 +17,12 @@ pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
         return Err(RunError::usage("a camera of a drone shows one input; give no more than one").into());
     }
     let mut config = track::config(&args.track)?;
-    config.parameters = nested(&config.parameters);
-    let said = match config.parameters.remove("follower") {
-        Some(Value::Table(settings)) => settings,
-        Some(_) => return Err(RunError::usage("`follower` is a group; set `follower.KEY`").into()),
-        None => Table::new(),
-    };
-    let said = ptz::read(args.follower.as_deref(), said)?;
-    let params = FollowerParams::default().with("follower", &said);
-    let params =
-        params.with_context(|| format!("{} does not say how to follow", ptz::origin(args.follower.as_deref())))?;
+    let manner = Manner::take(&mut config, args.follower.as_deref())?;
     let config = until_told(config);
     // A picture of everything that was seen is made when asked for.
     let config = RunConfig { video: config.video.or(Some(false)), ..config };
     let Some(config) = track::with_box(config, &args.track)? else { return Ok(ExitCode::SUCCESS) };
-    let by_tracker = args.gimbal.is_some() && params.predict_by == PredictBy::Tracker && config.region.is_none();
-    let config = if by_tracker { head::compensated(config) } else { config };
+    let config = if args.gimbal.is_some() { manner.on_a_head(config) } else { config };
     let mavlink = pursuit::mavlink::Mavlink::open(options(args)?)?;
     let input = config.input.clone();
     let open = || Run::prepare(config, &track::open_options(&args.track));
@@ -43,7 +33,7 @@ pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
             let device = Some(device).filter(|device| *device > 0);
             let mut gimbal = GimbalHead::find(mavlink.endpoint().clone(), device).map_err(ptz::said)?;
             let attitude = gimbal.attitude();
-            let params = ptz::known(&mut gimbal).with("follower", &said)?;
+            let params = manner.of(&mut gimbal)?;
             let follower = Follower::new(params, views, run.input().input_size(), 0.0)?;
             let thread = ptz::on_a_thread(Box::new(gimbal), Pilot::WATCHDOG)?;
             let run = mavlink.serve(run, Some(attitude))?;

@@ -204,7 +204,7 @@ fn image_status(facts: &CameraFacts, state: &State, now: Instant) -> CAMERA_TRAC
         tracking_status: flags(&tracking),
         tracking_mode: match tracking {
             Tracking::Idle => CameraTrackingMode::CAMERA_TRACKING_MODE_NONE,
-            _ if state.by_point => CameraTrackingMode::CAMERA_TRACKING_MODE_POINT,
+            _ if state.requests.by_point => CameraTrackingMode::CAMERA_TRACKING_MODE_POINT,
             _ => CameraTrackingMode::CAMERA_TRACKING_MODE_RECTANGLE,
         },
         target_data: match place {
@@ -254,8 +254,7 @@ fn geo_status(shared: &Shared, state: &State, now: Instant) -> Option<CAMERA_TRA
 /// Of a target that is seen; what is only expected is nothing to land on.
 fn landing_target(facts: &CameraFacts, state: &State, now: Instant) -> Option<LANDING_TARGET_DATA> {
     let (across, up) = facts.tangents()?;
-    let Tracking::Seen(seen) = current(state, now) else { return None };
-    let place = seen.place;
+    let Tracking::Seen(place) = current(state, now) else { return None };
     let angle = |part: f64, tangent: f64| ((2.0 * part - 1.0) * tangent).atan();
     let (x, y) = place.center();
     let width = angle(place.right, across) - angle(place.left, across);

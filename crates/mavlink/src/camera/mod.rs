@@ -9,12 +9,12 @@ mod tracking;
 
 pub use facts::{CameraFacts, Stream};
 pub use request::{Ask, Request, Verdict};
-pub use tracking::{Place, Seen, Tracking};
+pub use tracking::{Place, Tracking};
 
 use crate::{Endpoint, Result, Vehicle};
+use request::{Asked, Requests};
 use schedule::Schedule;
 use server::Server;
-use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -32,8 +32,7 @@ pub(crate) struct Shared {
 
 pub(crate) struct State {
     pub tracking: Tracking,
-    /// Whether a point was asked for, not a rectangle.
-    pub by_point: bool,
+    pub requests: Requests,
     /// When something was said of tracking last.
     pub told: Option<Instant>,
     pub schedule: Schedule,
@@ -48,18 +47,25 @@ impl Shared {
         // A thread that panicked left a whole state behind: every change of it is one assignment.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Answers what was asked.
+    pub fn answer(&self, asked: &Asked, verdict: Verdict) {
+        let (result, detail) = verdict.result();
+        asked.order.answer(&self.endpoint, result, detail);
+        self.lock().requests.answered(asked, verdict);
+    }
 }
 
 impl Camera {
-    /// A camera on `endpoint`; what it is asked to track comes from the receiver.
+    /// A camera on `endpoint`.
     ///
     /// # Errors
     /// Where the system gives no thread.
-    pub fn start(endpoint: Endpoint, facts: CameraFacts) -> Result<(Self, Receiver<Request>)> {
+    pub fn start(endpoint: Endpoint, facts: CameraFacts) -> Result<Self> {
         let schedule = Schedule::new(facts.landing_target);
         let state = State {
             tracking: Tracking::Idle,
-            by_point: false,
+            requests: Requests::default(),
             told: None,
             schedule,
             vehicle: Vehicle::default(),
@@ -68,15 +74,21 @@ impl Camera {
         };
         let incoming = endpoint.listen();
         let shared = Arc::new(Shared { endpoint, facts, state: Mutex::new(state) });
-        let (requests, received) = channel();
-        let server = Server::new(shared.clone(), requests);
+        let server = Server::new(shared.clone());
         let thread = std::thread::Builder::new().name("mavlink camera".to_owned()).spawn(move || server.run(&incoming));
         thread.map_err(|source| crate::MavlinkError::Io {
             link: "MAVLink".to_owned(),
             doing: "starting a thread",
             source,
         })?;
-        Ok((Self { shared }, received))
+        Ok(Self { shared })
+    }
+
+    /// What a ground station asks, if one asks something: the newest of what came since the last call. The others, and what nobody takes for a
+    /// second, are answered with "not now". Never waits.
+    pub fn asked(&self) -> Option<Request> {
+        let asked = self.shared.lock().requests.take()?;
+        Some(Request::new(asked, self.shared.clone()))
     }
 
     /// What has become of the target in the newest picture; it is sent at once where the rate asked for allows. Never waits.
@@ -104,6 +116,9 @@ impl Camera {
 
 impl Drop for Camera {
     fn drop(&mut self) {
+        if let Some(asked) = self.asked() {
+            asked.answer(Verdict::NotNow);
+        }
         let mut state = self.shared.lock();
         // Nobody shall believe that it still tracks.
         state.tracking = Tracking::Idle;

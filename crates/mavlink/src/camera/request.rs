@@ -1,8 +1,8 @@
-use crate::Endpoint;
-use crate::camera::Place;
+use super::{Place, Shared};
 use crate::command::Order;
 use mavlink::dialects::common::MavResult;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// What a ground station asks of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,23 +46,22 @@ impl Verdict {
     }
 }
 
-/// What was answered last, for a ground station that asks again because the answer got lost.
-pub(crate) type Answered = Arc<Mutex<Option<(Order, Verdict)>>>;
-
 /// What a ground station asks of a camera, and waits to be answered. Who drops it unanswered says "not now".
 pub struct Request {
     /// What is asked.
     pub ask: Ask,
-    pub(crate) order: Order,
-    pub(crate) endpoint: Endpoint,
-    pub(crate) answered: Answered,
-    pub(crate) open: bool,
+    asked: Option<Asked>,
+    shared: Arc<Shared>,
 }
 
 impl Request {
+    pub(super) const fn new(asked: Asked, shared: Arc<Shared>) -> Self {
+        Self { ask: asked.ask, asked: Some(asked), shared }
+    }
+
     /// Who asks: system and component.
-    pub const fn from(&self) -> (u8, u8) {
-        (self.order.system, self.order.component)
+    pub fn from(&self) -> (u8, u8) {
+        self.asked.as_ref().map_or((0, 0), |asked| (asked.order.system, asked.order.component))
     }
 
     /// Answers.
@@ -71,17 +70,82 @@ impl Request {
     }
 
     fn say(&mut self, verdict: Verdict) {
-        self.open = false;
-        let (result, detail) = verdict.result();
-        self.order.answer(&self.endpoint, result, detail);
-        *self.answered.lock().unwrap_or_else(PoisonError::into_inner) = Some((self.order.clone(), verdict));
+        if let Some(asked) = self.asked.take() {
+            self.shared.answer(&asked, verdict);
+        }
     }
 }
 
 impl Drop for Request {
     fn drop(&mut self) {
-        if self.open {
-            self.say(Verdict::NotNow);
+        self.say(Verdict::NotNow);
+    }
+}
+
+/// What was asked, by which command, and when.
+#[derive(Debug, Clone)]
+pub(crate) struct Asked {
+    pub ask: Ask,
+    pub order: Order,
+    pub at: Instant,
+}
+
+/// What ground stations ask, from the command to its answer.
+#[derive(Debug, Default)]
+pub(crate) struct Requests {
+    /// What nobody has taken yet.
+    waiting: Option<Asked>,
+    /// What was taken last, until it is answered.
+    in_hand: Option<Order>,
+    /// What was answered last, for a ground station that asks again because the answer got lost.
+    answered: Option<(Order, Verdict)>,
+    /// Whether what is tracked was asked for by a point.
+    pub by_point: bool,
+}
+
+/// What is to be said at once of a command.
+#[derive(Debug)]
+pub(crate) enum Receipt {
+    /// The same was answered before.
+    Again(Verdict),
+    /// The same is under way.
+    Patience,
+    /// It waits; what waited before has to go.
+    Instead(Option<Asked>),
+}
+
+impl Requests {
+    /// Who asks has given up by then.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    pub fn put(&mut self, asked: Asked) -> Receipt {
+        let order = &asked.order;
+        let under_way = [self.waiting.as_ref().map(|waiting| &waiting.order), self.in_hand.as_ref()];
+        if under_way.into_iter().flatten().any(|other| order.repeats(other)) {
+            return Receipt::Patience;
         }
+        match &self.answered {
+            Some((before, verdict)) if order.repeats(before) => Receipt::Again(*verdict),
+            _ => Receipt::Instead(self.waiting.replace(asked)),
+        }
+    }
+
+    pub fn take(&mut self) -> Option<Asked> {
+        let asked = self.waiting.take()?;
+        self.in_hand = Some(asked.order.clone());
+        Some(asked)
+    }
+
+    /// What has waited for too long.
+    pub fn expired(&mut self, now: Instant) -> Option<Asked> {
+        self.waiting.take_if(|asked| now.saturating_duration_since(asked.at) >= Self::PATIENCE)
+    }
+
+    pub fn answered(&mut self, asked: &Asked, verdict: Verdict) {
+        if let Verdict::Done(_) = verdict {
+            self.by_point = matches!(asked.ask, Ask::Point { .. });
+        }
+        self.in_hand.take_if(|order| *order == asked.order);
+        self.answered = Some((asked.order.clone(), verdict));
     }
 }

@@ -1,12 +1,12 @@
 //! Answers ground stations.
 
-use super::request::Answered;
-use super::{Ask, Place, Request, Shared, messages};
+use super::request::{Asked, Receipt};
+use super::{Ask, Place, Shared, Verdict, messages};
 use crate::command::Order;
 use crate::{Endpoint, Incoming};
 use mavlink::dialects::common::{MESSAGE_INTERVAL_DATA, MavCmd, MavMessage, MavResult};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// `MAV_CMD_GET_MESSAGE_INTERVAL`.
@@ -17,8 +17,6 @@ const OLDER_REQUESTS: [(u32, u32); 6] = [(521, 259), (522, 260), (525, 261), (52
 /// What the camera's thread works with.
 pub(super) struct Server {
     shared: Arc<Shared>,
-    requests: Sender<Request>,
-    answered: Answered,
 }
 
 impl Server {
@@ -27,8 +25,8 @@ impl Server {
     /// A tracker that says nothing for that long is not there.
     const SILENT: Duration = Duration::from_secs(1);
 
-    pub fn new(shared: Arc<Shared>, requests: Sender<Request>) -> Self {
-        Self { shared, requests, answered: Answered::default() }
+    pub const fn new(shared: Arc<Shared>) -> Self {
+        Self { shared }
     }
 
     pub fn run(&self, incoming: &Receiver<Incoming>) {
@@ -51,6 +49,11 @@ impl Server {
             // While pictures come, each brings its own word.
             if state.told.is_none_or(|told| now.saturating_duration_since(told) >= Self::SILENT) {
                 messages::send_tracking(&self.shared, &mut state, now);
+            }
+            let expired = state.requests.expired(now);
+            drop(state);
+            if let Some(asked) = expired {
+                self.shared.answer(&asked, Verdict::NotNow);
             }
         }
     }
@@ -123,31 +126,24 @@ impl Server {
         }
     }
 
-    /// Hands on what is to be tracked; the tracker answers.
+    /// Keeps what is to be tracked until the tracker asks for it and answers.
     fn ask(&self, order: Order, read: fn(&Order) -> Option<Ask>) {
-        let again = self.answered.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        if let Some((before, verdict)) = again
-            && order.repeats(&before)
-        {
-            let (result, detail) = verdict.result();
-            return order.answer(self.endpoint(), result, detail);
-        }
         let Some(ask) = read(&order).filter(|_| self.is_own_camera(&order)) else {
             if !order.for_all {
                 order.answer(self.endpoint(), MavResult::MAV_RESULT_DENIED, 0);
             }
             return;
         };
-        let mut state = self.shared.lock();
-        match ask {
-            Ask::Point { .. } => state.by_point = true,
-            Ask::Rectangle(_) => state.by_point = false,
-            Ask::Stop => {}
+        let asked = Asked { ask, order: order.clone(), at: Instant::now() };
+        let receipt = self.shared.lock().requests.put(asked);
+        match receipt {
+            Receipt::Again(verdict) => {
+                let (result, detail) = verdict.result();
+                order.answer(self.endpoint(), result, detail);
+            }
+            Receipt::Instead(Some(before)) => self.shared.answer(&before, Verdict::NotNow),
+            Receipt::Instead(None) | Receipt::Patience => {}
         }
-        drop(state);
-        let (endpoint, answered) = (self.endpoint().clone(), self.answered.clone());
-        // A tracker that has gone drops it, which says "not now".
-        self.requests.send(Request { ask, order, endpoint, answered, open: true }).ok();
     }
 
     /// Whether the camera that a command names is this one.

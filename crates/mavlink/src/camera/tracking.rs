@@ -18,22 +18,15 @@ impl Place {
     }
 }
 
-/// Where a target is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
-    /// The box.
-    pub place: Place,
-}
-
 /// What has become of the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tracking {
     /// There is none.
     Idle,
     /// It is seen there.
-    Seen(Seen),
+    Seen(Place),
     /// It is hidden and expected there, or it is most likely there and not for certain.
-    Coasting(Seen),
+    Coasting(Place),
     /// It is lost: nobody knows where it is.
     Lost,
 }
@@ -42,7 +35,7 @@ impl Tracking {
     /// Where it is or is expected, where anybody knows.
     pub(crate) const fn place(&self) -> Option<Place> {
         match self {
-            Self::Seen(seen) | Self::Coasting(seen) => Some(seen.place),
+            Self::Seen(place) | Self::Coasting(place) => Some(*place),
             Self::Idle | Self::Lost => None,
         }
     }

@@ -125,6 +125,8 @@ impl Link {
                     *writer = None;
                 }
             }
+            drop(writer);
+            self.outbox.done();
         }
     }
 

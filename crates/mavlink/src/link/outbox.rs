@@ -1,6 +1,6 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What waits to be written to a link; of more than it may hold the oldest are dropped.
 #[derive(Default)]
@@ -14,6 +14,8 @@ struct State {
     waiting: VecDeque<Arc<[u8]>>,
     dropped: u64,
     sent: u64,
+    /// Whether what was taken last is not written yet.
+    writing: bool,
     ended: bool,
 }
 
@@ -42,6 +44,7 @@ impl Outbox {
         loop {
             if let Some(bytes) = state.waiting.pop_front() {
                 state.sent += 1;
+                state.writing = true;
                 return Some(bytes);
             }
             if state.ended {
@@ -59,10 +62,14 @@ impl Outbox {
 
     /// Waits for this long, or until all is over.
     pub fn rest(&self, time: Duration) {
-        let state = self.lock();
-        if !state.ended {
-            // A message that comes meanwhile ends the rest early, which does no harm.
-            drop(self.changed.wait_timeout(state, time));
+        let until = Instant::now() + time;
+        let mut state = self.lock();
+        while !state.ended {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -73,6 +80,24 @@ impl Outbox {
     pub fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();
+    }
+
+    /// Says that one was written, or could not be.
+    pub fn done(&self) {
+        self.lock().writing = false;
+        self.changed.notify_all();
+    }
+
+    /// Waits until nothing waits to be written any more, until `deadline` at most.
+    pub fn drain(&self, deadline: Instant) {
+        let mut state = self.lock();
+        while state.writing || !state.waiting.is_empty() {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
     }
 }
 
@@ -88,7 +113,14 @@ mod tests {
         }
         assert_eq!(outbox.next().as_deref(), Some(&[6][..]));
         assert_eq!(outbox.counts(), (1, 6));
+        let began = Instant::now();
+        outbox.rest(Duration::from_millis(20));
+        outbox.drain(Instant::now() + Duration::from_millis(20));
+        assert!(began.elapsed() >= Duration::from_millis(40), "somebody waits still");
         outbox.end();
+        outbox.rest(Duration::from_secs(100));
         assert_eq!(std::iter::from_fn(|| outbox.next()).count(), 63);
+        outbox.done();
+        outbox.drain(Instant::now() + Duration::from_secs(100));
     }
 }

@@ -31,6 +31,9 @@ pub struct AxisFacts {
     pub delay_s: f64,
     /// How much that varies from move to move, one standard deviation, seconds, from two pairs of equal moves.
     pub jitter_s: f64,
+    /// How much the age of pictures varies from one to the next, one standard deviation, seconds, from how unevenly steady motion
+    /// seems to go.
+    pub picture_jitter_s: f64,
     /// How fast the axis gains speed, degrees per second²; `None` where that took no time that could be measured.
     pub acceleration_deg_s2: Option<f64>,
     /// How far the motor turns at a reversal before the camera follows, degrees.
@@ -61,6 +64,11 @@ impl Calibration {
         (0.5 * (self.pan.jitter_s.powi(2) + self.tilt.jitter_s.powi(2))).sqrt()
     }
 
+    /// How much the age of pictures varies from one to the next, one standard deviation, seconds.
+    pub fn picture_jitter_s(&self) -> f64 {
+        (0.5 * (self.pan.picture_jitter_s.powi(2) + self.tilt.picture_jitter_s.powi(2))).sqrt()
+    }
+
     /// Less jitter than that is not told from none by so few moves, seconds.
     const LEAST_JITTER_S: f64 = 0.01;
 
@@ -69,6 +77,7 @@ impl Calibration {
     pub fn apply(&self, params: &mut FollowerParams) {
         params.command_delay_s = (self.delay_s() - params.frame_age_s).clamp(0.0, 5.0);
         params.motion.jitter_s = self.jitter_s().clamp(Self::LEAST_JITTER_S, 1.0);
+        params.motion.picture_jitter_s = self.picture_jitter_s().clamp(Self::LEAST_JITTER_S, 1.0);
         for (facts, limits) in [(&self.pan, &mut params.limits.pan), (&self.tilt, &mut params.limits.tilt)] {
             limits.max_acceleration_deg_s2 = facts.acceleration_deg_s2.unwrap_or(1e4);
             limits.backlash_deg = facts.backlash_deg.clamp(0.0, 10.0);
@@ -278,9 +287,22 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
     }
     let onset_middle = 0.5 * (middle.onset_s + middle_back.onset_s);
     let onset_fast = 0.5 * (fast.onset_s + fast_back.onset_s);
-    // The same move to and fro takes effect after the same time but for the jitter: two pairs of two.
-    let square = |a: &Answer, b: &Answer| 0.5 * (a.onset_s - b.onset_s).powi(2);
-    let jitter_s = (0.5 * (square(middle, middle_back) + square(fast, fast_back))).sqrt();
+    // A picture's place errs by some pixels, which are more time where the motion is slow: `scatter = jitter² + (error / speed)²`, at two speeds.
+    let scatter = |a: &Answer, b: &Answer| {
+        let (of_a, of_b) = (a.frames as f64 - 2.0, b.frames as f64 - 2.0);
+        (of_a * a.scatter_s2 + of_b * b.scatter_s2) / (of_a + of_b)
+    };
+    let (of_middle, of_fast) = (scatter(middle, middle_back), scatter(fast, fast_back));
+    let squared = |speed: f64| speed * speed;
+    let pictures_s2 = (squared(fast_deg_s) * of_fast - squared(middle_deg_s) * of_middle)
+        / (squared(fast_deg_s) - squared(middle_deg_s));
+    let pictures_s2 = pictures_s2.clamp(0.0, of_fast);
+    // The same move to and fro takes effect after the same time but for the jitter: two pairs of two, of which the pictures take their part.
+    let square = |a: &Answer, b: &Answer| {
+        let of_pictures = pictures_s2 * (0.5 / a.frames as f64 + 0.5 / b.frames as f64);
+        0.5 * (a.onset_s - b.onset_s).powi(2) - of_pictures
+    };
+    let jitter_s = (0.5 * (square(middle, middle_back) + square(fast, fast_back))).max(0.0).sqrt();
     let slope = (onset_fast - onset_middle) / (fast_deg_s - middle_deg_s);
     // A ramp shorter than that is not told from none.
     let slope = if slope > 1e-4 { slope } else { 0.0 };
@@ -289,6 +311,7 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
         px_per_deg,
         delay_s,
         jitter_s,
+        picture_jitter_s: pictures_s2.sqrt(),
         acceleration_deg_s2: (slope > 0.0).then(|| 0.5 / slope),
         backlash_deg: (slow_deg_s * params.move_s - (back.way_px / px_per_deg).abs()).max(0.0),
     })
@@ -299,7 +322,7 @@ mod tests {
     use super::*;
 
     fn answer(way_px: f64, onset_s: f64) -> Answer {
-        Answer { way_px, speed_px_s: way_px, onset_s }
+        Answer { way_px, speed_px_s: way_px, onset_s, scatter_s2: 0.0, frames: 8 }
     }
 
     #[test]
@@ -350,6 +373,7 @@ mod tests {
             px_per_deg: 10.0,
             delay_s: 0.4,
             jitter_s: 0.06,
+            picture_jitter_s: 0.04,
             acceleration_deg_s2: Some(90.0),
             backlash_deg: 0.2,
         };
@@ -357,6 +381,7 @@ mod tests {
         let mut params = FollowerParams { frame_age_s: 0.1, ..FollowerParams::default() };
         Calibration { pan: axis, tilt, loss: 0.0, took_s: 30.0 }.apply(&mut params);
         assert!((params.command_delay_s - 0.25).abs() < 1e-12 && (params.motion.jitter_s - 0.06).abs() < 1e-12);
+        assert!((params.motion.picture_jitter_s - 0.04).abs() < 1e-12);
         assert_eq!((params.limits.pan.max_acceleration_deg_s2, params.limits.tilt.backlash_deg), (90.0, 0.2));
         params.validate("follower").unwrap();
     }

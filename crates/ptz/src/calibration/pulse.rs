@@ -18,6 +18,10 @@ pub(super) struct Answer {
     pub speed_px_s: f64,
     /// When the straight line of steady motion leaves the start, seconds after the command: the delay, and half the ramp.
     pub onset_s: f64,
+    /// How much the stamps of the frames in steady motion vary about that line, seconds².
+    pub scatter_s2: f64,
+    /// How many frames those are.
+    pub frames: usize,
 }
 
 /// The way over time in pixels, in the direction of the pulse, of one pulse.
@@ -63,10 +67,16 @@ impl Record {
         let covariance: f64 = steady.iter().map(|(t, p)| (t - time) * (p - place)).sum();
         let variance: f64 = steady.iter().map(|(t, _)| (t - time).powi(2)).sum();
         let speed = covariance / variance;
+        // Which frames are steady is told by their place, so that it is their time that errs.
+        let spread: f64 = steady.iter().map(|(_, p)| (p - place).powi(2)).sum();
+        let off = |(t, p): &(f64, f64)| (t - time) - covariance / spread * (p - place);
+        let scatter_s2 = steady.iter().map(|point| off(point).powi(2)).sum::<f64>() / (count - 2.0);
         (variance > 0.0 && speed * sign > 0.0).then(|| Answer {
             way_px: way,
             speed_px_s: speed,
             onset_s: time - place / speed,
+            scatter_s2,
+            frames: steady.len(),
         })
     }
 }
@@ -105,6 +115,7 @@ mod tests {
             assert!((answer.way_px - sign * 100.0).abs() < 1e-9);
             assert!((answer.speed_px_s - sign * 100.0).abs() < 1e-6);
             assert!((answer.onset_s - 0.35).abs() < 1e-6, "the delay and half the ramp");
+            assert!(answer.scatter_s2 < 1e-12 && answer.frames > 10);
         }
     }
 

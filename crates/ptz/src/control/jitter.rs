@@ -15,10 +15,9 @@ pub struct Jitter {
 }
 
 impl Jitter {
-    /// Delays that vary by `jitter_s`, one standard deviation; measured from then on where so wanted.
-    pub const fn new(jitter_s: f64, measured: bool) -> Self {
-        let known = Variance::new(jitter_s);
-        Self { commands: known, pictures: Variance::new(0.5 * jitter_s), measured }
+    /// Delays of commands and ages of pictures that vary by so much, one standard deviation; measured from then on where so wanted.
+    pub const fn new(commands_s: f64, pictures_s: f64, measured: bool) -> Self {
+        Self { commands: Variance::new(commands_s), pictures: Variance::new(pictures_s), measured }
     }
 
     /// Of commands, one standard deviation, seconds.
@@ -97,7 +96,7 @@ mod tests {
 
     /// What is measured of innovations whose variance is `0.04 + 100 sigma²`, beginning from `start_s`.
     fn measured(sigma_s: f64, start_s: f64) -> f64 {
-        let mut jitter = Jitter::new(start_s, true);
+        let mut jitter = Jitter::new(start_s, 0.5 * start_s, true);
         let truth = 0.04 + 100.0 * sigma_s * sigma_s;
         for k in 0..5000_u32 {
             // Squares of a normal quantity at its deciles, the outermost left out.
@@ -118,12 +117,12 @@ mod tests {
 
     #[test]
     fn what_is_not_to_be_measured_stays() {
-        let mut fixed = Jitter::new(0.07, false);
+        let mut fixed = Jitter::new(0.07, 0.07, false);
         fixed.learn(900.0, 1.0, 100.0, 100.0, 0.04);
-        assert_eq!(fixed, Jitter::new(0.07, false));
-        let mut bad = Jitter::new(0.07, true);
+        assert_eq!(fixed, Jitter::new(0.07, 0.07, false));
+        let mut bad = Jitter::new(0.07, 0.07, true);
         bad.learn(f64::NAN, 1.0, 100.0, 100.0, 0.04);
         bad.learn(1.0, 0.0, 100.0, 100.0, 0.04);
-        assert_eq!(bad, Jitter::new(0.07, true));
+        assert_eq!(bad, Jitter::new(0.07, 0.07, true));
     }
 }

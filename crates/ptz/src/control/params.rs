@@ -46,9 +46,11 @@ parameters! {
         pub sigma_px: f64 = 2.0, in above(0.0).at_most(1e6), unit "px";
         /// How uncertain the delays of commands and pictures together are, one standard deviation.
         pub timing_s: f64 = 0.1, in 0.0..=1.0, unit "s";
-        /// How much these delays vary from command to command and from picture to picture, one standard deviation.
+        /// How much the delay varies from command to command, one standard deviation.
         pub jitter_s: f64 = 0.05, in 0.0..=1.0, unit "s";
-        /// Whether that is measured while following, beginning with `jitter_s`.
+        /// How much the age varies from picture to picture, one standard deviation.
+        pub picture_jitter_s: f64 = 0.025, in 0.0..=1.0, unit "s";
+        /// Whether both are measured while following, beginning with these.
         pub measure_jitter: bool = true;
     }
 }

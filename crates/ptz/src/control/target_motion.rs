@@ -66,7 +66,7 @@ impl TargetMotion {
         let Direction { pan_deg, tilt_deg } = seen.direction;
         let belief = Gaussian::from_variances(SVector::from([pan_deg, tilt_deg, 0.0, 0.0, mean]), variances)?;
         let sojourn = Sojourn::new([params.calm_s, params.brisk_s])?;
-        let jitter = Jitter::new(params.jitter_s, params.measure_jitter);
+        let jitter = Jitter::new(params.jitter_s, params.picture_jitter_s, params.measure_jitter);
         Ok(Self { params, sojourn, belief: Imm::new(belief, [0.8, 0.2])?, time_s, jitter })
     }
 

@@ -77,9 +77,10 @@ impl Mavlink {
     /// # Errors
     /// [`RunError::Output`] where the system gives no thread.
     pub fn serve(&self, run: Run, gimbal: Option<AttitudeWatch>) -> Result<Run, RunError> {
-        let facts = self.facts(run.input());
-        let (camera, requests) = Camera::start(self.endpoint.clone(), facts).map_err(failed)?;
-        let sink = CameraSink::new(camera, requests, run.remote(), run.input(), run.follows(), self.options.at_point)?;
+        let gimbal_device = gimbal.as_ref().map_or(0, |gimbal| gimbal.id().device);
+        let facts = CameraFacts { gimbal_device, ..self.facts(run.input()) };
+        let camera = Camera::start(self.endpoint.clone(), facts).map_err(failed)?;
+        let sink = CameraSink::new(camera, run.remote(), run.input(), run.follows(), self.options.at_point)?;
         Ok(run.with_sink(Box::new(sink.turned_by(gimbal))))
     }
 

@@ -2,17 +2,17 @@ use super::steering::{Doing, Steering};
 use crate::sinks::{Moment, Sink};
 use crate::{Record, Remote, RunError};
 use pursuit_geometry::{BBox, Point, Size};
-use pursuit_mavlink::{Ask, AttitudeWatch, Camera, Place, Request, Seen, Tracking, Verdict};
+use pursuit_mavlink::{Ask, AttitudeWatch, Camera, Place, Request, Tracking, Verdict};
 use pursuit_media::{SourceInfo, View};
 use pursuit_trackers::at_point::{AtPoint, AtPointParams, Because};
 use pursuit_tracking::TrackState;
-use std::sync::mpsc::Receiver;
 
 /// Where the results of a run become what a camera of a drone says, and what ground stations ask becomes commands to the run.
 pub struct CameraSink {
     camera: Option<Camera>,
-    requests: Receiver<Request>,
     steering: Steering,
+    /// Whether anything was followed yet.
+    has_followed: bool,
     at_point: AtPoint,
     size: Size,
     view: Option<View>,
@@ -27,7 +27,6 @@ impl CameraSink {
     /// [`RunError::Usage`] for parameters out of their ranges.
     pub fn new(
         camera: Camera,
-        requests: Receiver<Request>,
         remote: Remote,
         input: &SourceInfo,
         starts: bool,
@@ -37,8 +36,8 @@ impl CameraSink {
         let (size, view) = (input.input_size(), input.view);
         Ok(Self {
             camera: Some(camera),
-            requests,
             steering: Steering::new(remote, starts),
+            has_followed: false,
             at_point,
             size,
             view,
@@ -91,14 +90,17 @@ impl CameraSink {
     }
 
     /// What is said of a target.
-    fn tracking(&self, records: &[Record]) -> Tracking {
+    fn tracking(&mut self, records: &[Record]) -> Tracking {
         let followed = match self.steering.doing() {
             Doing::Nothing => return Tracking::Idle,
             Doing::AsStarted => records.first(),
             Doing::Following(id) => records.iter().find(|record| record.target == id),
         };
-        // A run that follows nothing yet looks for it.
-        let Some(estimate) = followed.and_then(|record| record.estimate.as_ref()) else { return Tracking::Lost };
+        let Some(estimate) = followed.and_then(|record| record.estimate.as_ref()) else {
+            // What was never found cannot be lost.
+            return if self.has_followed { Tracking::Lost } else { Tracking::Idle };
+        };
+        self.has_followed = true;
         let (width, height) = (self.size.width as f64, self.size.height as f64);
         let place = Place {
             left: (estimate.bbox.left() / width).clamp(0.0, 1.0),
@@ -111,9 +113,9 @@ impl CameraSink {
             TrackState::Lost => Tracking::Lost,
             // Expected outside of the picture, it has no place in it.
             _ if is_outside => Tracking::Lost,
-            TrackState::Tracking => Tracking::Seen(Seen { place }),
+            TrackState::Tracking => Tracking::Seen(place),
             // Nobody shall steer or land by what is not certain.
-            TrackState::Unsure | TrackState::Occluded => Tracking::Coasting(Seen { place }),
+            TrackState::Unsure | TrackState::Occluded => Tracking::Coasting(place),
         }
     }
 }
@@ -131,18 +133,13 @@ impl Sink for CameraSink {
     fn write(&mut self, moment: &Moment<'_>) -> Result<(), RunError> {
         self.at_point.see(moment.frame);
         self.steering.settle();
-        if let Some(camera) = &self.camera {
-            if let Some(gimbal) = &self.gimbal {
-                camera.turn(gimbal.attitude());
-            }
-            camera.tell(self.tracking(moment.records));
+        let tracking = self.tracking(moment.records);
+        let Some(camera) = &self.camera else { return Ok(()) };
+        if let Some(gimbal) = &self.gimbal {
+            camera.turn(gimbal.attitude());
         }
-        // Of several that came since the last frame the newest is meant; the others are told that they were not heard.
-        let mut newest = None;
-        while let Ok(request) = self.requests.try_recv() {
-            newest = Some(request);
-        }
-        if let Some(request) = newest {
+        camera.tell(tracking);
+        if let Some(request) = camera.asked() {
             self.begin(request);
         }
         Ok(())

@@ -3,6 +3,7 @@
 mod age;
 mod checkpoint;
 mod command;
+mod counts;
 mod damage;
 mod outcome;
 mod story;
@@ -13,18 +14,17 @@ pub use damage::Damage;
 pub use outcome::{Outcome, Progress};
 
 use crate::events::Watcher;
-use crate::run::{StateCounts, Timing, TimingFacts};
 use crate::sinks::{Moment, Sink};
 use crate::view::{estimate_in_input, forecast_in_input, pose_of_input};
 use crate::{Record, RunError};
-use age::Age;
 use command::Inbox;
+use counts::Counts;
 use pursuit_geometry::BBox;
 use pursuit_imaging::{CameraPose, Frame};
 use pursuit_media::{Source, View};
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
 use pursuit_tracking::{
-    Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState, TrackingError, check_box,
+    Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackingError, check_box,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -97,18 +97,6 @@ enum Ended {
 enum Placement {
     Add(Option<Box<dyn Recipe>>, BBox, u64),
     Move(TargetId, BBox),
-}
-
-#[derive(Default)]
-struct Counts {
-    states: StateCounts,
-    update: Timing,
-    decode: Timing,
-    age: Age,
-    latency: Timing,
-    /// When the frame in hand was captured, as far as anybody knows, seconds since the session began.
-    captured_s: f64,
-    frames: u64,
 }
 
 impl Session {
@@ -291,12 +279,7 @@ impl Session {
             let finished = sink.finish();
             failure = failure.or(finished.err());
         }
-        let timing = TimingFacts {
-            update_ms: self.counts.update.summary(),
-            decode_ms: self.counts.decode.summary(),
-            latency_ms: self.counts.latency.summary(),
-            total_s: self.began.elapsed().as_secs_f64(),
-        };
+        let timing = self.counts.timing(self.began.elapsed().as_secs_f64());
         let interrupted = self.ended == Some(Ended::Stopped);
         let failure = failure.or_else(|| self.damage.first().cloned().map(RunError::from));
         let (frames, states) = (self.counts.frames, self.counts.states);
@@ -309,9 +292,7 @@ impl Session {
         let (frame, waited) = Elapsed::of(&WallClock::default(), || self.next_frame());
         let Some(frame) = frame? else { return Ok(false) };
         self.counts.decode.add(waited.wall_ms);
-        let taken_s = self.began.elapsed().as_secs_f64();
-        let age_ms = if self.source.info().live { self.counts.age.take(taken_s, frame.time_s()) } else { 0.0 };
-        self.counts.captured_s = taken_s - 1e-3 * age_ms;
+        self.counts.taken(self.began.elapsed().as_secs_f64(), &frame, self.source.info().live);
         let pose = if frame.camera().is_none() { self.poses.as_mut().and_then(|p| p(frame.time_s())) } else { None };
         let pose = pose.and_then(|pose| self.view.map_or(Some(pose), |view| pose_of_input(&view, &pose)));
         let frame = Arc::new(match pose {
@@ -329,10 +310,7 @@ impl Session {
         self.counts.frames += 1;
         self.records.clear();
         for mut track in self.tracks.drain(..) {
-            self.counts.states.add(track.estimate.as_ref().map_or(TrackState::Lost, |e| e.state));
-            if track.estimate.is_some() && !track.started {
-                self.counts.update.add(track.elapsed.wall_ms);
-            }
+            self.counts.followed(&track);
             if let Some(view) = &self.view {
                 track.estimate = track.estimate.map(|estimate| estimate_in_input(view, estimate));
             }
@@ -376,7 +354,7 @@ impl Session {
         let watched = self.watcher.as_ref().map(Watcher::watched);
         let moment = Moment::new(frame, &self.records, &forecast).with_watched(watched);
         self.sinks.iter_mut().try_for_each(|sink| sink.write(&moment))?;
-        self.counts.latency.add(1e3 * (self.began.elapsed().as_secs_f64() - self.counts.captured_s));
+        self.counts.handed_on(self.began.elapsed().as_secs_f64());
         // Only of frames whose results have been handed on, so that no line is missing later.
         if let Some(checkpoint) = &mut self.checkpoint {
             checkpoint.keep(frame.index(), &*self.targets);

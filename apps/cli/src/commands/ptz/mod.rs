@@ -3,8 +3,11 @@
 mod calibrate;
 mod follow;
 mod grid;
+mod manner;
 mod probe;
 mod simulate;
+
+pub use manner::Manner;
 
 use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
