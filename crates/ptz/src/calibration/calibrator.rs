@@ -297,12 +297,15 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
     let pictures_s2 = (squared(fast_deg_s) * of_fast - squared(middle_deg_s) * of_middle)
         / (squared(fast_deg_s) - squared(middle_deg_s));
     let pictures_s2 = pictures_s2.clamp(0.0, of_fast);
-    // The same move to and fro takes effect after the same time but for the jitter: two pairs of two, of which the pictures take their part.
-    let square = |a: &Answer, b: &Answer| {
+    // The same move to and fro takes effect after the same time but for the jitter: two pairs of two, at one speed each, since an error of the
+    // speed moves both alike. The pictures take their part of it.
+    let square = |a: &Answer, b: &Answer, speed_deg_s: f64| {
+        let onset = |answer: &Answer| answer.middle.0 - answer.middle.1.abs() / (px_per_deg.abs() * speed_deg_s);
         let of_pictures = pictures_s2 * (0.5 / a.frames as f64 + 0.5 / b.frames as f64);
-        0.5 * (a.onset_s - b.onset_s).powi(2) - of_pictures
+        0.5 * (onset(a) - onset(b)).powi(2) - of_pictures
     };
-    let jitter_s = (0.5 * (square(middle, middle_back) + square(fast, fast_back))).max(0.0).sqrt();
+    let squares = square(middle, middle_back, middle_deg_s) + square(fast, fast_back, fast_deg_s);
+    let jitter_s = (0.5 * squares).max(0.0).sqrt();
     let slope = (onset_fast - onset_middle) / (fast_deg_s - middle_deg_s);
     // A ramp shorter than that is not told from none.
     let slope = if slope > 1e-4 { slope } else { 0.0 };
@@ -322,7 +325,8 @@ mod tests {
     use super::*;
 
     fn answer(way_px: f64, onset_s: f64) -> Answer {
-        Answer { way_px, speed_px_s: way_px, onset_s, scatter_s2: 0.0, frames: 8 }
+        let middle = (onset_s + 0.5, 0.5 * way_px);
+        Answer { way_px, speed_px_s: way_px, onset_s, middle, scatter_s2: 0.0, frames: 8 }
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub(super) struct Answer {
     pub speed_px_s: f64,
     /// When the straight line of steady motion leaves the start, seconds after the command: the delay, and half the ramp.
     pub onset_s: f64,
+    /// The middle of that line: seconds after the command, and pixels gone.
+    pub middle: (f64, f64),
     /// How much the stamps of the frames in steady motion vary about that line, seconds².
     pub scatter_s2: f64,
     /// How many frames those are.
@@ -75,6 +77,7 @@ impl Record {
             way_px: way,
             speed_px_s: speed,
             onset_s: time - place / speed,
+            middle: (time, place),
             scatter_s2,
             frames: steady.len(),
         })
