@@ -6,6 +6,8 @@ mod ahead;
 pub mod appearance;
 pub mod at_point;
 pub mod ball;
+pub mod cam_shift;
+pub mod condensation;
 pub mod correlation;
 pub mod depth;
 pub mod depth_occlusion;
@@ -15,6 +17,7 @@ pub mod features;
 pub mod flow;
 pub mod kcf;
 pub mod lightfc;
+pub mod mean_shift;
 pub mod mosse;
 pub mod nanotrack;
 pub mod person;
@@ -139,6 +142,24 @@ const TRACKERS: &[TrackerEntry] = &[
         "dsst",
         dsst::fdsst,
         "dsst on compressed features with half as many sizes, interpolated: quicker"
+    ),
+    tracker!(
+        "meanshift",
+        "comaniciu2003",
+        mean_shift::meanshift,
+        "climbs to where the colours are most alike: bears any deformation, needs colours of the target's own"
+    ),
+    tracker!(
+        "camshift",
+        "bradski1998",
+        cam_shift::camshift,
+        "climbs to where the target's hues are thickest, and grows with them: very fast, for targets of a hue of their own"
+    ),
+    tracker!(
+        "condensation",
+        "isard1998",
+        condensation::condensation,
+        "hundreds of guesses that move on and are weighed by colours and outline: bears clutter and sudden motion"
     ),
     tracker!(
         "kalman-tld",
