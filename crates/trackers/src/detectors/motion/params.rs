@@ -149,6 +149,9 @@ pursuit_parameters::parameters! {
         pub exposure: bool = true, source "ours";
         /// How far a camera that shakes may shift the picture; 0: it stands still.
         pub shake: f64 = 0.015, in 0.0..=0.1, unit "of the longer side", source "ours";
+        /// Standard deviation of the sensor's noise that is tolerated: where there is more, every pixel is seen as the mean of those
+        /// about it, of as many as bring the noise down to this; 0: frames are seen as they are.
+        pub noise: f64 = 4.0, in 0.0..=255.0, unit "codes", source "ours";
     }
 }
 
@@ -204,6 +207,7 @@ impl MotionDetectorParams {
             settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
             exposure: self.light.exposure,
             shake: self.light.shake,
+            noise: self.light.noise,
         }
     }
 

@@ -172,7 +172,8 @@ impl<P: Channels> Scene<P> {
         self.find_background(params)?;
         let lit = self.model.relit().unwrap_or(frame);
         if self.known {
-            self.shade.remove(&params.shade, lit, self.background.view(), &mut self.mask);
+            let background = (self.background.view(), self.model.fineness_px());
+            self.shade.remove(&params.shade, lit, background, &mut self.mask);
         }
         self.clean(params)?;
         self.held.count(&self.mask, dt_s);
