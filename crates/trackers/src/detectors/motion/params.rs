@@ -45,6 +45,9 @@ pursuit_parameters::parameters! {
         pub closing: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
         /// Regions above one another that are no farther apart are one thing.
         pub join: f64 = 0.06, in 0.0..=1.0, unit "of the height of both together", source "ours";
+        /// Regions that a side of the picture cuts are one thing when they are no farther apart than this: what is between them may
+        /// be outside.
+        pub join_cut: f64 = 0.5, in 0.0..=1.0, unit "of the height of both together", source "ours";
         /// Regions are above one another when they share this much of the narrower one's width.
         pub above: f64 = 0.5, in 0.0..=1.0, source "ours";
         /// A thing's parts may be this many times smaller than the least area.
