@@ -44,13 +44,13 @@ fn somebody_stands_for_a_minute_and_a_half() {
 }
 
 #[test]
-#[ignore = "open: too many identities"]
+#[ignore = "minutes: renders and follows whole scenes"]
 fn somebody_enters_slowly() {
     holds(Fault::Slow);
 }
 
 #[test]
-#[ignore = "open: too many identities"]
+#[ignore = "minutes: renders and follows whole scenes"]
 fn two_meet_who_were_there_first() {
     holds(Fault::Crossing);
 }
@@ -80,7 +80,7 @@ fn it_rains() {
 }
 
 #[test]
-#[ignore = "open: who differs from the wall by less than six deviations of the noise is not seen"]
+#[ignore = "minutes: renders and follows whole scenes"]
 fn the_sensor_is_noisy() {
     holds(Fault::Noise);
 }

@@ -1,6 +1,6 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams, WholeParams};
+use super::{AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams, HitsParams, WholeParams};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
@@ -58,9 +58,12 @@ pursuit_parameters::parameters! {
 
 impl ManyParams {
     /// For detectors whose confidences are shares of some measure and no chances, such as those that model the background: a
-    /// candidate is confirmed by how often it was detected, three times in five frames. `motion` says how things move.
+    /// candidate is confirmed by how often it was detected, three times in five frames, so that it could have started a target each time.
+    /// `motion` says how things move.
     pub fn counting(motion: MotionParams) -> Self {
-        let birth = BirthParams { model: BirthModel::Hits, from: 0.5, ..BirthParams::default() };
+        let from = 0.5;
+        let hits = HitsParams { from, ..HitsParams::default() };
+        let birth = BirthParams { model: BirthModel::Hits, from, hits, ..BirthParams::default() };
         Self { motion, birth, ..Self::default() }
     }
 }

@@ -50,6 +50,16 @@ fn weak_detections_continue_targets_and_start_none() {
 }
 
 #[test]
+fn what_is_too_unsure_is_no_hit() {
+    let fades = |k: u64| vec![Detection::new(at(100.0, 100.0), if k == 0 { 0.6 } else { 0.4 })];
+    for (from, targets) in [("0.4", 1), ("0.5", 0)] {
+        let mut many_ = many(fades, with(&format!("birth.hits.from = {from}")));
+        (0..8).for_each(|k| drop(step(&mut many_, k)));
+        assert_eq!(many_.ids().len(), targets, "from {from}");
+    }
+}
+
+#[test]
 fn a_target_seen_twice_is_one_target() {
     let twice = |_| vec![seen(at(100.0, 100.0)), seen(at(103.0, 100.0))];
     let mut many_ = many(twice, params());

@@ -1,5 +1,6 @@
 use super::difference::Channels;
 use super::exposure::Exposure;
+use super::noise::SensorNoise;
 use super::registration::Registration;
 use super::{BACKGROUND, BackgroundModel, Learning};
 use crate::error::{VisionError, require_range};
@@ -28,6 +29,9 @@ pub struct LightingParams {
     /// How far a camera that shakes may shift the picture, as a share of its longer side, 0 to 0.1: every frame is laid onto the
     /// background by its edges. 0: the camera does not shake.
     pub shake: f64,
+    /// Standard deviation of the sensor's noise, in codes, that is tolerated: where there is more, every pixel is seen as the mean of
+    /// those about it, of as many as bring the noise down to this. 0: frames are seen as they are.
+    pub noise: f64,
 }
 
 impl Default for LightingParams {
@@ -40,6 +44,7 @@ impl Default for LightingParams {
             settled_frames: 5,
             exposure: true,
             shake: 0.015,
+            noise: 4.0,
         }
     }
 }
@@ -82,6 +87,9 @@ pub struct Watched<M, P> {
     registration: Registration<P>,
     /// The frame seen last as it lies on the background.
     registered: Option<Image<P>>,
+    noise: SensorNoise,
+    /// The frame seen last with no more noise than is tolerated.
+    smoothed: Option<Image<P>>,
 }
 
 /// From this change of the gain in one frame on, a step of the light is reported.
@@ -102,6 +110,7 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
             require_range(name, share, (0.0, 1.0), "from 0 to 1")?;
         }
         require_range("shake", params.shake, (0.0, 0.1), "from 0 to 0.1")?;
+        require_range("noise", params.noise, (0.0, 255.0), "from 0 to 255")?;
         Ok(Self {
             model,
             params,
@@ -113,6 +122,8 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
             differs: false,
             registration: Registration::new()?,
             registered: None,
+            noise: SensorNoise::default(),
+            smoothed: None,
         })
     }
 
@@ -126,10 +137,17 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         &mut self.model
     }
 
-    /// The frame seen last as it lies on the background, in the exposure of the background; `None` where that is as it came.
+    /// The frame seen last as it lies on the background, in the exposure of the background, with no more noise than is tolerated;
+    /// `None` where that is as it came.
     pub fn relit(&self) -> Option<ImageView<'_, P>> {
         let registered = self.registered.as_ref().filter(|_| self.registration.shifted());
-        self.relit.as_ref().filter(|_| self.differs).or(registered).map(Image::view)
+        let changed = self.relit.as_ref().filter(|_| self.differs).or(registered);
+        changed.or(self.smoothed.as_ref().filter(|_| self.noise.is_smoothing())).map(Image::view)
+    }
+
+    /// How fine the frame seen last is: the side of the square about each pixel whose mean it is, in pixels; 1: as it came.
+    pub const fn fineness_px(&self) -> usize {
+        self.noise.side()
     }
 
     /// How far the frame seen last was shifted by a camera that shakes, in pixels: what is at `p` of the background, and of the
@@ -139,7 +157,7 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         (f64::from(x), f64::from(y))
     }
 
-    /// As [`BackgroundModel::apply`], of the frame as it lies on the background.
+    /// As [`BackgroundModel::apply`], of the frame as it lies on the background, with no more noise than is tolerated.
     ///
     /// # Errors
     /// As [`BackgroundModel::apply`].
@@ -149,6 +167,38 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         learning: &Learning<'_>,
         mask: &mut Image<u8>,
     ) -> Result<Report, VisionError> {
+        let measures = self.params.noise > 0.0 && learning.rate != Some(0.0);
+        let changed = measures && self.noise.measure(frame, learning.rate, self.params.noise);
+        if !self.noise.is_smoothing() {
+            return self.apply_as_fine(frame, changed, learning, mask);
+        }
+        let mut smoothed = match self.smoothed.take() {
+            Some(smoothed) => smoothed,
+            None => frame.to_image(),
+        };
+        let applied = self.noise.smooth(frame, &mut smoothed);
+        let applied = applied.and_then(|()| self.apply_as_fine(smoothed.view(), changed, learning, mask));
+        self.smoothed = Some(smoothed);
+        applied
+    }
+
+    /// As [`BackgroundModel::apply`], of the frame as it lies on the background. A background that was learnt from coarser frames,
+    /// or finer ones, than this is learnt anew.
+    ///
+    /// # Errors
+    /// As [`BackgroundModel::apply`].
+    fn apply_as_fine(
+        &mut self,
+        frame: ImageView<'_, P>,
+        anew: bool,
+        learning: &Learning<'_>,
+        mask: &mut Image<u8>,
+    ) -> Result<Report, VisionError> {
+        if anew {
+            self.model.relearn(frame, 1.0, learning.protect)?;
+            self.age = 0;
+            self.registration.forget();
+        }
         let known = self.params.shake > 0.0 && self.model.sample(frame.width() - 1, frame.height() - 1).is_some();
         if !known || learning.protect.is_some_and(|p| p.size() != frame.size()) {
             return self.apply_in_light(frame, learning, mask);

@@ -13,6 +13,7 @@ mod lighting;
 mod median;
 mod mixture;
 mod mog2;
+mod noise;
 mod registration;
 mod three_frame;
 

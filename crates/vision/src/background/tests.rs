@@ -3,6 +3,7 @@ use crate::VisionError;
 use crate::flow::tests::{noise, texture};
 use pursuit_geometry::Point;
 use pursuit_imaging::Rgb8;
+use pursuit_testkit::lattice;
 
 mod mog2;
 
@@ -305,11 +306,44 @@ fn crowds_are_no_light_step() {
     assert!(report.step.is_none() && report.changed > 0.8);
     for bad in [
         LightingParams { changed: 1.5, ..params },
+        LightingParams { noise: -1.0, ..params },
         LightingParams { explained: -1.0, ..params },
         LightingParams { replaced: f64::NAN, ..params },
     ] {
         assert!(Watched::new(FixedBackground::<u8>::from_first_frame(10), bad).is_err());
     }
+}
+
+#[test]
+fn what_differs_by_little_is_seen_through_noise() {
+    let frame = |k: i64, thing: bool| {
+        let unit = |x: usize, y: usize, c: usize| {
+            let draw = |n: i64| lattice(3 * x as i64 + c as i64, 97 * y as i64 + n, 500 + k as u64);
+            // The sum of twelve uniform draws has the deviation 1.
+            (0..12).map(draw).sum::<f64>() - 6.0
+        };
+        let inside = |x: usize, y: usize| thing && (30..60).contains(&x) && (20..44).contains(&y);
+        let value = |x, y, c| 110.0 + if inside(x, y) { 25.0 } else { 0.0 } + 9.0 * unit(x, y, c);
+        Image::from_fn(96, 64, |x, y| [0, 1, 2].map(|c| value(x, y, c) as u8)).unwrap()
+    };
+    let seen = |noise: f64| {
+        let model = Mog2::<Rgb8>::new(Mog2Params::protected()).unwrap();
+        let mut watched = Watched::new(model, LightingParams { noise, ..LightingParams::default() }).unwrap();
+        let mut mask = mask();
+        for k in 0..30 {
+            let learning = Learning { rate: None, protect: None };
+            watched.apply(frame(k, k == 29).view(), &learning, &mut mask).unwrap();
+        }
+        let share = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
+            let all = columns.len() * rows.len();
+            let out = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
+            out.filter(|(x, y)| mask.row(*y)[*x] == FOREGROUND).count() as f64 / all as f64
+        };
+        (share(32..58, 22..42), share(0..96, 0..16), watched.fineness_px())
+    };
+    let ((through, about, fineness), (without, ..)) = (seen(4.0), seen(0.0));
+    assert!(through > 0.95 && about < 0.01 && without < 0.6, "{through} {about}, without {without}");
+    assert_eq!(fineness, 3);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::detected_motion;
-use super::params::MotionDetectorParams;
+use super::params::{MotionDetectorParams, StartParams};
 use super::scene::{Found, Scene, Sight};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Rgb8};
@@ -79,8 +79,9 @@ impl Detector for MotionDetector {
             source: Box::new(e),
         })?;
         let least = *self.params.rule.ranges(frame.size()).area_px.start();
+        let targets: Vec<BBox> = followed.iter().map(|f| place(f, self.found(), &self.params.start)).collect();
         let mut detections: Vec<Detection> =
-            self.found().iter().map(|f| detection(f, least, followed, &self.params)).collect();
+            self.found().iter().map(|f| detection(f, least, (followed, &targets), &self.params)).collect();
         detections.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         Ok(detections)
     }
@@ -139,6 +140,13 @@ pursuit_tracking::figures! {
     }
 }
 
+/// Where a target is: in the region that it overlaps most, else where it was expected.
+fn place(target: &Followed, found: &[Found], params: &StartParams) -> BBox {
+    let overlaps = found.iter().map(|f| (f.features.bounds, f.features.bounds.iou(&target.bbox)));
+    let known = overlaps.filter(|(_, overlap)| *overlap >= params.known);
+    known.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(target.bbox, |(bounds, _)| bounds)
+}
+
 /// Whether something new is a part of a target, or its shadow: it lies in the target's box, or touches it and is much smaller.
 fn is_part(new: &BBox, target: &BBox, params: &MotionDetectorParams) -> bool {
     let (dx, dy) = (params.start.near * target.width(), params.start.near * target.height());
@@ -148,13 +156,52 @@ fn is_part(new: &BBox, target: &BBox, params: &MotionDetectorParams) -> bool {
 }
 
 /// The larger a region, the less likely it is noise: one of the least area counts one half. What nobody follows yet counts
-/// half as much, so that it starts no target, when it does not move (a seam of light, a chair that was moved) or lies within
-/// a target's box.
-fn detection(found: &Found, least_area_px: f64, followed: &[Followed], params: &MotionDetectorParams) -> Detection {
+/// half as much, so that it starts no target, when it does not move (a seam of light, a chair that was moved), is background that
+/// something uncovers, or lies within a target's box.
+/// `targets` are the places of the targets `followed`.
+fn detection(
+    found: &Found,
+    least_area_px: f64,
+    (followed, targets): (&[Followed], &[BBox]),
+    params: &MotionDetectorParams,
+) -> Detection {
     let bbox = found.features.bounds;
     let size = 1.0 - 0.5 * (least_area_px / found.features.area_px).min(1.0);
     let known = followed.iter().any(|f| f.bbox.iou(&bbox) >= params.start.known);
-    let part = followed.iter().any(|f| is_part(&bbox, &f.bbox, params));
-    let moves = known || (found.stirred >= params.stirred && !part);
+    let part = targets.iter().any(|target| is_part(&bbox, target, params));
+    let moves = known || (found.stirred >= params.stirred && !found.uncovered && !part);
     Detection::new(bbox, if moves { size } else { params.start.still * size })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_vision::region_features::RegionFeatures;
+
+    fn found(left: f64, top: f64, width: f64, height: f64) -> Found {
+        let (bounds, area_px, perimeter_px) =
+            (BBox::from_ltwh(left, top, width, height), width * height, 2.0 * (width + height));
+        let (aspect_ratio, complexity) = (height / width, perimeter_px * perimeter_px / area_px);
+        let features =
+            RegionFeatures { area_px, perimeter_px, aspect_ratio, complexity, centroid: bounds.center(), bounds };
+        Found { features, stirred: 0.5, uncovered: false, part: false }
+    }
+
+    #[test]
+    fn feet_left_behind_and_uncovered_background_start_nothing() {
+        let params = MotionDetectorParams::default();
+        let (walker, foot) = (found(100.0, 50.0, 60.0, 160.0), found(72.0, 180.0, 24.0, 25.0));
+        // Expected farther on than it is.
+        let expected = BBox::from_ltwh(112.0, 50.0, 60.0, 160.0);
+        let followed = [Followed { bbox: expected, measured: true }];
+        let place = place(&followed[0], &[foot, walker], &params.start);
+        assert_eq!(place, walker.features.bounds);
+        let confidence = |found: &Found, place| detection(found, 200.0, (&followed, &[place]), &params).confidence;
+        assert!(confidence(&walker, place) > 0.5 && confidence(&foot, place) < 0.5);
+        assert!(confidence(&foot, expected) > 0.5, "it is beside the walker, not beside what was expected");
+        let uncovered = Found { uncovered: true, ..found(300.0, 50.0, 60.0, 160.0) };
+        assert!(confidence(&uncovered, place) < 0.5);
+        assert!(confidence(&Found { uncovered: false, ..uncovered }, place) > 0.5);
+        assert!(confidence(&Found { uncovered: true, ..walker }, place) > 0.5, "somebody who is followed goes on");
+    }
 }

@@ -45,6 +45,9 @@ pursuit_parameters::parameters! {
         pub closing: f64 = 0.004, in 0.0..=0.1, unit "frame heights", source "ours";
         /// Regions above one another that are no farther apart are one thing.
         pub join: f64 = 0.06, in 0.0..=1.0, unit "of the height of both together", source "ours";
+        /// Regions that a side of the picture cuts are one thing when they are no farther apart than this: what is between them may
+        /// be outside.
+        pub join_cut: f64 = 0.5, in 0.0..=1.0, unit "of the height of both together", source "ours";
         /// Regions are above one another when they share this much of the narrower one's width.
         pub above: f64 = 0.5, in 0.0..=1.0, source "ours";
         /// A thing's parts may be this many times smaller than the least area.
@@ -149,6 +152,9 @@ pursuit_parameters::parameters! {
         pub exposure: bool = true, source "ours";
         /// How far a camera that shakes may shift the picture; 0: it stands still.
         pub shake: f64 = 0.015, in 0.0..=0.1, unit "of the longer side", source "ours";
+        /// Standard deviation of the sensor's noise that is tolerated: where there is more, every pixel is seen as the mean of those
+        /// about it, of as many as bring the noise down to this; 0: frames are seen as they are.
+        pub noise: f64 = 4.0, in 0.0..=255.0, unit "codes", source "ours";
     }
 }
 
@@ -204,6 +210,7 @@ impl MotionDetectorParams {
             settled_frames: u32::try_from(self.settled_frames).unwrap_or(u32::MAX),
             exposure: self.light.exposure,
             shake: self.light.shake,
+            noise: self.light.noise,
         }
     }
 

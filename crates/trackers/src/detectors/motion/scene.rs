@@ -5,14 +5,14 @@ use super::groups::{Part, divide};
 use super::held::Held;
 use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
 use super::shade::Shade;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{Image, ImageView};
 use pursuit_vision::background::{
     BACKGROUND, BackgroundModel, Channels, FOREGROUND, FixedBackground, Learning, LightingStep, Mog2, RunningAverage,
     TemporalMedian, ThreeFrame, Watched, learning_rate, protect_foreground,
 };
 use pursuit_vision::morphology::{MorphologyScratch, dilate, erode};
-use pursuit_vision::region_features::RegionFeatures;
+use pursuit_vision::region_features::{FeatureRanges, RegionFeatures};
 use pursuit_vision::regions::RegionFinder;
 use pursuit_vision::{PixelWindow, VisionError};
 use std::sync::Arc;
@@ -47,6 +47,8 @@ pub(super) struct Found {
     pub features: RegionFeatures,
     /// Share of its pixels that have changed since the frame before.
     pub stirred: f64,
+    /// Whether its outline is rather one of the background than of the frame: something has uncovered it.
+    pub uncovered: bool,
     /// Whether it is the part that one target has in a region; the features but the place are those of the region.
     pub part: bool,
 }
@@ -172,7 +174,8 @@ impl<P: Channels> Scene<P> {
         self.find_background(params)?;
         let lit = self.model.relit().unwrap_or(frame);
         if self.known {
-            self.shade.remove(&params.shade, lit, self.background.view(), &mut self.mask);
+            let background = (self.background.view(), self.model.fineness_px());
+            self.shade.remove(&params.shade, lit, background, &mut self.mask);
         }
         self.clean(params)?;
         self.held.count(&self.mask, dt_s);
@@ -241,19 +244,18 @@ impl<P: Channels> Scene<P> {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
             let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
             let edges = (self.outline.as_slice(), self.mask.view(), features.centroid);
-            // What moves is no ghost.
-            if self.known
-                && stirred < params.stirred
-                && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio
-            {
+            let uncovered =
+                self.known && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio;
+            // What moves is not learnt: it may be somebody before a part of the background that has more edges.
+            if uncovered && stirred < params.stirred {
                 self.ghosts.push(features.bounds);
             } else {
-                self.found.push(Found { features, stirred, part: false });
+                self.found.push(Found { features, stirred, uncovered, part: false });
             }
         }
-        join(&mut self.found, params);
+        join(&mut self.found, frame.size(), params);
         self.divide(&params.grouping);
-        self.found.retain(|f| f.part || ranges.admit(&f.features));
+        self.found.retain(|f| f.part || admits(&ranges, &f.features, frame.size()));
         if !self.ghosts.is_empty() {
             // Everything but the ghosts is kept.
             protect_foreground(self.mask.view(), &self.ghosts, &mut self.protect)?;
@@ -306,11 +308,27 @@ fn shift(mask: &Image<u8>, (dx, dy): (f64, f64), to: &mut Image<u8>) -> Result<(
     Ok(())
 }
 
-/// Joins regions above one another that are near: a belt, or a wall of the colour of a coat, cuts a person in two.
-fn join(parts: &mut Vec<Found>, params: &MotionDetectorParams) {
+/// Whether the left or the right border of the picture cuts a box, and whether the upper or the lower one does.
+fn cut(bbox: &BBox, frame: Size) -> (bool, bool) {
+    let beside = bbox.left() <= 0.0 || bbox.right() >= frame.width as f64;
+    let above = bbox.top() <= 0.0 || bbox.bottom() >= frame.height as f64;
+    (beside, above)
+}
+
+/// Whether the matching rule admits a region. What the picture's border cuts is wider, or higher, than is seen of it.
+fn admits(ranges: &FeatureRanges, features: &RegionFeatures, frame: Size) -> bool {
+    let (wider, higher) = cut(&features.bounds, frame);
+    let least = if higher { 0.0 } else { *ranges.aspect_ratio.start() };
+    let most = if wider { f64::MAX } else { *ranges.aspect_ratio.end() };
+    FeatureRanges { aspect_ratio: least..=most, ..ranges.clone() }.admit(features)
+}
+
+/// Joins regions above one another that are near: a belt, or a wall of the colour of a coat, cuts a person in two; so does the
+/// picture's border one who comes in by a foot and a hand.
+fn join(parts: &mut Vec<Found>, frame: Size, params: &MotionDetectorParams) {
     let mut i = 0;
     while i < parts.len() {
-        match (i + 1..parts.len()).find(|&j| belong(&parts[i].features.bounds, &parts[j].features.bounds, params)) {
+        match (i + 1..parts.len()).find(|&j| belong([i, j].map(|k| &parts[k].features.bounds), frame, params)) {
             Some(j) => {
                 let other = parts.swap_remove(j);
                 parts[i] = parts[i].with(&other);
@@ -322,10 +340,12 @@ fn join(parts: &mut Vec<Found>, params: &MotionDetectorParams) {
     }
 }
 
-fn belong(a: &BBox, b: &BBox, params: &MotionDetectorParams) -> bool {
+fn belong([a, b]: [&BBox; 2], frame: Size, params: &MotionDetectorParams) -> bool {
+    let cut = cut(a, frame).0 && cut(b, frame).0;
+    let join = if cut { params.join.max(params.join_cut) } else { params.join };
     let shared = a.right().min(b.right()) - a.left().max(b.left());
     let apart = a.top().max(b.top()) - a.bottom().min(b.bottom());
-    apart <= params.join * a.union(b).height() && shared >= params.above * a.width().min(b.width())
+    apart <= join * a.union(b).height() && shared >= params.above * a.width().min(b.width())
 }
 
 impl Found {
@@ -343,7 +363,8 @@ impl Found {
             centroid: Point::new(mean(a.centroid.x, b.centroid.x), mean(a.centroid.y, b.centroid.y)),
             bounds,
         };
-        Self { features, stirred: mean(self.stirred, other.stirred), part: false }
+        let uncovered = if self.features.area_px < other.features.area_px { other.uncovered } else { self.uncovered };
+        Self { features, stirred: mean(self.stirred, other.stirred), uncovered, part: false }
     }
 }
 
@@ -375,6 +396,8 @@ fn stirred<P: Channels>(
 mod tests {
     use super::*;
 
+    const PICTURE: Size = Size { width: 160, height: 160 };
+
     fn part(left: f64, top: f64, width: f64, height: f64) -> Found {
         let (bounds, area_px, perimeter_px) =
             (BBox::from_ltwh(left, top, width, height), width * height, 2.0 * (width + height) - 4.0);
@@ -386,7 +409,7 @@ mod tests {
             centroid: bounds.center(),
             bounds,
         };
-        Found { features, stirred: left / 100.0, part: false }
+        Found { features, stirred: left / 100.0, uncovered: false, part: false }
     }
 
     #[test]
@@ -398,7 +421,7 @@ mod tests {
             part(15.0, 20.0, 10.0, 10.0),
             part(12.0, 34.0, 20.0, 22.0),
         ];
-        join(&mut parts, &MotionDetectorParams { join: 0.1, ..MotionDetectorParams::default() });
+        join(&mut parts, PICTURE, &MotionDetectorParams { join: 0.1, ..MotionDetectorParams::default() });
         assert_eq!(parts.len(), 2);
         let whole = parts[0].features;
         assert!((parts[0].stirred - (0.1 * 800.0 + 0.15 * 100.0 + 0.12 * 440.0) / 1340.0).abs() < 1e-12);
@@ -416,8 +439,32 @@ mod tests {
             (part(20.5, 102.0, 20.0, 36.0), 2),
         ] {
             let mut parts = vec![part(10.0, 60.0, 20.0, 40.0), other];
-            join(&mut parts, &MotionDetectorParams { join: 0.05, ..MotionDetectorParams::default() });
+            join(&mut parts, PICTURE, &MotionDetectorParams { join: 0.05, ..MotionDetectorParams::default() });
             assert_eq!(parts.len(), together, "{other:?}");
         }
+    }
+
+    #[test]
+    fn what_the_border_cuts_is_one_thing() {
+        let joined = |left: f64| {
+            let mut parts = vec![part(left, 120.0, 20.0, 35.0), part(left, 64.0, 10.0, 12.0)];
+            join(&mut parts, PICTURE, &MotionDetectorParams::default());
+            parts.len()
+        };
+        assert_eq!((joined(0.0), joined(5.0)), (1, 2), "a hand and a foot come in");
+        let mut far = vec![part(0.0, 120.0, 20.0, 35.0), part(0.0, 20.0, 10.0, 12.0)];
+        join(&mut far, PICTURE, &MotionDetectorParams::default());
+        assert_eq!(far.len(), 2, "too far");
+    }
+
+    #[test]
+    fn what_the_border_cuts_is_wider_or_higher_than_seen() {
+        let ranges = MotionDetectorParams::default().rule.ranges(PICTURE);
+        let admitted = |found: Found| admits(&ranges, &found.features, PICTURE);
+        let sliver = |left: f64| admitted(part(left, 40.0, 10.0, 100.0));
+        assert_eq!((sliver(0.0), sliver(40.0), sliver(150.0)), (true, false, true));
+        let head = |top: f64| admitted(part(60.0, top, 60.0, 12.0));
+        assert_eq!((head(0.0), head(40.0), head(148.0)), (true, false, true));
+        assert!(!admitted(part(0.0, 40.0, 60.0, 12.0)), "too wide already");
     }
 }

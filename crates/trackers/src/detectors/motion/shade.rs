@@ -1,5 +1,6 @@
 //! Tells another light on the background from a thing before it: in a shadow, and where a lamp goes on or out, the grain of the
-//! background is still seen. What hides it has a grain of its own.
+//! background is still seen. What hides it has a grain of its own. Where frames are smoothed, neighbours are pixels so far apart that
+//! they have nothing in common.
 
 use super::params::ShadeParams;
 use pursuit_imaging::{Image, ImageView};
@@ -46,12 +47,13 @@ pub(super) struct Shade {
 }
 
 impl Shade {
-    /// Takes out of `mask` what shows the background in another light.
+    /// Takes out of `mask` what shows the background in another light; frame and background are means over squares of a side of
+    /// `fineness_px`.
     pub fn remove<P: Channels>(
         &mut self,
         params: &ShadeParams,
         frame: ImageView<'_, P>,
-        background: ImageView<'_, P>,
+        (background, fineness_px): (ImageView<'_, P>, usize),
         mask: &mut Image<u8>,
     ) {
         let (width, height) = (mask.width(), mask.height());
@@ -62,16 +64,17 @@ impl Shade {
         let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
         self.blocks.clear();
         self.blocks.resize(columns * rows, Grain::default());
-        for y in 0..height.saturating_sub(1) {
-            let (marks, below) = (mask.row(y), mask.row(y + 1));
-            let (now, next) = (frame.row(y), frame.row(y + 1));
-            let (learnt, learnt_next) = (background.row(y), background.row(y + 1));
+        for y in 0..height.saturating_sub(fineness_px) {
+            let (marks, below) = (mask.row(y), mask.row(y + fineness_px));
+            let (now, next) = (frame.row(y), frame.row(y + fineness_px));
+            let (learnt, learnt_next) = (background.row(y), background.row(y + fineness_px));
             let blocks = &mut self.blocks[(y / side) * columns..][..columns];
-            for x in (0..width.saturating_sub(1)).filter(|x| marks[*x] == FOREGROUND) {
+            for x in (0..width.saturating_sub(fineness_px)).filter(|x| marks[*x] == FOREGROUND) {
                 let block = &mut blocks[x / side];
                 let (here, was) = (brightness(now[x]), brightness(learnt[x]));
-                if marks[x + 1] == FOREGROUND {
-                    block.add(brightness(learnt[x + 1]) - was, brightness(now[x + 1]) - here);
+                let beside = x + fineness_px;
+                if marks[beside] == FOREGROUND {
+                    block.add(brightness(learnt[beside]) - was, brightness(now[beside]) - here);
                 }
                 if below[x] == FOREGROUND {
                     block.add(brightness(learnt_next[x]) - was, brightness(next[x]) - here);
@@ -128,7 +131,7 @@ mod tests {
         let mut mask =
             Image::from_fn(96, 64, |x, y| if (20..70).contains(&x) && (10..50).contains(&y) { 255 } else { 0 })
                 .unwrap();
-        Shade::default().remove(&ShadeParams::default(), frame.view(), background.view(), &mut mask);
+        Shade::default().remove(&ShadeParams::default(), frame.view(), (background.view(), 1), &mut mask);
         mask.as_slice().iter().filter(|v| **v != 0).count()
     }
 
@@ -141,5 +144,21 @@ mod tests {
         let plain = Image::filled(96, 64, 40u8).unwrap();
         assert_eq!(left_of(&plain, &background), 50 * 40, "something plain");
         assert_eq!(left_of(&plain, &Image::filled(96, 64, 90u8).unwrap()), 50 * 40, "nothing to tell by");
+    }
+
+    #[test]
+    fn shadows_on_smoothed_frames_are_told_by_pixels_farther_apart() {
+        // Grain of five pixels; of noise something is left.
+        let coarse = |x: usize, y: usize| 90.0 + 50.0 * lattice((x / 5) as i64, (y / 5) as i64, 1);
+        let background = Image::from_fn(96, 64, |x, y| coarse(x, y) as u8).unwrap();
+        let noise = |x: usize, y: usize| 40.0 * lattice(x as i64, y as i64, 77) - 20.0;
+        let shadow = Image::from_fn(96, 64, |x, y| (0.5 * coarse(x, y) + noise(x, y)).max(0.0) as u8).unwrap();
+        let left = |fineness_px: usize| {
+            let mut mask = Image::filled(96, 64, FOREGROUND).unwrap();
+            let background = (background.view(), fineness_px);
+            Shade::default().remove(&ShadeParams::default(), shadow.view(), background, &mut mask);
+            mask.as_slice().iter().filter(|v| **v != 0).count() as f64 / (96.0 * 64.0)
+        };
+        assert!(left(5) < 0.25 && left(1) > 0.9, "{} {}", left(5), left(1));
     }
 }

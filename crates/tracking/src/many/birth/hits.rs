@@ -1,5 +1,6 @@
 //! M of N.
 
+use crate::Detection;
 use serde::{Deserialize, Serialize};
 
 pursuit_parameters::parameters! {
@@ -11,6 +12,8 @@ pursuit_parameters::parameters! {
         pub looks: usize = 5, in 1..=64, unit "frames", source "ours";
         /// Whether the detection that starts a candidate counts.
         pub birth_counts: bool = true, source "bewley2016, its program: it does not";
+        /// A detection less likely than this is none of them.
+        pub from: f64 = 0.0, in 0.0..=1.0, source "ours";
         /// A candidate is kept for so many frames without a detection, one after the other, though M of N cannot be reached.
         pub patience: usize = 0, in 0..=1_000_000, unit "frames", source "ours";
     }
@@ -27,7 +30,8 @@ pub(in crate::many) struct Hits {
 }
 
 impl Hits {
-    pub fn look(&mut self, detected: bool, params: &HitsParams) {
+    pub fn look(&mut self, detection: Option<&Detection>, params: &HitsParams) {
+        let detected = detection.is_some_and(|d| d.confidence >= params.from);
         let counts = detected && (self.looks > 0 || params.birth_counts);
         self.history = self.history << 1 | u64::from(counts);
         self.looks += 1;

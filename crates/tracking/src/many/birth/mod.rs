@@ -74,7 +74,7 @@ impl Evidence {
     /// A frame, and the candidate's detection in it.
     pub fn look(&mut self, detection: Option<&Detection>, params: &BirthParams) {
         match self {
-            Self::Hits(hits) => hits.look(detection.is_some(), &params.hits),
+            Self::Hits(hits) => hits.look(detection, &params.hits),
             Self::Ratio(nats) => {
                 let said = params.ratio.nats(detection.map(|d| d.confidence));
                 nats.add(said, &(&params.ratio).into());
