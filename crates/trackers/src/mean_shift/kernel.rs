@@ -107,7 +107,7 @@ mod tests {
             some += 1;
         });
         Kernel::new(&bbox, usize::MAX).for_each(image.view(), |_, _, _| all += 1);
-        assert!((some * 16 - all as i32).abs() < all as i32 / 20, "{some} of {all}");
+        assert!((some * 16 - all).abs() < all / 20, "{some} of {all}");
     }
 
     #[test]

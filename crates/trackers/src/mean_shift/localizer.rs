@@ -298,10 +298,9 @@ mod tests {
         let p = |bin: usize| under.iter().filter(|u| u.3 == bin).map(|u| u.2).sum::<f64>() / total;
         let weights: Vec<f64> = under.iter().map(|u| (q[u.3] / p(u.3)).sqrt()).collect();
         let sum: f64 = weights.iter().sum();
-        let mean = |of: &dyn Fn(&(f64, f64, f64, usize)) -> f64| {
-            under.iter().zip(&weights).map(|(u, w)| w * of(u)).sum::<f64>() / sum
-        };
-        Point::new(mean(&|u| u.0), mean(&|u| u.1))
+        let weighted = || under.iter().zip(&weights);
+        let (x, y) = (weighted().map(|(u, w)| w * u.0).sum::<f64>(), weighted().map(|(u, w)| w * u.1).sum::<f64>());
+        Point::new(x / sum, y / sum)
     }
 
     #[test]
