@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn large_kernels_are_looked_at_on_a_grid() {
         let image = Image::from_fn(200, 150, |x, y| [x as u8, y as u8, 7]).unwrap();
-        let (mut some, mut all) = (0, 0);
+        let (mut some, mut all) = (0_i32, 0_i32);
         let bbox = BBox::from_ltwh(10.0, 10.0, 160.0, 120.0);
         Kernel::new(&bbox, 1200).for_each(image.view(), |pixel, _, _| {
             assert!(pixel[0] % 4 == 0 && pixel[1] % 4 == 0);
