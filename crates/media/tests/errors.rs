@@ -52,7 +52,7 @@ fn missing_and_misspelt_inputs() {
     assert!(error_of("").contains("empty"));
     assert!(error_of("camera:x").contains("camera:0"));
     assert!(error_of("camera:250").contains("/dev/video250"));
-    assert!(error_of("rtsp://127.0.0.1/x").contains("ffmpeg"));
+    assert!(error_of("rtmp://127.0.0.1/x").contains("ffmpeg"));
 }
 
 #[test]

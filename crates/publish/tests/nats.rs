@@ -120,8 +120,8 @@ fn stalled_servers_are_noticed_in_bounded_memory() {
 
 #[cfg(unix)]
 impl publishers::Fallible for NatsServer {
-    /// What was written between two of its confirmations.
-    const UNSURE: u64 = 201;
+    /// A server confirms what was written before the last question, which may be all: heard is not confirmed.
+    const UNSURE: u64 = 401;
 
     fn open() -> Option<Self> {
         Self::open()
