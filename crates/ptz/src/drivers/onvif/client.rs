@@ -204,10 +204,12 @@ impl Client {
         let mut answer = post.send(message).map_err(|error| self.failed(doing, error))?;
         let date = answer.headers().get("date").and_then(|value| clock::read_http(value.to_str().ok()?));
         self.http_s = date.map(|camera_s| camera_s - clock::now_s()).or(self.http_s);
-        // The first that is understood: a camera names the strongest first. Basic would give the password away.
+        // The first that is understood: a camera names the strongest first. Basic would give the password away; the library knows it where
+        // another part of the program, such as RTSP, has asked for that.
         let asked = answer.headers().get_all("www-authenticate").iter().filter_map(|value| value.to_str().ok());
         let challenge = PasswordClient::builder();
         let challenge = asked.fold(challenge, PasswordClientBuilder::challenges).build().ok();
+        let challenge = challenge.filter(|challenge| matches!(challenge, PasswordClient::Digest(_)));
         let body = answer.body_mut().with_config().limit(Self::LONGEST).lossy_utf8(true).read_to_string();
         let text = body.map_err(|error| self.failed(doing, error))?;
         Ok((answer.status(), challenge, text))
