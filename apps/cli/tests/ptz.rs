@@ -279,6 +279,6 @@ fn a_simulated_head_hangs_below_a_drone() {
     let orbit = simulate(&["--walk", "standing", "--controller", "velocity", "--set", "drone.flight=orbit"]);
     assert!(stdout(&orbit).contains("\"overshoot\": null"), "before a camera that moves nothing stands");
     fails(&simulate(&["--set", "drone.altitude_m=1"]), 1, &["altitude_m"]);
-    fails(&simulate(&["--set", "drone.flight=dive"]), 2, &["hover, transit, orbit"]);
+    fails(&simulate(&["--set", "drone.flight=dive"]), 1, &["`hover`, `transit`, `orbit`", "drone.flight"]);
     fails(&simulate(&["--set", "drone.altitude_m=9", "--scene", "wide-world"]), 2, &["--scene"]);
 }

@@ -40,7 +40,9 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     }
     let said = super::read(args.head.as_deref(), settings)?;
     let wrong = || format!("{} is no simulation of a head", super::origin(args.head.as_deref()));
-    let study: Study = said.try_into().with_context(wrong)?;
+    // The error says in a second line where it is.
+    let one_line = |error: toml::de::Error| anyhow::Error::msg(error.to_string().trim().replace('\n', " "));
+    let study: Study = said.try_into().map_err(one_line).with_context(wrong)?;
     study.validate().with_context(wrong)?;
     if study.drone.is_some() && (args.grid || args.scene.is_some() || args.clip.is_some()) {
         return Err(RunError::usage(
