@@ -8,10 +8,10 @@ mod moments;
 pub use localizer::{CamShift, CamShiftFinding};
 pub use moments::{Moments, Spread};
 
-use crate::mean_shift::patient;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -105,6 +105,10 @@ impl LocalizerRecipe for CamShiftParams {
 
 /// `camshift`.
 pub fn camshift(name: &'static str) -> TrackerRecipe<CamShiftParams> {
-    let groups = GroupParams { motion: MotionParams::sudden(), policy: patient(), search: SearchParams::default() };
+    let groups = GroupParams {
+        motion: MotionParams::sudden(),
+        policy: PolicyParams::patient(),
+        search: SearchParams::default(),
+    };
     TrackerRecipe { name, localizer: CamShiftParams::default(), groups }
 }

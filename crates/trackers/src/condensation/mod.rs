@@ -9,10 +9,10 @@ pub use contour::{ContourParams, Outline};
 pub use dynamics::{Dynamics, DynamicsParams};
 pub use localizer::{Condensation, CondensationFinding};
 
-use crate::mean_shift::patient;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -71,7 +71,7 @@ pub fn condensation(name: &'static str) -> TrackerRecipe<CondensationParams> {
     let groups = GroupParams {
         // A mean of samples strays by a few hundredths of the target's size.
         motion: MotionParams { acceleration: 100.0, position_noise: 0.02, size_noise: 0.05, ..MotionParams::default() },
-        policy: patient(),
+        policy: PolicyParams::patient(),
         search: SearchParams::default(),
     };
     TrackerRecipe { name, localizer: CondensationParams::default(), groups }

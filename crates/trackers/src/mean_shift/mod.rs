@@ -12,7 +12,7 @@ pub use localizer::{MeanShift, MeanShiftFinding};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::policy::{CalibratedParams, PolicyParams};
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
 
@@ -103,16 +103,10 @@ impl LocalizerRecipe for MeanShiftParams {
 
 /// `meanshift`.
 pub fn meanshift(name: &'static str) -> TrackerRecipe<MeanShiftParams> {
-    let groups = GroupParams { motion: MotionParams::sudden(), policy: patient(), search: SearchParams::default() };
+    let groups = GroupParams {
+        motion: MotionParams::sudden(),
+        policy: PolicyParams::patient(),
+        search: SearchParams::default(),
+    };
     TrackerRecipe { name, localizer: MeanShiftParams::default(), groups }
-}
-
-/// The policy of methods that go by colours: they bear a long doubt, in which they follow what is likeliest, better than they find a
-/// target again all over the frame.
-pub(crate) fn patient() -> PolicyParams {
-    PolicyParams {
-        lost_after_s: 2.0,
-        calibrated: CalibratedParams { lost_below: 0.2, ..CalibratedParams::default() },
-        ..PolicyParams::default()
-    }
 }

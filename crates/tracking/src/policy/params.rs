@@ -48,6 +48,15 @@ pursuit_parameters::parameters! {
     }
 }
 
+impl PolicyParams {
+    /// Of methods that go by colours: they bear a long doubt, in which they follow what is likeliest, better than they find a target again
+    /// all over the frame.
+    pub fn patient() -> Self {
+        let calibrated = CalibratedParams { lost_below: 0.2, ..CalibratedParams::default() };
+        Self { lost_after_s: 2.0, calibrated, ..Self::default() }
+    }
+}
+
 /// The models that judge by the calibrated probability.
 const BY_PROBABILITY: [PolicyModel; 2] = [PolicyModel::Calibrated, PolicyModel::Gated];
 /// The models that lose a target.
