@@ -296,7 +296,7 @@ fn facts(answers: &[Answer], params: &CalibrationParams) -> Result<AxisFacts> {
     let squared = |speed: f64| speed * speed;
     let pictures_s2 = (squared(fast_deg_s) * of_fast - squared(middle_deg_s) * of_middle)
         / (squared(fast_deg_s) - squared(middle_deg_s));
-    let pictures_s2 = pictures_s2.clamp(0.0, of_fast);
+    let pictures_s2 = pictures_s2.max(0.0).min(of_fast);
     // The same move to and fro takes effect after the same time but for the jitter: two pairs of two, at one speed each, since an error of the
     // speed moves both alike. The pictures take their part of it.
     let square = |a: &Answer, b: &Answer, speed_deg_s: f64| {
