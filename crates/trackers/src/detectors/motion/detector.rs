@@ -1,6 +1,7 @@
 use super::detected_motion;
+use super::found::Found;
 use super::params::{MotionDetectorParams, StartParams};
-use super::scene::{Found, Scene, Sight};
+use super::scene::{Scene, Sight};
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_tracking::motion::MotionParams;

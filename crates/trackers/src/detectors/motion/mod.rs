@@ -6,6 +6,7 @@
 //! was learnt at) is told from a thing by its edges, and learnt at once.
 
 mod detector;
+mod found;
 mod ghost;
 mod groups;
 mod held;
