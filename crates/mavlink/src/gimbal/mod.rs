@@ -1,14 +1,14 @@
 //! A gimbal by the gimbal protocol v2: <https://mavlink.io/en/services/gimbal_v2.html>.
 
-use crate::rotation::Rotation;
-use crate::{Endpoint, Identity, Incoming, MavlinkError, Result, Vehicle};
+mod heard;
+
+use crate::{Endpoint, Identity, MavlinkError, Result};
+use heard::Heard;
 use mavlink::dialects::common::{
-    COMMAND_LONG_DATA, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GIMBAL_MANAGER_INFORMATION_DATA,
-    GIMBAL_MANAGER_SET_PITCHYAW_DATA, GimbalDeviceFlags, GimbalManagerCapFlags, GimbalManagerFlags, MavCmd, MavMessage,
-    MavResult,
+    COMMAND_LONG_DATA, GIMBAL_MANAGER_INFORMATION_DATA, GIMBAL_MANAGER_SET_PITCHYAW_DATA, GimbalManagerCapFlags,
+    GimbalManagerFlags, MavCmd, MavMessage, MavResult,
 };
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const MANAGER_INFORMATION: u32 = 280;
@@ -67,14 +67,14 @@ pub struct Gimbal {
     limits: GimbalLimits,
     can: GimbalManagerCapFlags,
     leaves: bool,
-    shared: Arc<Shared>,
+    heard: Arc<Heard>,
 }
 
 /// Asks a gimbal how it is turned; once that is let go of it says nothing more.
 #[derive(Clone)]
 pub struct AttitudeWatch {
     id: GimbalId,
-    shared: Arc<Shared>,
+    heard: Arc<Heard>,
 }
 
 impl AttitudeWatch {
@@ -85,118 +85,7 @@ impl AttitudeWatch {
 
     /// How it is turned, where it has said so within the last second.
     pub fn attitude(&self) -> Option<Attitude> {
-        self.shared.attitude()
-    }
-}
-
-#[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
-
-#[derive(Default)]
-struct State {
-    /// Which gimbal is listened to, once that is known.
-    id: Option<GimbalId>,
-    found: Vec<(Identity, GIMBAL_MANAGER_INFORMATION_DATA)>,
-    answer: Option<(MavCmd, MavResult)>,
-    attitude: Option<(Instant, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA)>,
-    /// Who is in control, where the manager has said so.
-    primary: Option<Identity>,
-    vehicle: Vehicle,
-    ended: bool,
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Waits until `found` gives something.
-    fn wait_for<T>(&self, patience: Duration, mut found: impl FnMut(&mut State) -> Option<T>) -> Option<T> {
-        let until = Instant::now() + patience;
-        let mut state = self.lock();
-        loop {
-            if let Some(what) = found(&mut state) {
-                return Some(what);
-            }
-            let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return None;
-            }
-            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-
-    fn attitude(&self) -> Option<Attitude> {
-        let state = self.lock();
-        let now = Instant::now();
-        let (at, said) = state.attitude.as_ref()?;
-        if now.saturating_duration_since(*at) > Gimbal::LASTS {
-            return None;
-        }
-        let (roll, pitch, yaw) = Rotation::of(said.q)?.euler();
-        let vehicle_yaw = state.vehicle.stand(now).map(|stand| stand.yaw_deg);
-        // A gimbal that knows how the vehicle is turned says so itself. Zero is what one says that does not know this newer part of the
-        // message: what is cut off its end reads as zero.
-        let vehicle_yaw =
-            Some(f64::from(said.delta_yaw).to_degrees()).filter(|v| v.is_finite() && *v != 0.0).or(vehicle_yaw);
-        let yaw_deg = yaw.to_degrees();
-        let (yaw_deg, is_of_earth) = match (is_of_earth(said.flags), vehicle_yaw) {
-            (true, _) => (yaw_deg, true),
-            (false, Some(vehicle)) => (wrapped(yaw_deg + vehicle), true),
-            (false, None) => (yaw_deg, false),
-        };
-        Some(Attitude { yaw_deg, pitch_deg: pitch.to_degrees(), roll_deg: roll.to_degrees(), is_of_earth })
-    }
-
-    fn listen(&self, identity: Identity, incoming: &Receiver<Incoming>) {
-        loop {
-            match incoming.recv_timeout(Duration::from_millis(100)) {
-                Ok(incoming) => self.take(identity, &incoming),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            if self.lock().ended {
-                return;
-            }
-        }
-    }
-
-    fn take(&self, identity: Identity, incoming: &Incoming) {
-        let now = Instant::now();
-        let sender = Identity { system: incoming.system, component: incoming.component };
-        let mut state = self.lock();
-        state.vehicle.take(identity, incoming, now);
-        let id = state.id;
-        match &*incoming.message {
-            MavMessage::GIMBAL_MANAGER_INFORMATION(information) => {
-                state
-                    .found
-                    .retain(|(of, known)| *of != sender || known.gimbal_device_id != information.gimbal_device_id);
-                if state.found.len() < 16 {
-                    state.found.push((sender, information.clone()));
-                }
-            }
-            MavMessage::GIMBAL_MANAGER_STATUS(status)
-                if id.is_some_and(|id| id.is_managed_by(sender) && id.device == status.gimbal_device_id) =>
-            {
-                let (system, component) = (status.primary_control_sysid, status.primary_control_compid);
-                state.primary = Some(Identity { system, component });
-            }
-            MavMessage::GIMBAL_DEVICE_ATTITUDE_STATUS(attitude)
-                if id.is_some_and(|id| id.is_told_by(sender, attitude.gimbal_device_id)) =>
-            {
-                state.attitude = Some((now, attitude.clone()));
-            }
-            MavMessage::COMMAND_ACK(answer) if id.is_some_and(|id| id.is_managed_by(sender)) => {
-                state.answer = Some((answer.command, answer.result));
-            }
-            _ => return,
-        }
-        drop(state);
-        self.changed.notify_all();
+        self.heard.attitude()
     }
 }
 
@@ -214,8 +103,8 @@ impl Gimbal {
     /// # Errors
     /// [`MavlinkError::NoGimbal`], [`MavlinkError::Refused`], [`MavlinkError::TimedOut`].
     pub fn find(endpoint: Endpoint, device: Option<u8>) -> Result<Self> {
-        let shared = Arc::<Shared>::default();
-        let (theirs, incoming, identity) = (shared.clone(), endpoint.listen(), endpoint.identity());
+        let heard = Arc::<Heard>::default();
+        let (theirs, incoming, identity) = (heard.clone(), endpoint.listen(), endpoint.identity());
         let thread = std::thread::Builder::new().name("mavlink gimbal".to_owned());
         let started = thread.spawn(move || theirs.listen(identity, &incoming));
         started.map_err(|source| MavlinkError::Io { link: "MAVLink".into(), doing: "starting a thread", source })?;
@@ -232,17 +121,17 @@ impl Gimbal {
             // The own vehicle's, and any that answers.
             ask(identity.system);
             ask(0);
-            shared.wait_for(Self::ANSWER, |state| state.found.iter().find(|(_, i)| fits(i)).cloned())
+            heard.wait_for(Self::ANSWER, |state| state.found.iter().find(|(_, i)| fits(i)).cloned())
         });
         let Some((manager, information)) = found else {
-            shared.lock().ended = true;
+            heard.lock().ended = true;
             return Err(MavlinkError::NoGimbal { after_s: (Self::ATTEMPTS * Self::ANSWER).as_secs_f64() });
         };
         let device = information.gimbal_device_id;
         let id = GimbalId { system: manager.system, component: manager.component, device };
-        shared.lock().id = Some(id);
+        heard.lock().id = Some(id);
         let gimbal =
-            Self { id, limits: limits(&information), can: information.cap_flags, leaves: false, endpoint, shared };
+            Self { id, limits: limits(&information), can: information.cap_flags, leaves: false, endpoint, heard };
         gimbal.take_control()?;
         gimbal.ask_for_attitude();
         Ok(gimbal)
@@ -285,11 +174,11 @@ impl Gimbal {
     /// Sends a command to the manager until it answers.
     fn command(&self, data: COMMAND_LONG_DATA, doing: &'static str) -> Result<MavResult> {
         for confirmation in 0..3 {
-            self.shared.lock().answer = None;
+            self.heard.lock().answer = None;
             let to = COMMAND_LONG_DATA { confirmation, ..data.clone() };
             let to = COMMAND_LONG_DATA { target_system: self.id.system, target_component: self.id.component, ..to };
             self.endpoint.send(&MavMessage::COMMAND_LONG(to));
-            let answered = self.shared.wait_for(Self::ANSWER, |state| {
+            let answered = self.heard.wait_for(Self::ANSWER, |state| {
                 state.answer.filter(|(command, _)| *command == data.command).map(|(_, result)| result)
             });
             if let Some(result) = answered {
@@ -311,17 +200,17 @@ impl Gimbal {
     /// Who else has taken control, if somebody has. Who took it over by hand is not fought.
     pub fn taken_by(&self) -> Option<Identity> {
         let own = self.endpoint.identity();
-        self.shared.lock().primary.filter(|who| *who != own)
+        self.heard.lock().primary.filter(|who| *who != own)
     }
 
     /// How it is turned, where it has said so within the last second.
     pub fn attitude(&self) -> Option<Attitude> {
-        self.shared.attitude()
+        self.heard.attitude()
     }
 
     /// Asks the same from elsewhere.
     pub fn watch(&self) -> AttitudeWatch {
-        AttitudeWatch { id: self.id, shared: self.shared.clone() }
+        AttitudeWatch { id: self.id, heard: self.heard.clone() }
     }
 
     /// Waits until it has said how it is turned.
@@ -330,7 +219,7 @@ impl Gimbal {
     /// [`MavlinkError::TimedOut`]: without that nobody can follow by it.
     pub fn wait_for_attitude(&self) -> Result<Attitude> {
         for _ in 0..Self::ATTEMPTS {
-            let said = self.shared.wait_for(Self::ANSWER, |state| state.attitude.as_ref().map(drop));
+            let said = self.heard.wait_for(Self::ANSWER, |state| state.attitude.as_ref().map(drop));
             if let Some(attitude) = said.and_then(|()| self.attitude()) {
                 return Ok(attitude);
             }
@@ -368,7 +257,7 @@ impl Gimbal {
     }
 
     fn stand(&self) -> Option<crate::vehicle::Stand> {
-        self.shared.lock().vehicle.stand(Instant::now())
+        self.heard.lock().vehicle.stand(Instant::now())
     }
 
     fn flags(&self) -> GimbalManagerFlags {
@@ -413,7 +302,7 @@ impl Drop for Gimbal {
                 tracing::warn!("{error}");
             }
         }
-        self.shared.lock().ended = true;
+        self.heard.lock().ended = true;
     }
 }
 
@@ -435,15 +324,6 @@ fn limits(information: &GIMBAL_MANAGER_INFORMATION_DATA) -> GimbalLimits {
             range(information.yaw_min, information.yaw_max)
         };
     GimbalLimits { pitch_deg: range(information.pitch_min, information.pitch_max), yaw_deg }
-}
-
-/// Whether the yaw of an attitude is against north: by the flag of its frame, else by whether it is held.
-fn is_of_earth(flags: GimbalDeviceFlags) -> bool {
-    if flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME) {
-        return true;
-    }
-    !flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME)
-        && flags.contains(GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_LOCK)
 }
 
 /// An angle brought into (−180, 180] degrees.
