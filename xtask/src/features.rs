@@ -3,24 +3,17 @@
 use crate::run;
 use anyhow::Result;
 
-/// Package, features beside none, and why somebody builds it.
-const BUILDS: [(&str, &str, &str); 9] = [
+/// Package, features beside none, and why somebody builds it. Everything together is what lints and tests are built with.
+const BUILDS: [(&str, &str, &str); 6] = [
     ("pursuit-cli", "", "no C++ compiler, images and Motion JPEG only"),
-    ("pursuit-cli", "h264", "no C++ compiler, with video files"),
     ("pursuit-cli", "h264,mqtt,onnxruntime,studio", "no C++ compiler, with networks by file, messages and the studio"),
     (
         "pursuit-cli",
         "h264,mavlink,nats,ptz-onvif",
         "no C++ compiler, messages to NATS alone, heads, and the camera of a drone",
     ),
-    (
-        "pursuit-cli",
-        "board,db3,encode,h264,mavlink,mcap,mqtts,nats,onnxruntime,reproduce,parquet,ptz-onvif-tls,ptz-serial,rten,studio,xlsx",
-        "everything",
-    ),
     ("pursuit", "", "the library for images"),
     ("pursuit", "h264,mcap,parquet", "the library on a robot's recordings, in a data pipeline"),
-    ("pursuit-media", "encode", "a recorder"),
     ("pursuit-media", "rtsp", "a watcher of cameras without ffmpeg and C++"),
 ];
 

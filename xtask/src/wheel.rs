@@ -8,9 +8,14 @@ use std::path::{Path, PathBuf};
 
 /// The binding.
 const FOLDER: &str = "bindings/python";
-/// Its tests, and those that need what nothing else does.
-const TESTS: &str = "tests";
-const TESTS_OF_THE_CLUSTER: &str = "tests/test_ray.py";
+/// All its tests: what they lack they skip.
+const TESTS: &[&str] = &["tests"];
+/// Those that need the packages of one environment.
+const BESIDE_TOOLS: &[&str] = &["tests/test_estimation.py", "tests/test_toolkits.py"];
+const BESIDE_TOOLKITS: &[&str] = &["tests/test_integrations.py", "tests/test_toolkits.py", "tests/test_trackeval.py"];
+const BESIDE_FRAMES: &[&str] =
+    &["tests/test_associator.py", "tests/test_ros2_node.py", "tests/test_track.py", "tests/test_tracker.py"];
+const ON_THE_CLUSTER: &[&str] = &["tests/test_ray.py"];
 /// The program of the README: it must run before anything but the wheel and numpy is there.
 const FIRST_WORDS: &str = "import pursuit; t = pursuit.track('scene:drift?seed=7&duration=1', tracker='kcf'); \
     assert t.boxes().shape == (30, 4) and t.states()['tracking'] == 30";
@@ -23,11 +28,11 @@ pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     test(&python, TESTS, &command, None)?;
     if beside_peers {
         let site = site(&python, &wheel)?;
-        for peer in [peers::tools()?, peers::toolkits()?, frames()?] {
-            test(&peer, TESTS, &command, Some(&site))?;
-        }
+        test(&peers::tools()?, BESIDE_TOOLS, &command, Some(&site))?;
+        test(&peers::toolkits()?, BESIDE_TOOLKITS, &command, Some(&site))?;
+        test(&frames()?, BESIDE_FRAMES, &command, Some(&site))?;
         // 660 MB and minutes to install: the plain call does without.
-        test(&cluster()?, TESTS_OF_THE_CLUSTER, &command, Some(&site))?;
+        test(&cluster()?, ON_THE_CLUSTER, &command, Some(&site))?;
     }
     println!("wheel: {}", wheel.display());
     Ok(())
@@ -165,10 +170,11 @@ fn site(python: &Path, wheel: &Path) -> Result<PathBuf> {
     Ok(folder)
 }
 
-fn test(python: &Path, tests: &str, command: &Path, site: Option<&Path>) -> Result<()> {
+fn test(python: &Path, tests: &[&str], command: &Path, site: Option<&Path>) -> Result<()> {
+    let folder = run::root().join(FOLDER);
     let step = run::program(python)
         .args(["-B", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider"])
-        .arg(run::root().join(FOLDER).join(tests))
+        .args(tests.iter().map(|test| folder.join(test)))
         .env("PURSUIT", command);
     match site {
         Some(site) => step.env("PYTHONPATH", site),

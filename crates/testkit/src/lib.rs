@@ -5,7 +5,7 @@ mod numbers;
 mod texture;
 
 pub use numbers::{Noise, SplitMix};
-pub use texture::{lattice, value_noise};
+pub use texture::{PixelTable, lattice, value_noise};
 
 /// CRC-32 as in PNG and zip, bit by bit.
 pub fn crc32(bytes: &[u8]) -> u32 {

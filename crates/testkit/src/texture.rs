@@ -18,6 +18,32 @@ pub fn value_noise((x, y): (f64, f64), cell: f64, ease: impl Fn(f64) -> f64, cor
     top * (1.0 - b) + bottom * b
 }
 
+/// What a texture is at the middles of pixels, worked out once: for tests that draw the same ground into many frames.
+#[derive(Debug, Clone)]
+pub struct PixelTable<T> {
+    left: i64,
+    top: i64,
+    width: usize,
+    values: Vec<T>,
+}
+
+impl<T: Copy> PixelTable<T> {
+    /// Of the pixels from `(left, top)` on, `width` across and `height` down.
+    pub fn new((left, top): (i64, i64), (width, height): (usize, usize), value: impl Fn(f64, f64) -> T) -> Self {
+        let middle = |from: i64, k: usize| from as f64 + k as f64 + 0.5;
+        let values = (0..width * height).map(|k| value(middle(left, k % width), middle(top, k / width))).collect();
+        Self { left, top, width, values }
+    }
+
+    /// At `(x, y)`; `None` beside the table, and where that is not the middle of a pixel.
+    pub fn get(&self, x: f64, y: f64) -> Option<T> {
+        let (u, v) = (x - 0.5 - self.left as f64, y - 0.5 - self.top as f64);
+        let (column, row) = (u as usize, v as usize);
+        let is_middle = column as f64 == u && row as f64 == v && column < self.width;
+        is_middle.then(|| self.values.get(row * self.width + column).copied()).flatten()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -29,5 +55,14 @@ mod tests {
         assert_eq!(at(8.0, -4.0), corner(2, -1));
         assert!((at(10.0, 4.0) - 0.5 * (corner(2, 1) + corner(3, 1))).abs() < 1e-12);
         assert!(corner(2, 1) != corner(1, 2) && (0.0..1.0).contains(&corner(5, 5)));
+    }
+
+    #[test]
+    fn tables_know_the_middles_of_their_pixels() {
+        let table = PixelTable::new((-3, 2), (5, 4), |x, y| (x, y));
+        assert_eq!(table.get(-2.5, 2.5), Some((-2.5, 2.5)));
+        assert_eq!(table.get(1.5, 5.5), Some((1.5, 5.5)));
+        let beside = [(-3.5, 2.5), (2.5, 2.5), (1.5, 6.5), (1.5, 1.5), (0.0, 2.5), (0.5, 2.75)];
+        assert!(beside.into_iter().all(|(x, y)| table.get(x, y).is_none()));
     }
 }

@@ -7,6 +7,7 @@ pub mod appearance;
 pub mod at_point;
 pub mod ball;
 pub mod cam_shift;
+pub mod classifiers;
 pub mod condensation;
 pub mod correlation;
 pub mod depth;
@@ -160,6 +161,30 @@ const TRACKERS: &[TrackerEntry] = &[
         "isard1998",
         condensation::condensation,
         "hundreds of guesses that move on and are weighed by colours and outline: bears clutter and sudden motion"
+    ),
+    tracker!(
+        "struck",
+        "hare2011",
+        classifiers::struck,
+        "learns to rank displacements by overlap, with few support vectors: bears blur and clutter, keeps the size"
+    ),
+    tracker!(
+        "mil",
+        "babenko2011",
+        classifiers::mil,
+        "boosting on bags of windows, which forgives a box that is a little off; keeps the size"
+    ),
+    tracker!(
+        "boosting",
+        "grabner2006",
+        classifiers::boosting,
+        "chooses the features that tell the target from its surroundings, anew in each frame; keeps the size"
+    ),
+    tracker!(
+        "online-forest",
+        "saffari2009",
+        classifiers::online_forest,
+        "random trees that grow while frames come; keeps the size"
     ),
     tracker!(
         "kalman-tld",

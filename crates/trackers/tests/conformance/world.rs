@@ -2,7 +2,8 @@
 
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
-use pursuit_testkit::{lattice, value_noise};
+use pursuit_testkit::{PixelTable, lattice, value_noise};
+use std::sync::OnceLock;
 
 /// Size of every frame.
 pub const SIZE: Size = Size::new(200, 150);
@@ -83,12 +84,24 @@ impl World {
 }
 
 fn target_color(x: f64, y: f64) -> Rgb8 {
+    static KNOWN: OnceLock<PixelTable<Rgb8>> = OnceLock::new();
+    let known = KNOWN.get_or_init(|| PixelTable::new((0, 0), (80, 80), fresh_target_color));
+    known.get(x, y).unwrap_or_else(|| fresh_target_color(x, y))
+}
+
+fn fresh_target_color(x: f64, y: f64) -> Rgb8 {
     // Shading as strong as the eye of a texture tracker needs, hue and saturation those of one colour.
     let shade = 0.62 + 0.38 * texture(x, y, 5.0, 11);
     [240.0 * shade, 120.0 * shade, 20.0 * shade].map(|c| c as u8)
 }
 
 pub fn background_color(x: f64, y: f64) -> Rgb8 {
+    static KNOWN: OnceLock<PixelTable<Rgb8>> = OnceLock::new();
+    let known = KNOWN.get_or_init(|| PixelTable::new((-40, -40), (320, 280), fresh_background_color));
+    known.get(x, y).unwrap_or_else(|| fresh_background_color(x, y))
+}
+
+fn fresh_background_color(x: f64, y: f64) -> Rgb8 {
     let gray = 60.0 + 110.0 * texture(x, y, 9.0, 3) + 30.0 * texture(x, y, 4.0, 5);
     [gray, gray * 1.01, gray * 0.97].map(|c| c.clamp(0.0, 255.0) as u8)
 }

@@ -49,8 +49,7 @@ pursuit_parameters::parameters! {
 }
 
 impl PolicyParams {
-    /// Of methods that go by colours: they bear a long doubt, in which they follow what is likeliest, better than they find a target again
-    /// all over the frame.
+    /// Of methods that bear a long doubt, in which they follow what is likeliest, better than they find a target again all over the frame.
     pub fn patient() -> Self {
         let calibrated = CalibratedParams { lost_below: 0.2, ..CalibratedParams::default() };
         Self { lost_after_s: 2.0, calibrated, ..Self::default() }

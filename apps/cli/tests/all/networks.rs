@@ -1,0 +1,143 @@
+//! Networks by file, end to end: `--detect objects`, `fear-xs` and `siamese`, and what is said when something is missing. The
+//! network is the small one of `crates/inference/tests/fixtures`, which finds red and blue squares.
+#![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, reason = "a test may be told by the environment where a library is")]
+
+use crate::common::{fails, pursuit, rows, stderr};
+use std::path::{Path, PathBuf};
+
+fn squares() -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/inference/tests/fixtures");
+    folder.join("squares.onnx").to_str().unwrap().to_owned()
+}
+
+/// Whether this build can run a network here.
+fn runs_networks() -> bool {
+    let runs =
+        cfg!(feature = "rten") || (cfg!(feature = "onnxruntime") && std::env::var_os("PURSUIT_ONNXRUNTIME").is_some());
+    if !runs {
+        println!("skipped: running networks, for want of the feature rten or of PURSUIT_ONNXRUNTIME");
+    }
+    runs
+}
+
+/// Ten pictures of 128 x 96: a red square that goes right by its width, a blue one that stands.
+fn clip(folder: &Path) -> PathBuf {
+    let clip = folder.join("clip");
+    std::fs::create_dir(&clip).unwrap();
+    for k in 0..10 {
+        let pixel = |i: usize| match (i % 128 / 8, i / 128 / 8) {
+            (x, 4) if x == k + 2 => [250, 0, 0],
+            (12, 9) => [0, 0, 250],
+            _ => [0; 3],
+        };
+        let file = std::fs::File::create(clip.join(format!("{k:04}.png"))).unwrap();
+        let mut encoder = png::Encoder::new(file, 128, 96);
+        encoder.set_color(png::ColorType::Rgb);
+        let pixels: Vec<u8> = (0..128 * 96).flat_map(pixel).collect();
+        encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    }
+    clip
+}
+
+fn track(clip: &Path, out: &Path, more: &[&str]) -> std::process::Output {
+    let args = ["track", clip.to_str().unwrap(), "--fps", "2", "--no-video", "--out", out.to_str().unwrap()];
+    pursuit(&[&args[..], more].concat())
+}
+
+#[test]
+fn objects_of_the_classes_asked_for_are_followed() {
+    if !runs_networks() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    let model = format!("model={}", squares());
+    for (classes, targets) in [("red", 1), ("red,blue", 2), ("blue", 1)] {
+        let out = folder.path().join(classes);
+        let found = track(
+            &clip,
+            &out,
+            &["--detect", "objects", "--many", "--set", &model, "--set", &format!("classes={classes}")],
+        );
+        assert!(found.status.success(), "{}", stderr(&found));
+        let rows = rows(&out.join("trajectory.csv"));
+        let ids: std::collections::BTreeSet<&str> = rows.iter().map(|r| r["target"].as_str()).collect();
+        assert_eq!(ids.len(), targets, "{classes}: {rows:?}");
+        let last: Vec<_> = rows.iter().filter(|r| r["frame"] == "9").collect();
+        assert_eq!(last.len(), targets);
+        for row in last {
+            let number = |key: &str| row[key].parse::<f64>().unwrap();
+            let (x, y) = (number("x"), number("y"));
+            let red = (x - 88.0).abs() < 2.0 && (y - 32.0).abs() < 2.0 && classes.contains("red");
+            let blue = (x - 96.0).abs() < 2.0 && (y - 72.0).abs() < 2.0 && classes.contains("blue");
+            assert!((red || blue) && row["state"] == "tracking", "{classes}: {row:?}");
+        }
+        let facts = std::fs::read_to_string(out.join("run.json")).unwrap();
+        assert!(facts.contains("squares.onnx") && facts.contains(&format!("\"classes\": \"{classes}\"")), "{facts}");
+    }
+}
+
+#[test]
+fn a_network_that_cannot_be_used_is_said_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let out = folder.path().join("out");
+    let refused = |more: &[&str], words: &[&str]| {
+        fails(&track(&clip, &out, more), 2, words);
+        assert!(!out.exists(), "{more:?}");
+    };
+    let objects = |set: &str, words: &[&str]| refused(&["--detect", "objects", "--set", set], words);
+    refused(&["--detect", "objects"], &["`model` of `objects`", "--set model=yolox_nano.onnx"]);
+    objects("model=/nowhere/net.onnx", &["/nowhere/net.onnx", "cannot be read"]);
+    objects(&format!("model={}", folder.path().display()), &["`model` of `objects`"]);
+    refused(
+        &["--box", "10,10,20,20", "--tracker", "fear-xs"],
+        &["`model` of `fear-xs`", "--set model=networks/fear_xs"],
+    );
+    refused(&["--box", "10,10,20,20", "--tracker", "siamese"], &["`model` of `siamese`", "TOML"]);
+    let siamese = |toml: &str, words: &[&str]| {
+        let model = format!("model={}", file("net.toml", toml.as_bytes()));
+        refused(&["--box", "10,10,20,20", "--tracker", "siamese", "--set", &model], words);
+    };
+    siamese("serch = 'a.onnx'", &["net.toml", "serch"]);
+    let config = "[config]\ntemplate_side_px = 16\nsearch_side_px = 32\nanswer_side = 9\nstride_px = 2.0\nchannels = 'rgb'\n\
+                  scores = 'sigmoid'\ncontext = 0.5\nwindow = 0.4\npenalty = 0.1\nrate = 0.3\n";
+    siamese(&format!("search = 'a.onnx'\n{config}window_size = 3"), &["net.toml", "window_size"]);
+    siamese(&format!("search = 'a.onnx'\n{}", config.replace("0.5", "9.5")), &["context", "between 0 and 4"]);
+    siamese(&format!("search = 'a.onnx'\n{config}"), &["a.onnx", "cannot be read"]);
+    if !cfg!(any(feature = "onnxruntime", feature = "rten")) {
+        let model = format!("model={}", squares());
+        objects(&model, &["squares.onnx", "--features onnxruntime", "--features rten"]);
+        return;
+    }
+    objects(&format!("model={}", file("text.onnx", b"no network at all")), &["text.onnx", "get the file again"]);
+    let whole = std::fs::read(squares()).unwrap();
+    objects(&format!("model={}", file("cut.onnx", &whole[..whole.len() / 2])), &["cut.onnx", "get the file again"]);
+    if !runs_networks() {
+        return;
+    }
+    // Without its description it is taken for YOLOX, which it is not.
+    let bare = file("bare.onnx", &whole);
+    objects(&format!("model={bare}"), &["bare.onnx", "the shape of its input"]);
+    file("bare.toml", b"image_px = [128, 96]");
+    objects(&format!("model={bare}"), &["80 classes need 85 numbers", "TOML file"]);
+    let model = format!("model={}", squares());
+    refused(
+        &["--detect", "objects", "--set", &model, "--set", "classes=red,green"],
+        &["`classes` of `objects`", "no `green`", "red, blue"],
+    );
+    refused(
+        &["--detect", "objects", "--set", &model, "--set", "runtime.library=tflite"],
+        &["runtime.library", "auto, onnxruntime, rten"],
+    );
+    if cfg!(feature = "rten") {
+        let description = format!("template = {:?}\nsearch = {:?}\n{config}", squares(), squares());
+        siamese(&description, &["squares.onnx is no usable network", "layout", "in the description"]);
+    }
+}

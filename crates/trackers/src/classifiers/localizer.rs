@@ -1,0 +1,206 @@
+use super::canvas::{Canvas, LANES, Place, Shape, center_of};
+use super::{ClassifierScoreParams, Model, ViewParams};
+use crate::appearance::PatchSampler;
+use pursuit_estimation::sigmoid;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
+use pursuit_tracking::search::inside;
+use pursuit_tracking::{Figure, Figures, Localizer, Measurement, Result, Search, ViewSize};
+use pursuit_vision::patch::dot;
+use serde::{Deserialize, Serialize};
+
+/// Side of the patches that are compared with the first.
+const SIDE: usize = 16;
+
+/// Where the target is, by a classifier.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(remote = "ClassifierLocalizer")]
+pub struct ClassifierLocalizer {
+    view: ViewParams,
+    shape: Shape,
+    score: ClassifierScoreParams,
+    model: Model,
+    /// The target in the first frame, less its mean and of length one.
+    first: Vec<f32>,
+    #[serde(skip)]
+    buffers: Buffers,
+}
+
+pursuit_estimation::checked!(ClassifierLocalizer);
+
+impl ClassifierLocalizer {
+    fn restored(self) -> Result<Self, &'static str> {
+        let Self { view, shape, score, model, first, buffers } = self;
+        let whole = first.len() == SIDE * SIDE && first.iter().all(|v| v.is_finite());
+        let checked = view.check_all().is_ok() && score.check_all().is_ok();
+        if !shape.is_sound() || shape.reach != view.reach || !checked || !whole {
+            return Err("its view or its first patch is not sound");
+        }
+        let model = model.restored(&shape).ok_or("its classifier does not fit its view")?;
+        Ok(Self { view, shape, score, model, first, buffers })
+    }
+}
+
+/// Overwritten at every use.
+#[derive(Debug, Clone, Default)]
+struct Buffers {
+    canvas: Canvas,
+    /// Ratings of all windows, row by row.
+    ratings: Vec<f32>,
+    sampler: PatchSampler,
+    patch: Vec<f32>,
+}
+
+pursuit_tracking::figures! {
+    /// What a classifier says of a box.
+    struct ClassifierFigures {
+        /// Its rating of the box.
+        rating;
+        /// How much more that is than its rating of any window that overlaps the box by less than half.
+        margin;
+        /// Correlation of the box with the first frame's, −1 to 1.
+        likeness;
+    }
+}
+
+/// What a look saw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClassifierFinding {
+    rating: f64,
+}
+
+impl ClassifierFinding {
+    /// The classifier's rating of the box.
+    pub const fn rating(&self) -> f64 {
+        self.rating
+    }
+}
+
+impl ClassifierLocalizer {
+    /// Starts on the target at `bbox` with a classifier that `model` makes.
+    pub(super) fn new(
+        view: &ViewParams,
+        score: &ClassifierScoreParams,
+        frame: &Frame,
+        bbox: BBox,
+        model: impl FnOnce(&Shape) -> Model,
+    ) -> Self {
+        let shape = Shape::new(view, &bbox);
+        let mut buffers = Buffers::default();
+        buffers.canvas.look(frame, &shape, &bbox);
+        let mut model = model(&shape);
+        model.classifier().learn(&shape, &buffers.canvas, shape.middle());
+        let mut first = Vec::new();
+        buffers.sampler.normalized(frame.gray(), &bbox, SIDE, &mut first);
+        Self { view: view.clone(), shape, score: score.clone(), model, first, buffers }
+    }
+
+    /// Rates the windows of the canvas; the best of them, and the best of those that overlap it by less than half.
+    fn best(&mut self) -> (Place, f32, f32) {
+        let Buffers { canvas, ratings, .. } = &mut self.buffers;
+        let (side, classifier) = (self.shape.windows(), self.model.classifier());
+        ratings.clear();
+        ratings.resize(side * side, f32::NEG_INFINITY);
+        let mut rate_row = |y: usize, ratings: &mut [f32]| {
+            let mut lanes = [0.0; LANES];
+            for x in (0..side).step_by(LANES).map(|x| x.min(side - LANES)) {
+                classifier.rate(canvas, Place { x, y }, &mut lanes);
+                ratings[y * side + x..][..LANES].copy_from_slice(&lanes);
+            }
+        };
+        // Every other row, and those beside the best.
+        (0..side).step_by(2).for_each(|y| rate_row(y, ratings));
+        let coarse = best_of(ratings, side);
+        let y = coarse / side;
+        for y in [y.wrapping_sub(1), y + 1].into_iter().filter(|y| *y < side) {
+            rate_row(y, ratings);
+        }
+        let at = best_of(ratings, side);
+        let (best, place) = (ratings[at], Place { x: at % side, y: at / side });
+        let mut rival = f32::NEG_INFINITY;
+        for (y, row) in ratings.chunks_exact(side).enumerate() {
+            for (x, rating) in row.iter().enumerate() {
+                if *rating > rival && self.shape.overlap(place, Place { x, y }) < 0.5 {
+                    rival = *rating;
+                }
+            }
+        }
+        (place, best, if rival.is_finite() { rival } else { best })
+    }
+
+    /// The top of a parabola through the ratings beside the best window, where they were rated.
+    fn summit(&self, at: Place) -> (f64, f64) {
+        let side = self.shape.windows();
+        let rating = |x: usize, y: usize| f64::from(self.buffers.ratings[y * side + x]);
+        let top = |before: f64, here: f64, after: f64| {
+            let curvature = before - 2.0 * here + after;
+            let shift = 0.5 * (before - after) / curvature;
+            if curvature < 0.0 && shift.is_finite() { shift.clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        let inner = |v: usize| v > 0 && v + 1 < side;
+        let Place { x, y } = at;
+        let dx = if inner(x) { top(rating(x - 1, y), rating(x, y), rating(x + 1, y)) } else { 0.0 };
+        let dy = if inner(y) { top(rating(x, y - 1), rating(x, y), rating(x, y + 1)) } else { 0.0 };
+        (x as f64 + dx, y as f64 + dy)
+    }
+}
+
+/// The greatest; of several alike the one nearest to the middle: votes are often the same about the target.
+fn best_of(ratings: &[f32], side: usize) -> usize {
+    let away = |at: usize| (2 * (at % side)).abs_diff(side).pow(2) + (2 * (at / side)).abs_diff(side).pow(2);
+    let better = |best: usize, (at, rating): (usize, &f32)| {
+        let is_better = *rating > ratings[best] || (*rating == ratings[best] && away(at) < away(best));
+        if is_better { at } else { best }
+    };
+    ratings.iter().enumerate().fold(0, better)
+}
+
+impl Localizer for ClassifierLocalizer {
+    type Finding = ClassifierFinding;
+
+    const FIGURES: &[&[Figure]] = &[ClassifierFigures::ALL];
+
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ClassifierFinding)>> {
+        self.buffers.canvas.look(frame, &self.shape, &search.expected);
+        let (place, best, rival) = self.best();
+        if !best.is_finite() {
+            return Ok(None);
+        }
+        let mut center = center_of(&self.shape, &search.expected, self.summit(place));
+        if search.keep_inside {
+            center = inside(center, frame.size());
+        }
+        let bbox = search.expected.centered_at(center);
+        let Buffers { sampler, patch, .. } = &mut self.buffers;
+        sampler.normalized(frame.gray(), &bbox, SIDE, patch);
+        let (rating, margin) = (f64::from(best), f64::from(best - rival));
+        let likeness = f64::from(dot(patch, &self.first));
+        let s = &self.score;
+        let odds = s.bias + s.rating * rating + s.margin * margin + s.likeness * likeness;
+        let diagnostics = ClassifierFigures { rating, margin, likeness }.into();
+        let measurement = Measurement { diagnostics, ..Measurement::new(bbox, sigmoid(odds)) };
+        Ok(Some((measurement, ClassifierFinding { rating })))
+    }
+
+    fn adapt(&mut self, frame: &Frame, bbox: BBox, _: &ClassifierFinding) -> Result<()> {
+        self.buffers.canvas.look(frame, &self.shape, &bbox);
+        self.model.classifier().learn(&self.shape, &self.buffers.canvas, self.shape.middle());
+        Ok(())
+    }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        let (view, score) = (self.view.clone(), self.score.clone());
+        *self = Self::new(&view, &score, frame, bbox, |shape| self.model.untaught(shape));
+        Ok(())
+    }
+
+    fn view(&self, expected: &BBox) -> Option<ViewSize> {
+        let size = self.shape.size();
+        let wide = |side: f64, canvas: usize, target: usize| side * canvas as f64 / target as f64;
+        Some(ViewSize {
+            width: wide(expected.width(), size.width, self.shape.width),
+            height: wide(expected.height(), size.height, self.shape.height),
+        })
+    }
+}
