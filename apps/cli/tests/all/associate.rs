@@ -1,5 +1,4 @@
 //! Boxes from files: `associate`, `track --detections` and `eval --protocol mot` on good files of every form and on hostile ones.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{fails, footage, pursuit, rows, stderr, stdout};
 use std::collections::BTreeSet;

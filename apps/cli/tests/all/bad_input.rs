@@ -1,5 +1,4 @@
 //! Bad input and bad output: a one-line error that names the thing and the mend, the right exit status, nothing lost.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{command, fails, pursuit, rows, stderr};
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! `pursuit batch`: many clips, of which some are broken, killed in the middle, gone on with.
 
-#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+#![allow(missing_docs)]
 
 use crate::common::{command, fails, pursuit, rows, stdout};
 use serde_json::Value;

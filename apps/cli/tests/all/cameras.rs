@@ -1,5 +1,4 @@
 //! Several cameras in one process, from one file.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::common::{command, fails, rows, stderr, stdout};
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! What a careful user expects of odd names, odd numbers and files from elsewhere.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{command, fails, pursuit, rows, stderr, stdout};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! What scripts rely on: commands, names, exit status.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{fails, pursuit, rows, stderr, stdout};
 

@@ -1,5 +1,4 @@
 //! The README's first command.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{pursuit, rows, stderr, stdout};
 

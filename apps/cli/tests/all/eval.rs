@@ -1,5 +1,4 @@
 //! `pursuit eval` as a user would call it: what is left behind, going on, wrong input.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{fails, pursuit, stderr, stdout};
 use serde_json::Value;

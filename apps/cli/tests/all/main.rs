@@ -1,8 +1,11 @@
 //! All tests of the command, in one program: it is linked once.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 mod associate;
 mod bad_input;
 mod batch;
+#[path = "../../../../crates/publish/tests/common/mod.rs"]
+mod broker;
 mod cameras;
 mod careful;
 mod common;

@@ -1,6 +1,5 @@
 //! The camera of a drone from the command line, without any drone: what ground stations see is tested by `cargo xtask peers drones`.
 #![cfg(feature = "mavlink")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{command, fails, stderr, stdout};
 use std::net::UdpSocket;

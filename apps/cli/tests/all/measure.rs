@@ -1,5 +1,4 @@
 //! From a run to metres: `calibrate`, `measure` and `track --measure` as a student would call them, and what they refuse.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{fails, footage, pursuit, rows, stderr, stdout};
 use std::fmt::Write as _;

@@ -1,6 +1,5 @@
 //! Networks by file, end to end: `--detect objects`, `fear-xs` and `siamese`, and what is said when something is missing. The
 //! network is the small one of `crates/inference/tests/fixtures`, which finds red and blue squares.
-#![allow(clippy::unwrap_used)]
 #![allow(clippy::disallowed_methods, reason = "a test may be told by the environment where a library is")]
 
 use crate::common::{fails, pursuit, rows, stderr};

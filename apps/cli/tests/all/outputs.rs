@@ -1,6 +1,5 @@
 //! Nothing of the user's is destroyed: inputs are no outputs, earlier results stay until a run has begun, a run has a
 //! folder of its own.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{command, fails, pursuit, rows};
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! Heads from the command line: a program of the user's is the head.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{fails, stderr, stdout};
 use std::io::Write;

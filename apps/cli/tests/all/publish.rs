@@ -1,12 +1,8 @@
 //! `pursuit track --publish …`, heard by somebody else's client of somebody else's broker.
 #![cfg(feature = "mqtt")]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-#[path = "../../../../crates/publish/tests/common/mod.rs"]
-mod broker;
-
+use crate::broker::{Mosquitto, free_port};
 use crate::common::{command, fails, rows, stderr, stdout};
-use broker::{Mosquitto, free_port};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -174,7 +170,7 @@ fn the_broker_says_when_a_watcher_died() {
     let mut command = command(&args);
     command.arg(format!("mqtt://127.0.0.1:{}/p", mosquitto.port)).arg("--out").arg(folder.path());
     let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    broker::wait_until("frames", || listener.under("p/targets/1/frame").len() > 3);
+    crate::broker::wait_until("frames", || listener.under("p/targets/1/frame").len() > 3);
     assert_eq!(listener.under("p/status"), ["online"]);
     watcher.kill().unwrap();
     watcher.wait().unwrap();

@@ -1,11 +1,7 @@
 //! `pursuit track --publish nats://…`, heard by a client written here on a real server.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-#[path = "../../../../crates/publish/tests/common/mod.rs"]
-mod broker;
-
+use crate::broker::nats::NatsServer;
 use crate::common::{command, fails, rows, stderr, stdout};
-use broker::nats::NatsServer;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;

@@ -1,5 +1,4 @@
 //! The first main job on real footage: follow a coloured ball. Skipped, saying so, where the footage is not there.
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{footage, pursuit, rows, stderr};
 use std::collections::HashMap;
@@ -41,7 +40,7 @@ fn bbox(row: &Row) -> Option<[f64; 4]> {
 fn iou(a: [f64; 4], b: [f64; 4]) -> f64 {
     let overlap = |i: usize| ((a[i] + a[i + 2]).min(b[i] + b[i + 2]) - a[i].max(b[i])).max(0.0);
     let common = overlap(0) * overlap(1);
-    common / (a[2] * a[3] + b[2] * b[3] - crate::common)
+    common / (a[2] * a[3] + b[2] * b[3] - common)
 }
 
 fn centre_error(a: [f64; 4], b: [f64; 4]) -> f64 {

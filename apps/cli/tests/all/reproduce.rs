@@ -1,6 +1,5 @@
 //! `pursuit reproduce`: every paper's experiment writes its table, results and pictures; wrong usage is told.
 #![cfg(feature = "reproduce")]
-#![allow(clippy::unwrap_used)]
 
 use crate::common::{fails, pursuit, stderr, stdout};
 use pursuit_experiments::Paper;

@@ -1,6 +1,5 @@
 //! `pursuit studio`, `pursuit track --pick`, and `--watch` of runs and of heads, as far as they go without a browser.
 #![cfg(feature = "studio")]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::common::{command, fails, pursuit, rows};
 use std::io::{BufRead, BufReader, Read, Write};

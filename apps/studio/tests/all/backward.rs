@@ -1,5 +1,4 @@
 //! Following backward from a box that was put right.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{Opened, studio};
 use pursuit::BBox;

@@ -1,5 +1,4 @@
 //! The description of the calls and the calls that there are.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::studio;
 use serde_json::{Value, json};

@@ -1,5 +1,4 @@
 //! A detector in the studio: boxes to begin from, and runs that begin without any.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{studio, without_times};
 use pursuit::media::OpenOptions;

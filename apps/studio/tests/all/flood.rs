@@ -1,5 +1,4 @@
 //! Many connections, and frames that are none: refused, while everybody else goes on.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{Opened, studio};
 use serde_json::{Value, json};

@@ -1,5 +1,4 @@
 //! What viewers are shown, and that nobody who looks can hold the tracker up.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{Opened, studio};
 use serde_json::{Value, json};

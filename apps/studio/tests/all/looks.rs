@@ -1,5 +1,4 @@
 //! What the monitor shows of a frame beside its picture.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{Opened, studio};
 use pursuit::imaging::{Image, Rgb8};

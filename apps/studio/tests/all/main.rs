@@ -1,4 +1,5 @@
 //! All tests of the studio, in one program: it is linked once.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 mod backward;
 mod calls;

@@ -1,5 +1,4 @@
 //! Measuring through the calls of the page.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{Opened, studio};
 use serde_json::{Value, json};

@@ -1,5 +1,4 @@
 //! Folders of runs, evaluations and reproductions are looked at, below the root and nowhere else.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{studio, without_times};
 use pursuit::BBox;

@@ -1,5 +1,4 @@
 //! Requests of strangers are refused, and nothing that is sent breaks the studio.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{open, studio};
 use pursuit_studio::Options;

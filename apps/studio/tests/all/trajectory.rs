@@ -1,6 +1,5 @@
 //! What comes out of the studio is what comes out of the command line, to the last digit, also after going back, changing
 //! one's mind and correcting.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use crate::common::{studio, without_times};
 use pursuit::media::OpenOptions;

@@ -1,7 +1,5 @@
 //! Association against everything tried.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, assert_near};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::association::{Cost, Distances, JointParams, JointProbabilities, NearestNeighbours, unmatched};

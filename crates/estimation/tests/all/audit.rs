@@ -1,7 +1,5 @@
 //! What an audit on cases that nothing was built on found, kept from coming back.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::filters::SquareRoot;
 use pursuit_estimation::nonlinear::{LinearizedSensor, NonlinearSensor, Unscented};

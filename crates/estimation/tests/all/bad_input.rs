@@ -1,5 +1,4 @@
 //! Bad input is a typed error that leaves the belief as it was.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::{EstimationError, Gaussian, LinearMeasurement, Transition};

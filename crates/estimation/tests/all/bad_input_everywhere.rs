@@ -1,7 +1,5 @@
 //! What every filter does with bad input: a typed error, and a filter that is as it was.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::filters::{
     InputEstimator, LastUpdate, MeasurementNoiseAdaptation, Replay, SquareRoot, SteadyState, smooth,

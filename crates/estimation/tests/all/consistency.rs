@@ -1,8 +1,6 @@
 //! Filters are as sure as they ought to be: NEES and NIS inside their bands over 1000 runs, each on its own model; and
 //! covariances stay symmetric and positive whatever the numbers.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use pursuit_estimation::consistency::Consistency;

@@ -1,7 +1,5 @@
 //! The examples do what they say; each asserts it itself.
 
-#![allow(clippy::unwrap_used)]
-
 #[path = "../../examples/fit_noise.rs"]
 mod fit_noise;
 #[path = "../../examples/follow_a_point.rs"]

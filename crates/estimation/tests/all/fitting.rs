@@ -1,7 +1,5 @@
 //! Parameters fitted to simulated tracks are those they were simulated with, as nearly as the fit says.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::{SMatrix, SVector, vector};
 use pursuit_estimation::fitting::{Candidate, ImmFilter, LinearFilter, Recording, fit};
 use pursuit_estimation::motion::{ConstantVelocity, RandomWalk};

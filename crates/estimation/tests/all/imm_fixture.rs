@@ -1,5 +1,4 @@
 //! The interacting multiple model estimator against the independent reference.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 use crate::common::{assert_close, assert_near, fixture, list, matrix, number, vector};
 use nalgebra::{SMatrix, SVector};

@@ -1,7 +1,5 @@
 //! Interacting modes of unequal size and of nonlinear motion, against plain references.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, assert_near};
 use nalgebra::{SMatrix, SVector, vector};
 use pursuit_estimation::motion::{

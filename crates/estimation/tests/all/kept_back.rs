@@ -3,8 +3,6 @@
 //!
 //! `cargo test --release -p pursuit-estimation --test all kept_back -- --ignored --nocapture` prints what was found.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::SVector;
 use pursuit_estimation::gao2007::{GatedFilter, GatedParams};
 use pursuit_estimation::motion::ConstantVelocity;

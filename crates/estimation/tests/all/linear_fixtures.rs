@@ -1,5 +1,4 @@
 //! The linear filter against the independent reference, step by step.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 use crate::common::{assert_close, assert_near, fixture, list, matrix, number, vector};
 use nalgebra::SMatrix;

@@ -1,4 +1,5 @@
 //! All tests that need nothing but the public interface, in one program: it is linked once.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 mod association;
 mod audit;

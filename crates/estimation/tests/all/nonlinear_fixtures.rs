@@ -1,7 +1,5 @@
 //! Turn models, Singer's model and the unscented filter against the independent reference.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, fixture, list, matrix, number, vector};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::motion::{CoordinatedTurn, KnownTurn, Singer};

@@ -1,7 +1,5 @@
 //! The papers' filters against the independent reference.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, assert_near, fixture, list, matrix, number, numbers, vector};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::filters::SteadyState;

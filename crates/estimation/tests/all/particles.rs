@@ -1,7 +1,5 @@
 //! The particle filter against the independent reference, the Kalman filter, and itself.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, assert_near, fixture, list, number, numbers, vector};
 use nalgebra::{SMatrix, SVector};
 use pursuit_estimation::motion::ConstantVelocity;

@@ -1,7 +1,5 @@
 //! The filters of a point: one shape, and each the filter it is named for.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::assert_close;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::filters::InputEstimator;

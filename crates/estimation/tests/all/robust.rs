@@ -1,7 +1,5 @@
 //! Robust corrections: what they settle on, and what outliers do to them.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::assert_close;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::motion::ConstantVelocity;

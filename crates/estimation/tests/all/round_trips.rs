@@ -1,7 +1,5 @@
 //! Every filter can be stored and read back, goes on as if it had not been, and refuses what was tampered with.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use pursuit_estimation::association::{JointParams, JointProbabilities};
 use pursuit_estimation::consistency::Gate;

@@ -1,7 +1,5 @@
 //! Extended, unscented and fixed-lag smoothing, against the textbook's equations.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::assert_close;
 use nalgebra::{SMatrix, SVector, vector};
 use pursuit_estimation::filters::{FixedLag, smooth, smooth_extended, smooth_unscented};

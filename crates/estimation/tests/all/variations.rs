@@ -1,7 +1,5 @@
 //! Every variation of the linear filter against the plain one, where the two must agree.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use crate::common::{assert_close, fixture, list, matrix};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use pursuit_estimation::filters::{
