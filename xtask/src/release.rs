@@ -64,7 +64,7 @@ mod tests {
         let marked: Vec<Target> = metadata::targets().unwrap().into_iter().filter(is_marked).collect();
         let found = |kind: &str, name: &str| marked.iter().any(|t| (t.kind.as_str(), t.name.as_str()) == (kind, name));
         assert!(found("test", "own_models"), "in a folder");
-        assert!(found("test", "movers_whole"), "in a file");
+        assert!(found("test", "reproduce"), "in a file");
         assert!(found("lib", "pursuit_experiments"), "in a library");
         assert!(!found("test", "contract"));
         assert!(!found("bin", "xtask"), "the mark is looked for, and not held, here");
