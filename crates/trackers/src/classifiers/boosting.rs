@@ -8,6 +8,7 @@ use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewP
 use multiversion::multiversion;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -207,7 +208,8 @@ impl Classifier for Boosting {
 
     fn is_sound(&self, shape: &Shape) -> bool {
         let BoostingParams { features, selectors, .. } = self.params;
-        self.bank.is_sound(shape, features)
+        self.params.check_all().is_ok()
+            && self.bank.is_sound(shape, features)
             && self.weak.len() == features
             && self.weak.iter().all(|w| w.on.is_sound() && w.off.is_sound())
             && self.selectors.len() == selectors

@@ -5,6 +5,7 @@ use super::haar::{Bank, below, unit};
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,10 @@ pursuit_parameters::parameters! {
         pub least_gain: f64 = 0.1, in 0.0..=1.0, source "saffari2009, section 3: 0.1";
         /// Trees may be felled once they have seen so many samples, 1 / γ.
         pub least_age: f64 = 400.0, in 1.0..=1e9, source "ours";
+        /// A tree that errs no more often than that out of its bag is not felled.
+        pub tolerated: f64 = 0.1, in 0.0..=1.0, source "ours: in a video a few errors are the rule";
+        /// Share of what a tree said out of its bag that stays with each sample it learns.
+        pub forgetting: f64 = 0.99, in above(0.0).at_most(1.0), source "ours";
         /// Windows of the target in a frame.
         pub positives: usize = 8, in 1..=500, source "ours";
         /// Negative windows of a frame.
@@ -242,13 +247,13 @@ impl Forest {
                 let said = if is_right { &mut tree.out_of_bag.0 } else { &mut tree.out_of_bag.1 };
                 *said += 1.0;
                 let error = tree.out_of_bag.1 / (tree.out_of_bag.0 + tree.out_of_bag.1);
-                if tree.age > p.least_age && unit(&mut self.random) < error - TOLERATED {
+                if tree.age > p.least_age && unit(&mut self.random) < error - p.tolerated {
                     tree.restart(p, &self.ranges, &mut self.random);
                 }
                 continue;
             }
             tree.age += f64::from(times);
-            tree.out_of_bag = (tree.out_of_bag.0 * FORGETTING, tree.out_of_bag.1 * FORGETTING);
+            tree.out_of_bag = (tree.out_of_bag.0 * p.forgetting, tree.out_of_bag.1 * p.forgetting);
             let at = tree.leaf(|f| values[f]);
             let next = tree.nodes.len();
             let Node::Leaf { depth, seen, slot } = &mut tree.nodes[at] else { continue };
@@ -273,11 +278,6 @@ impl Forest {
         }
     }
 }
-
-/// A tree that errs no more often than that is not felled.
-const TOLERATED: f64 = 0.1;
-/// Share of what was said out of the bag that stays with each sample learnt.
-const FORGETTING: f64 = 0.99;
 
 impl Classifier for Forest {
     fn rate(&mut self, canvas: &Canvas, at: Place, out: &mut [f32; LANES]) {
@@ -329,7 +329,8 @@ impl Classifier for Forest {
         let tree = |t: &Tree| {
             !t.nodes.is_empty() && t.nodes.iter().enumerate().all(|n| node(n, t)) && t.tests.iter().all(test)
         };
-        self.bank.is_sound(shape, p.features)
+        p.check_all().is_ok()
+            && self.bank.is_sound(shape, p.features)
             && self.trees.len() == p.trees
             && self.trees.iter().all(tree)
             && self.ranges.len() == p.features

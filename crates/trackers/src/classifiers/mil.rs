@@ -8,6 +8,7 @@ use super::sigmoids::log_none;
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,9 @@ pub(super) struct Mil {
     known: Vec<(Normal, Normal)>,
     chosen: Vec<usize>,
     random: u64,
+    /// The weak classifiers chosen: made anew when a state is read.
+    #[serde(skip)]
+    ratios: Vec<LogRatio>,
     #[serde(skip)]
     scratch: Scratch,
 }
@@ -69,8 +73,22 @@ impl Mil {
         let mut random = SEED;
         let bank = Bank::random(shape, params.features, &mut random);
         let known = Vec::with_capacity(params.features);
-        let chosen = Vec::with_capacity(params.features);
-        Self { params: params.clone(), bank, known, chosen, random, scratch: Scratch::default() }
+        let (chosen, ratios) = (Vec::with_capacity(params.chosen), Vec::with_capacity(params.chosen));
+        Self { params: params.clone(), bank, known, chosen, random, ratios, scratch: Scratch::default() }
+    }
+
+    /// As it was before it was saved, where that is sound.
+    pub fn restored(mut self, shape: &Shape) -> Option<Self> {
+        if !self.is_sound(shape) {
+            return None;
+        }
+        self.remake_ratios();
+        Some(self)
+    }
+
+    fn remake_ratios(&mut self) {
+        self.ratios.clear();
+        self.ratios.extend(self.chosen.iter().map(|k| LogRatio::new(&self.known[*k].0, &self.known[*k].1)));
     }
 
     /// The samples of a frame, the positive ones first; how many those are.
@@ -130,10 +148,9 @@ impl Classifier for Mil {
     fn rate(&mut self, canvas: &Canvas, at: Place, out: &mut [f32; LANES]) {
         out.fill(0.0);
         let mut values = [0.0; LANES];
-        for &k in &self.chosen {
-            let (positive, negative) = &self.known[k];
-            self.bank.get(k).lanes(canvas, at, &mut values);
-            LogRatio::new(positive, negative).add(&values, out);
+        for (k, ratio) in self.chosen.iter().zip(&self.ratios) {
+            self.bank.get(*k).lanes(canvas, at, &mut values);
+            ratio.add(&values, out);
         }
         let count = self.chosen.len().max(1) as f32;
         out.iter_mut().for_each(|v| *v /= count);
@@ -160,11 +177,13 @@ impl Classifier for Mil {
             answers.extend(values.iter().map(|v| ratio.of(*v)));
         }
         self.choose(positives);
+        self.remake_ratios();
     }
 
     fn is_sound(&self, shape: &Shape) -> bool {
         let count = self.params.features;
-        self.bank.is_sound(shape, count)
+        self.params.check_all().is_ok()
+            && self.bank.is_sound(shape, count)
             && self.known.len() == count
             && self.known.iter().all(|(p, n)| p.is_sound() && n.is_sound())
             && self.chosen.iter().all(|k| *k < count)

@@ -94,11 +94,12 @@ impl Model {
 
     /// As it was before it was saved, where that is sound.
     fn restored(self, shape: &Shape) -> Option<Self> {
-        let mut model = match self {
-            Self::Struck(it) if it.is_sound(shape) => Self::Struck(it.restored()),
-            other => other,
-        };
-        model.classifier().is_sound(shape).then_some(model)
+        match self {
+            Self::Boosting(it) => it.is_sound(shape).then_some(Self::Boosting(it)),
+            Self::Mil(it) => it.restored(shape).map(Self::Mil),
+            Self::Forest(it) => it.is_sound(shape).then_some(Self::Forest(it)),
+            Self::Struck(it) => it.restored(shape).map(Self::Struck),
+        }
     }
 }
 
