@@ -1,10 +1,10 @@
-//! The papers' experiments: no figure may miss its bar. `pursuit reproduce PAPER --check` takes all the seeds where a test takes fewer.
+//! The papers' experiments with all their seeds: no figure may miss its bar.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_experiments::{Options, Paper, run};
 
-fn check(paper: Paper, seeds: Option<u32>) {
-    let reproduction = run(paper, &Options { seeds, ..Options::default() }).unwrap();
+fn check(paper: Paper) {
+    let reproduction = run(paper, &Options::default()).unwrap();
     assert!(reproduction.rows.iter().any(|row| row.bar.is_some()), "nothing was judged");
     assert!(reproduction.rows.iter().all(|row| row.ours.value.is_finite()), "{reproduction}");
     assert_eq!(reproduction.missed().count(), 0, "{reproduction}");
@@ -13,31 +13,31 @@ fn check(paper: Paper, seeds: Option<u32>) {
 #[test]
 #[ignore = "release: 200 seeds"]
 fn ball_reaches_its_bars() {
-    check(Paper::Ball, None);
+    check(Paper::Ball);
 }
 
 #[test]
 #[ignore = "release: 1000 seeds"]
 fn qu2010_reaches_its_bars() {
-    check(Paper::Qu2010, None);
+    check(Paper::Qu2010);
 }
 
 #[test]
-#[ignore = "release: 200 seeds, and 20 of the particle filter"]
+#[ignore = "release: 1000 seeds, and 100 of the particle filter"]
 fn zhai2024_reaches_its_bars() {
-    check(Paper::Zhai2024, Some(200));
+    check(Paper::Zhai2024);
 }
 
 #[test]
 #[ignore = "release: 300 seeds"]
 fn zhu2014_reaches_its_bars() {
-    check(Paper::Zhu2014, None);
+    check(Paper::Zhu2014);
 }
 
 #[test]
 #[ignore = "release: 1000 seeds"]
 fn gao2007_reaches_its_bars() {
-    check(Paper::Gao2007, None);
+    check(Paper::Gao2007);
 }
 
 #[test]
