@@ -1,12 +1,13 @@
 //! `pursuit eval` and `pursuit reproduce` as functions.
 
 use crate::errors::{ComputationError, UsageError, of_run, usage};
+use crate::foreign::PythonRecipe;
 use crate::registry::to_python;
 use crate::values;
 use pursuit::BBox;
 use pursuit::config::recipes;
 use pursuit::evaluation::metrics::many::{Crowd, Labelled, clear, hota, identity};
-use pursuit::evaluation::{Entry, EvalOptions, EvaluationError, Progress, evaluate as run};
+use pursuit::evaluation::{Entry, EvalOptions, EvaluationError, Given, Progress, evaluate as run};
 use pursuit::media::OpenOptions;
 use pursuit::{RunError, toml};
 use pursuit_experiments::{ExperimentError, Options, Paper};
@@ -25,32 +26,43 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(reproduce, module)?)
 }
 
-/// Measures trackers on annotated sequences, as `pursuit eval` does; returns what results.json holds.
+/// Measures trackers on annotated sequences, as `pursuit eval` does; returns what results.json holds. `trackers` are names in
+/// the results with a name of the registry or what makes a tracker of Python; `given` names with paths of trajectories.
 #[pyfunction]
-#[pyo3(signature = (datasets, trackers, out, *, protocol, sequences, jobs, report, against, build, parameters))]
+#[pyo3(signature = (datasets, trackers, given, out, *, protocol, sequences, attributes, jobs, report, against, build, started, channels, parameters))]
 #[allow(clippy::too_many_arguments, reason = "named on the Python side")]
 fn evaluate<'py>(
     py: Python<'py>,
     datasets: Vec<PathBuf>,
-    trackers: Vec<String>,
+    trackers: Vec<(String, Bound<'py, PyAny>)>,
+    given: Vec<(String, PathBuf)>,
     out: PathBuf,
     protocol: &str,
     sequences: Option<String>,
+    attributes: Option<PathBuf>,
     jobs: usize,
     report: bool,
     against: Option<PathBuf>,
     build: String,
+    started: String,
+    channels: &str,
     parameters: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let parameters: toml::Table = values::table(parameters)?;
-    let recipes = recipes(&trackers, &parameters).map_err(|e| of_run(&e))?;
-    let mut options = EvalOptions::new(datasets, recipes.into_iter().map(Entry::from).collect(), out);
+    let bgr = match channels {
+        "rgb" => false,
+        "bgr" => true,
+        _ => return Err(usage(format!("channels is \"{channels}\"; it is \"rgb\" or \"bgr\""))),
+    };
+    let trackers = entries(trackers, &values::table(parameters)?, bgr, &started)?;
+    let mut options = EvalOptions::new(datasets, trackers, out);
+    options.given = given.into_iter().map(|(name, path)| Given { name, path }).collect();
     options.protocol = protocol.parse().map_err(|e| of_run(&RunError::from(e)))?;
     if jobs == 0 {
         return Err(usage("jobs is 0; give 1 or more"));
     }
     (options.sequences, options.jobs, options.report) = (sequences, jobs, report);
-    (options.against, options.build, options.open) = (against, build, OpenOptions::from_env());
+    (options.attributes, options.against, options.build) = (attributes, against, build);
+    options.open = OpenOptions::from_env();
     let stop = AtomicBool::new(false);
     let results = py.detach(|| {
         std::thread::scope(|scope| {
@@ -69,6 +81,29 @@ fn evaluate<'py>(
         results.map_err(|_| ComputationError::new_err("the evaluation broke off; this is a defect of pursuit"))?;
     let results = results.map_err(|e| of_run(&e.into()))?;
     to_python(py, &results)
+}
+
+/// The trackers that take part, in the order given: those of the registry with their parameters, and those of Python.
+fn entries(
+    trackers: Vec<(String, Bound<'_, PyAny>)>,
+    parameters: &toml::Table,
+    bgr: bool,
+    started: &str,
+) -> PyResult<Vec<Entry>> {
+    let registered: Vec<String> = trackers.iter().filter_map(|(_, tracker)| tracker.extract().ok()).collect();
+    let mut made = recipes(&registered, parameters).map_err(|e| of_run(&e))?.into_iter();
+    let entry = |(name, tracker): (String, Bound<'_, PyAny>)| {
+        if tracker.extract::<String>().is_ok() {
+            return Ok(made.next().map(|recipe| Entry { name, recipe }));
+        }
+        if !tracker.is_callable() {
+            let problem = "is neither the name of a tracker nor a class or function that makes one";
+            return Err(usage(format!("{name}: {} {problem}", tracker.repr()?)));
+        }
+        let recipe = PythonRecipe::new(name.clone(), tracker.unbind(), bgr, started.to_owned());
+        Ok(Some(Entry { name, recipe: Box::new(recipe) }))
+    };
+    trackers.into_iter().map(entry).filter_map(PyResult::transpose).collect()
 }
 
 /// A box of many: frame, target, left, top, width, height in pixels.

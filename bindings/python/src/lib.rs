@@ -9,6 +9,7 @@ mod errors;
 mod estimate;
 mod estimation;
 mod evaluate;
+mod foreign;
 mod iterated;
 mod many;
 mod measure;

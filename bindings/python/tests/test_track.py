@@ -290,7 +290,8 @@ def test_reproduce_and_eval_are_the_command_s(command, tmp_path):
 
 def test_examples_of_the_documentation():
     """The blocks of the guide run as they stand, in one program each."""
-    pages = (ROOT / "docs" / "guide" / "python.md", ROOT / "README.md", ROOT / "bindings" / "python" / "README.md")
+    guides = [ROOT / "docs" / "guide" / name for name in ("python.md", "own-tracker.md")]
+    pages = (*guides, ROOT / "README.md", ROOT / "bindings" / "python" / "README.md")
     blocks = [b.split("```")[0] for page in pages for b in page.read_text().split("```python\n")[1:]]
     assert len(blocks) >= 6
     for block in blocks:

@@ -111,23 +111,41 @@ fn interval(values: &[f64]) -> Option<[f64; 2]> {
     Some([*means.get(skipped)?, *means.get(RESAMPLES - 1 - skipped)?])
 }
 
-/// Every tracker of `results` against those ranked below it and against all `others`, best ranked first.
-pub(crate) fn comparisons(results: &Results, others: &BTreeMap<String, Aucs>) -> Vec<Comparison> {
-    let mut ours: Vec<(&str, f64, Aucs)> = results
-        .trackers
-        .iter()
-        .map(|(name, t)| {
-            (name.as_str(), t.mean.auc, t.sequences.iter().map(|(s, score)| (s.clone(), score.auc)).collect())
-        })
-        .collect();
-    ours.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(b.0)));
+/// 95 % interval of the mean of `values`; `None` of so few that they allow no judgement.
+pub(crate) fn mean_interval(values: &[f64]) -> Option<[f64; 2]> {
+    if values.len() < FEWEST { None } else { interval(values) }
+}
+
+/// Compares every tracker with those ranked below it, gives each the ranks that this leaves it, and compares all with
+/// `others`; best ranked first.
+pub(crate) fn compare(results: &mut Results, others: &BTreeMap<String, Aucs>) {
+    let aucs = |name: &str| -> Aucs {
+        let of = results.trackers.get(name).map(|t| &t.sequences);
+        of.into_iter().flatten().map(|(sequence, score)| (sequence.clone(), score.auc)).collect()
+    };
+    let ours: Vec<(String, Aucs)> = results.ranking().into_iter().map(|name| (name.to_owned(), aucs(name))).collect();
+    // How many are clearly better than each, and how many clearly worse.
+    let mut clear = vec![(0, 0); ours.len()];
     let mut all = Vec::new();
-    for (rank, (name, _, aucs)) in ours.iter().enumerate() {
-        let below = ours.iter().skip(rank + 1).map(|(name, _, aucs)| (*name, aucs));
-        let theirs = others.iter().map(|(name, aucs)| (name.as_str(), aucs));
-        all.extend(below.chain(theirs).filter_map(|other| Comparison::new((name, aucs), other)));
+    for (i, (name, aucs)) in ours.iter().enumerate() {
+        for (j, (below, their)) in ours.iter().enumerate().skip(i + 1) {
+            let Some(comparison) = Comparison::new((name, aucs), (below, their)) else { continue };
+            match comparison.judgement {
+                Judgement::Better => (clear[j].0 += 1, clear[i].1 += 1),
+                Judgement::Worse => (clear[i].0 += 1, clear[j].1 += 1),
+                Judgement::CannotTell => ((), ()),
+            };
+            all.push(comparison);
+        }
+        let theirs = others.iter().map(|(other, aucs)| (other.as_str(), aucs));
+        all.extend(theirs.filter_map(|other| Comparison::new((name, aucs), other)));
     }
-    all
+    for ((name, _), (ahead, behind)) in ours.iter().zip(clear) {
+        if let Some(tracker) = results.trackers.get_mut(name).filter(|_| ours.len() > 1) {
+            tracker.mean.rank = Some([1 + ahead, ours.len() - behind]);
+        }
+    }
+    results.comparisons = all;
 }
 
 /// Stored results to compare with: a `results.json`, or any file of `trackers` → NAME → `sequences` → NAME → `auc`.
@@ -197,6 +215,26 @@ mod tests {
         let few = Comparison::new(("a", &aucs(&[0.5; 5])), ("d", &stored(&[0.1; 5]))).unwrap();
         assert_eq!((few.judgement, few.interval), (Judgement::CannotTell, [0.4, 0.4]));
         assert!(Comparison::new(("a", &ours), ("e", &Aucs::new())).is_none());
+    }
+
+    #[test]
+    fn ranks_span_the_trackers_that_cannot_be_told_apart() {
+        let mut results = Results::default();
+        let base = [0.6, 0.7, 0.5, 0.8, 0.65, 0.75, 0.55, 0.7];
+        let shifted =
+            |by: &dyn Fn(usize) -> f64| -> Vec<f64> { base.iter().enumerate().map(|(i, v)| v + by(i)).collect() };
+        let mixed = |i: usize| if i.is_multiple_of(2) { 0.05 } else { -0.06 };
+        for (name, values) in [("a", base.to_vec()), ("b", shifted(&mixed)), ("c", shifted(&|_| -0.2))] {
+            let tracker = results.trackers.entry(name.to_owned()).or_default();
+            tracker.mean.auc = mean(&values);
+            for (sequence, auc) in aucs(&values) {
+                tracker.sequences.entry(sequence).or_default().auc = auc;
+            }
+        }
+        // What is stored under the name of a tracker that ran is no tracker of its own.
+        compare(&mut results, &BTreeMap::from([("a".to_owned(), stored(&[0.9; 8]))]));
+        let ranks: Vec<_> = results.trackers.values().map(|t| t.mean.rank).collect();
+        assert_eq!(ranks, [Some([1, 2]), Some([1, 2]), Some([3, 3])]);
     }
 
     #[test]

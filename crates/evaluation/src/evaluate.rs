@@ -1,6 +1,6 @@
 //! Sequences × trackers: what is missing is run, everything is scored.
 
-use crate::comparison::{comparisons, read_others};
+use crate::comparison::{compare, read_others};
 use crate::frame_cache::FrameCache;
 use crate::protocol::Pass;
 use crate::run::{Passes, parameters_of, run_pass};
@@ -54,7 +54,7 @@ pub enum Progress {
     Reporting,
 }
 
-/// Runs what is missing, scores everything, and writes `results.json` and `report.html`.
+/// Runs what is missing, scores everything, and writes `results.json`, `tables/`, `curves/` and `report.html`.
 ///
 /// Setting `stop` ends it after the current frame: what is complete is kept and scored, and the same call goes on later.
 ///
@@ -74,6 +74,7 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
     let mut results = Results { protocol: options.protocol, problems, ..Results::default() };
     results.interrupted = stop.load(Ordering::Relaxed);
     let mut kept: BTreeMap<String, BTreeMap<String, Passes>> = BTreeMap::new();
+    let attributes = dataset.sequences.iter().map(|s| (s.name(), s.attributes())).collect();
     let run = options.trackers.iter().map(|entry| Ok((&entry.name, parameters_of(&*entry.recipe)?)));
     for scored in run.chain(options.given.iter().map(|given| Ok((&given.name, given.parameters())))) {
         let (tracker, parameters) = scored?;
@@ -83,9 +84,9 @@ pub fn evaluate(options: &EvalOptions, progress: &(dyn Fn(Progress) + Sync), sto
             outcomes.insert(sequence.name().to_owned(), SequenceOutcome::new(options.protocol, sequence, passes));
             kept.entry(tracker.clone()).or_default().insert(sequence.name().to_owned(), passes.clone());
         }
-        results.trackers.insert(tracker.clone(), tracker_results(parameters, outcomes));
+        results.trackers.insert(tracker.clone(), tracker_results(parameters, outcomes, &attributes));
     }
-    results.comparisons = comparisons(&results, &others);
+    compare(&mut results, &others);
     evaluation.store.write_results(&results)?;
     if options.report {
         progress(Progress::Reporting);
@@ -99,8 +100,11 @@ fn find(options: &EvalOptions) -> Result<Dataset> {
     if options.trackers.is_empty() && options.given.is_empty() {
         return Err(EvaluationError::Option("no tracker to evaluate; name one or several".to_owned()));
     }
-    if !options.given.is_empty() && !options.protocol.runs_like(Protocol::Ope) {
-        let problem = format!("trajectories made before are of one pass; {} runs several", options.protocol);
+    if !options.given.is_empty() && matches!(options.protocol, Protocol::Sre | Protocol::Tre) {
+        let problem = format!(
+            "trajectories made before are of one pass, or of VOT's supervised experiment (`reset`); {} runs several",
+            options.protocol
+        );
         return Err(EvaluationError::Option(problem));
     }
     let mut names: Vec<&String> = options.trackers.iter().map(|entry| &entry.name).collect();
@@ -111,6 +115,9 @@ fn find(options: &EvalOptions) -> Result<Dataset> {
         names.push(&given.name);
     }
     let mut dataset = Dataset::discover_all(&options.datasets, &options.open)?;
+    if let Some(file) = &options.attributes {
+        dataset.add_attributes(file)?;
+    }
     if dataset.sequences.is_empty() && !dataset.problems.is_empty() {
         return Err(dataset.problems.remove(0));
     }

@@ -6,8 +6,10 @@
 
 pub mod boxes;
 mod clock;
+mod columns;
 mod comparison;
 mod crowd;
+mod curves;
 mod datasets;
 mod error;
 mod evaluate;
@@ -17,6 +19,7 @@ pub mod metrics;
 mod options;
 mod protocol;
 mod report;
+mod result_files;
 pub mod results;
 mod run;
 mod score;

@@ -31,9 +31,13 @@ pub struct EvalOptions {
     pub protocol: Protocol,
     /// Comma-separated patterns of the sequences wanted; all without.
     pub sequences: Option<String>,
+    /// A table of attributes of the sequences, beside those that the data sets bring: see [`Dataset::add_attributes`].
+    ///
+    /// [`Dataset::add_attributes`]: crate::Dataset::add_attributes
+    pub attributes: Option<PathBuf>,
     /// Sequences worked on at once, each by one thread. Results do not depend on it; on a busy machine speeds may.
     pub jobs: usize,
-    /// Where results are kept: `boxes/`, `results.json`, `report.html`. Protocols may share a folder.
+    /// Where results are kept: `boxes/`, `results.json`, `tables/`, `curves/`, `report.html`. Protocols may share a folder.
     pub out: PathBuf,
     /// What made the run (a version, a build's hash): results that another build left are run again.
     pub build: String,
@@ -58,6 +62,7 @@ impl EvalOptions {
             given: Vec::new(),
             protocol: Protocol::Ope,
             sequences: None,
+            attributes: None,
             jobs: 1,
             out,
             build: env!("CARGO_PKG_VERSION").to_owned(),

@@ -3,7 +3,7 @@
 use crate::metrics::calibration::Bin;
 use crate::{Comparison, Protocol, UpdateTime};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The figures of an evaluation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -23,6 +23,20 @@ pub struct Results {
     pub interrupted: bool,
 }
 
+impl Results {
+    /// The trackers, the best success AUC first.
+    pub fn ranking(&self) -> Vec<&str> {
+        let mut names: Vec<(&str, f64)> = self.trackers.iter().map(|(n, t)| (n.as_str(), t.mean.auc)).collect();
+        names.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(b.0)));
+        names.into_iter().map(|(name, _)| name).collect()
+    }
+
+    /// The attributes that sequences of some tracker have.
+    pub fn attributes(&self) -> BTreeSet<&str> {
+        self.trackers.values().flat_map(|t| t.attributes.keys().map(String::as_str)).collect()
+    }
+}
+
 /// Figures of one tracker.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrackerResults {
@@ -30,6 +44,9 @@ pub struct TrackerResults {
     pub mean: MeanScore,
     /// By sequence.
     pub sequences: BTreeMap<String, SequenceScore>,
+    /// Over the sequences with an attribute, by its name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub attributes: BTreeMap<String, MeanScore>,
     /// Every parameter it ran with.
     pub parameters: serde_json::Value,
     /// Curves averaged over sequences.
@@ -55,6 +72,13 @@ pub struct Curves {
 pub struct MeanScore {
     /// Mean of the success AUCs.
     pub auc: f64,
+    /// 95 % interval of that mean, by resampling sequences; `None` of fewer than six.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub auc_interval: Option<[f64; 2]>,
+    /// The best and the worst rank by success AUC that the comparisons allow: behind every tracker that is clearly better,
+    /// ahead of every one that is clearly worse. `None` where there is no other tracker.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rank: Option<[usize; 2]>,
     /// Mean of the precisions at 20 px.
     pub precision20: f64,
     /// Mean of the success rates at overlap .5.
@@ -122,6 +146,28 @@ pub struct SequenceScore {
     /// What went wrong, if something did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+}
+
+impl From<&SequenceScore> for MeanScore {
+    /// The figures of one sequence as those of a set of one.
+    fn from(score: &SequenceScore) -> Self {
+        Self {
+            auc: score.auc,
+            auc_interval: None,
+            rank: None,
+            precision20: score.precision20,
+            success50: score.success50,
+            fps: score.fps,
+            fps_wall: score.update.map(|u| u.fps_wall()),
+            sequences: 1,
+            normalized_precision: score.normalized_precision,
+            average_overlap: score.average_overlap,
+            success75: score.success75,
+            calibration_error: score.calibration_error,
+            long_term: score.long_term.clone(),
+            supervised: score.supervised.clone(),
+        }
+    }
 }
 
 /// Long-term figures. A box is claimed in the frames whose state is `tracking`.

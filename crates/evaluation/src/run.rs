@@ -70,6 +70,24 @@ impl UpdateTime {
         // A tracker that does nothing is below the clock's resolution; a nanosecond is the least that can be said.
         1e3 / self.mean_ms.max(1e-6)
     }
+
+    /// Updates a second, by the clock on the wall.
+    pub fn fps_wall(&self) -> f64 {
+        1e3 / self.wall_ms.max(1e-6)
+    }
+
+    /// Of updates that took `wall_ms` each and `thread_ms` of processor time together; `None` of none.
+    pub(crate) fn of(wall_ms: &[f64], thread_ms: f64) -> Option<Self> {
+        let at = |q| quantile(wall_ms, q);
+        Some(Self {
+            count: wall_ms.len(),
+            mean_ms: thread_ms / wall_ms.len() as f64,
+            wall_ms: mean(wall_ms),
+            p50_ms: at(0.5)?,
+            p95_ms: at(0.95)?,
+            p99_ms: at(0.99)?,
+        })
+    }
 }
 
 /// A run in progress.
@@ -202,15 +220,7 @@ impl Running<'_> {
     }
 
     fn update_time(&self) -> Option<UpdateTime> {
-        let at = |q| quantile(&self.wall_ms, q);
-        Some(UpdateTime {
-            count: self.wall_ms.len(),
-            mean_ms: self.thread_ms / self.wall_ms.len() as f64,
-            wall_ms: mean(&self.wall_ms),
-            p50_ms: at(0.5)?,
-            p95_ms: at(0.95)?,
-            p99_ms: at(0.99)?,
-        })
+        UpdateTime::of(&self.wall_ms, self.thread_ms)
     }
 }
 

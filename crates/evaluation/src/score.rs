@@ -51,6 +51,9 @@ impl Scored {
                 scored.judge(truth, output, overlap);
             }
         }
+        if !trajectory.has_probabilities() {
+            scored.forecasts.clear();
+        }
         scored.lost = without_box as f64 / scored.overlaps.len().max(1) as f64;
         scored
     }

@@ -1,5 +1,6 @@
 use pursuit_geometry::{BBox, Truth};
 use pursuit_imaging::Frame;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,12 +24,14 @@ pub struct Sequence {
     name: String,
     footage: Footage,
     truth: Vec<Truth>,
+    origin: f64,
+    attributes: BTreeSet<String>,
 }
 
 impl Sequence {
     /// From its parts; there are as many frames as entries in `truth`.
     pub fn new(name: impl Into<String>, footage: Footage, truth: Vec<Truth>) -> Self {
-        Self { name: name.into(), footage, truth }
+        Self { name: name.into(), footage, truth, origin: 0.0, attributes: BTreeSet::new() }
     }
 
     /// From frames in memory.
@@ -38,6 +41,27 @@ impl Sequence {
 
     pub(crate) fn from_path(name: impl Into<String>, path: &Path, first: usize, truth: Vec<Truth>) -> Self {
         Self::new(name, Footage::Input { path: path.to_owned(), first }, truth)
+    }
+
+    /// The same, published with pixels counted so that the image's left and top edge are at `origin`; `truth` is counted from 0.
+    pub(crate) fn published_from(self, origin: f64) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// Where the published files have the image's left and top edge: 1 where they are counted as MATLAB does. Result files
+    /// of other programs follow them.
+    pub(crate) const fn origin(&self) -> f64 {
+        self.origin
+    }
+
+    /// What is said of it, by which figures are told apart: `occlusion`, `IV`.
+    pub const fn attributes(&self) -> &BTreeSet<String> {
+        &self.attributes
+    }
+
+    /// Adds an attribute.
+    pub fn add_attribute(&mut self, name: impl Into<String>) {
+        self.attributes.insert(name.into());
     }
 
     /// Its name: the path below the folder searched, with `/` between folders.

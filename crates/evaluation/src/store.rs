@@ -1,6 +1,7 @@
 //! The files of an evaluation. Every file appears whole or not at all: written beside its place, then renamed.
 
 use crate::protocol::Pass;
+use crate::table::{csv_tables, tables};
 use crate::{EvaluationError, Protocol, Result, Results, RunRecord, Sequence, Trajectory};
 use std::path::{Path, PathBuf};
 
@@ -52,11 +53,15 @@ impl Store {
         Ok((Trajectory::read(&boxes)?, record))
     }
 
-    /// Keeps the figures as `results.json` and `results-PROTOCOL.json`.
+    /// Keeps the figures as `results.json` and `results-PROTOCOL.json`, with tables and curves beside them.
     pub fn write_results(&self, results: &Results) -> Result<()> {
         let json = serde_json::to_vec_pretty(results)
             .map_err(|e| EvaluationError::output(&self.root.join("results.json"), e))?;
-        self.write_last("results", "json", results.protocol, &json)
+        self.write_last("results", "json", results.protocol, &json)?;
+        for (name, extension, text) in files(results) {
+            self.write_last(&name, extension, results.protocol, text.as_bytes())?;
+        }
+        Ok(())
     }
 
     /// Keeps the report as `report.html` and `report-PROTOCOL.html`.
@@ -83,6 +88,23 @@ impl Store {
         path.extend(parts);
         path
     }
+}
+
+/// The figures as files for spreadsheets, papers and plots: name, extension, text.
+fn files(results: &Results) -> Vec<(String, &'static str, String)> {
+    let mut files: Vec<(String, &'static str, String)> = Vec::new();
+    for (name, table) in tables(results) {
+        files.push((format!("tables/{name}"), "md", table.to_markdown()));
+        files.push((format!("tables/{name}"), "tex", table.to_latex()));
+    }
+    for (name, text) in csv_tables(results) {
+        files.push((format!("tables/{name}"), "csv", text));
+    }
+    for curves in crate::curves::all(results) {
+        files.push((format!("curves/{}", curves.file), "csv", curves.to_csv()));
+        files.extend(curves.chart.to_svg().map(|svg| (format!("curves/{}", curves.file), "svg", svg)));
+    }
+    files
 }
 
 /// A name that stays inside its folder on every system.

@@ -1,5 +1,6 @@
 //! From passes to the figures of a sequence, and from sequences to those of a tracker.
 
+use crate::comparison::mean_interval;
 use crate::metrics::calibration::{ScoreForecast, expected_calibration_error, reliability};
 use crate::metrics::long_term::{
     PrecisionRecall, ScoredFrame, best_f, detection, false_alive, precision_recall, precision_recall_curve,
@@ -12,7 +13,7 @@ use crate::results::{
 };
 use crate::score::{Scored, supervised};
 use crate::{Protocol, RunRecord, Sequence, Trajectory};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Thresholds of the long-term curves (the VOT-LT toolkit's resolution).
 const RESOLUTION: usize = 100;
@@ -74,43 +75,62 @@ impl SequenceOutcome {
     }
 }
 
-/// The figures of a tracker over its sequences.
+/// The figures of a tracker over its sequences, and over those with each attribute; `attributes` says which a sequence has.
 pub(crate) fn tracker_results(
     parameters: serde_json::Value,
     outcomes: BTreeMap<String, SequenceOutcome>,
+    attributes: &BTreeMap<&str, &BTreeSet<String>>,
 ) -> TrackerResults {
     let all: Vec<&SequenceOutcome> = outcomes.values().collect();
+    let mut parts: BTreeMap<String, Vec<&SequenceOutcome>> = BTreeMap::new();
+    for (name, outcome) in &outcomes {
+        for attribute in attributes.get(name.as_str()).into_iter().flat_map(|set| set.iter()) {
+            parts.entry(attribute.clone()).or_default().push(outcome);
+        }
+    }
+    let curves = Curves {
+        success: average(all.iter().map(|o| o.success.clone()).collect()),
+        precision: average(all.iter().map(|o| o.precision.clone()).collect()),
+        eao: eao_curve(&all),
+    };
+    let (mean, calibration) = (mean_score(&all), reliability(&forecasts(&all)).to_vec());
+    let attributes = parts.into_iter().map(|(name, outcomes)| (name, mean_score(&outcomes))).collect();
+    let sequences = outcomes.into_iter().map(|(name, outcome)| (name, outcome.score)).collect();
+    TrackerResults { mean, sequences, attributes, parameters, curves, calibration }
+}
+
+fn forecasts(of: &[&SequenceOutcome]) -> Vec<ScoreForecast> {
+    of.iter().flat_map(|o| o.forecasts.iter().copied()).collect()
+}
+
+fn eao_curve(of: &[&SequenceOutcome]) -> Vec<f64> {
+    vot::eao_curve(&of.iter().flat_map(|o| vot::fragments(&o.supervised)).collect::<Vec<Fragment>>())
+}
+
+/// The figures over several sequences.
+fn mean_score(all: &[&SequenceOutcome]) -> MeanScore {
     let over = |figure: fn(&SequenceScore) -> f64| mean(&all.iter().map(|o| figure(&o.score)).collect::<Vec<_>>());
     let rate = |figure: fn(&SequenceScore) -> Option<f64>| {
         geometric_mean(&all.iter().filter_map(|o| figure(&o.score)).collect::<Vec<_>>())
     };
-    let forecasts: Vec<ScoreForecast> = all.iter().flat_map(|o| o.forecasts.iter().copied()).collect();
-    let calibration = reliability(&forecasts).to_vec();
     let with_long_term: Vec<&[ScoredFrame]> =
         all.iter().filter(|o| o.score.long_term.is_some()).map(|o| o.judged.as_slice()).collect();
-    let fragments: Vec<Fragment> = all.iter().flat_map(|o| vot::fragments(&o.supervised)).collect();
-    let eao = vot::eao_curve(&fragments);
-    let mean = MeanScore {
+    MeanScore {
         auc: over(|s| s.auc),
+        auc_interval: mean_interval(&all.iter().map(|o| o.score.auc).collect::<Vec<_>>()),
+        rank: None,
         precision20: over(|s| s.precision20),
         success50: over(|s| s.success50),
         fps: rate(|s| s.fps),
-        fps_wall: rate(|s| s.update.map(|u| 1e3 / u.wall_ms.max(1e-6))),
+        fps_wall: rate(|s| s.update.map(|u| u.fps_wall())),
         sequences: all.len(),
         normalized_precision: over(|s| s.normalized_precision),
         average_overlap: over(|s| s.average_overlap),
         success75: over(|s| s.success75),
-        calibration_error: expected_calibration_error(&calibration),
+        calibration_error: expected_calibration_error(&reliability(&forecasts(all))),
         long_term: (!with_long_term.is_empty()).then(|| long_term(&with_long_term)),
-        supervised: supervised_mean(&all, &eao),
-    };
-    let curves = Curves {
-        success: average(all.iter().map(|o| o.success.clone()).collect()),
-        precision: average(all.iter().map(|o| o.precision.clone()).collect()),
-        eao,
-    };
-    let sequences = outcomes.into_iter().map(|(name, outcome)| (name, outcome.score)).collect();
-    TrackerResults { mean, sequences, parameters, curves, calibration }
+        supervised: supervised_mean(all, &eao_curve(all)),
+    }
 }
 
 /// Long-term figures over one or several sequences: precision and recall are averaged over sequences before F is taken

@@ -27,6 +27,8 @@ impl From<&Estimate> for Output {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectory {
     outputs: Vec<Option<Output>>,
+    /// Whether its scores order its boxes and no more: they were never meant as probabilities.
+    only_ordered: bool,
 }
 
 /// The first line of the file.
@@ -37,7 +39,17 @@ const MAX_FRAMES: usize = 10_000_000;
 impl Trajectory {
     /// Nothing said about `frames` frames.
     pub fn silent(frames: usize) -> Self {
-        Self { outputs: vec![None; frames] }
+        Self { outputs: vec![None; frames], only_ordered: false }
+    }
+
+    /// The same of a program whose scores are no probabilities: they are not judged as such.
+    pub(crate) fn without_probabilities(self) -> Self {
+        Self { only_ordered: true, ..self }
+    }
+
+    /// Whether its scores are held to be probabilities.
+    pub(crate) const fn has_probabilities(&self) -> bool {
+        !self.only_ordered
     }
 
     /// Says something about frame `index`.

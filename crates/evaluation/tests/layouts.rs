@@ -299,3 +299,21 @@ fn empty_folders_explain_the_layouts() {
     assert!(run(root.path()).contains("frames.csv"));
     assert!(run(&root.path().join("nowhere")).contains("nowhere"));
 }
+
+#[test]
+fn tags_of_vot_and_classes_of_got10k_are_attributes() {
+    let root = tempfile::tempdir().unwrap();
+    let vot = root.path().join("vot");
+    write_images(&vot, 2, 1, 8);
+    write(&vot.join("groundtruth.txt"), "1,1,4,4\n1,1,4,4\n");
+    write(&vot.join("occlusion.tag"), "0\n1\n");
+    write(&vot.join("camera_motion.tag"), "0\n0\n");
+    let got = root.path().join("got");
+    write_images(&got, 2, 1, 8);
+    write(&got.join("groundtruth.txt"), "1,1,4,4\n1,1,4,4\n");
+    write(&got.join("meta_info.ini"), "[METAINFO]\nobject_class: lion\nmajor_class: animal\nmotion_class: walking\n");
+    let dataset = Dataset::discover(root.path(), &OpenOptions::default()).unwrap();
+    let attributes: Vec<Vec<&str>> =
+        dataset.sequences.iter().map(|s| s.attributes().iter().map(String::as_str).collect()).collect();
+    assert_eq!(attributes, [vec!["major_class: animal", "motion_class: walking"], vec!["occlusion"]]);
+}

@@ -343,3 +343,116 @@ fn unusable_results_are_named() {
     assert!(fails(&[("still", &file)], Protocol::Ope).to_string().contains("two results"));
     assert!(fails(&[("mine", &file)], Protocol::Sre).to_string().contains("one pass"));
 }
+
+/// Evaluates `given` alone on the data set of [`dataset`].
+fn scored(root: &Path, given: &Path, protocol: Protocol) -> Result<Results, EvaluationError> {
+    let mut options = options(root, &[]);
+    options.given = vec![Given { name: "mine".to_owned(), path: given.to_owned() }];
+    (options.protocol, options.sequences) = (protocol, Some("plain".to_owned()));
+    evaluate(&options, &|_| (), &AtomicBool::new(false))
+}
+
+#[test]
+fn result_files_of_otb_got10k_and_vot_are_scored() {
+    let root = tempfile::tempdir().unwrap();
+    let right = |n: usize| "2,3,4,5\n".repeat(n);
+    let auc = |results: &Results| results.trackers["mine"].sequences["plain"].auc;
+    // OTB's: a line a frame, any separator; nothing is said by nan and by a box without area.
+    let folder = root.path().join("otb");
+    write(&folder.join("plain.txt"), &format!("{}nan\tnan\tnan\tnan\n0 0 0 0\n", right(8)));
+    let otb = scored(root.path(), &folder, Protocol::Ope).unwrap();
+    let one = &otb.trackers["mine"].sequences["plain"];
+    assert!((one.auc - 0.8 * 20.0 / 21.0).abs() < 1e-12 && (one.lost - 0.2).abs() < 1e-12, "{one:?}");
+    assert_eq!(one.calibration_error, None, "no score was given");
+    // GOT-10k's: repetitions, averaged over, and times; the first is of the start.
+    let folder = root.path().join("got");
+    write(&folder.join("plain/plain_001.txt"), &right(10));
+    write(&folder.join("plain/plain_002.txt"), &format!("{}{}", right(5), "90,90,4,5\n".repeat(5)));
+    write(&folder.join("plain/plain_time.txt"), &format!("9.0\n{}", "0.02\n".repeat(9)));
+    let got = scored(root.path(), &folder, Protocol::Ope).unwrap();
+    assert!((auc(&got) - 0.75 * 20.0 / 21.0).abs() < 1e-12);
+    let one = &got.trackers["mine"].sequences["plain"];
+    assert_eq!(one.passes, Some(2));
+    assert!((one.fps.unwrap() - 50.0).abs() < 1e-9);
+    // VOT's supervised experiment: started, polygons, failed, skipped, started again.
+    let folder = root.path().join("vot");
+    let lines = ["1", "2,3,6,3,6,8,2,8", "2,3,4,5", "2", "0", "0", "0", "0", "1", "2,3,4,5"];
+    write(&folder.join("plain/plain_001.txt"), &lines.join("\n"));
+    let vot = scored(root.path(), &folder, Protocol::Reset).unwrap();
+    let supervised = vot.trackers["mine"].sequences["plain"].supervised.clone().unwrap();
+    assert_eq!(supervised.failures, 1.0);
+    let error = scored(root.path(), &folder, Protocol::Ope).unwrap_err().to_string();
+    assert!(error.contains("plain_001.txt:4") && error.contains("`reset`"), "{error}");
+    let error = scored(root.path(), &root.path().join("otb"), Protocol::Reset).unwrap_err().to_string();
+    assert!(error.contains("marks no start"), "{error}");
+}
+
+#[test]
+fn confidences_order_the_boxes_of_result_files() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("vot");
+    write(&folder.join("plain/plain_001.txt"), &format!("1\n{}{}", "2,3,4,5\n".repeat(6), "90,90,4,5\n".repeat(3)));
+    let confidences = |high: f64| format!("\n{}{}", format!("{high}\n").repeat(6), "0.25\n".repeat(3));
+    write(&folder.join("plain/plain_001_confidence.value"), &confidences(0.75));
+    let read = scored(root.path(), &folder, Protocol::LongTerm).unwrap();
+    let one = &read.trackers["mine"].sequences["plain"];
+    // Six boxes with .75 are right, three with .25 wrong: each gap is .25.
+    assert!((one.calibration_error.unwrap() - 0.25).abs() < 1e-12, "{one:?}");
+    let (precision, recall) = (1.0, 6.0 / 9.0);
+    let best = 2.0 * precision * recall / (precision + recall);
+    assert!((one.long_term.as_ref().unwrap().f_best - best).abs() < 1e-12, "the wrong ones are below a threshold");
+    write(&folder.join("plain/plain_001_confidence.value"), &confidences(750.0));
+    let read = scored(root.path(), &folder, Protocol::LongTerm).unwrap();
+    let one = &read.trackers["mine"].sequences["plain"];
+    assert_eq!(one.calibration_error, None, "what exceeds 1 is no probability");
+    assert!((one.long_term.as_ref().unwrap().f_best - best).abs() < 1e-12);
+}
+
+#[test]
+fn damaged_result_files_are_named_with_their_line() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("mine");
+    for (text, expected) in [
+        ("2,3,4,5\n".repeat(9), "has 9 lines for 10 frames"),
+        ("2,3,4,5\n".repeat(9) + "2,3,x,5\n", "plain.txt:10: `x`"),
+        ("2,3,4,5\n".repeat(9) + "2,3,4\n", "plain.txt:10: has 3 numbers"),
+        ("2,3,4,5\n".repeat(9) + "7\n", "plain.txt:10: 7 is no code"),
+        ("2,3,4,5\n".repeat(9) + "m3,4,5,6,7\n", "plain.txt:10: is a mask"),
+    ] {
+        write(&folder.join("plain.txt"), &text);
+        let error = scored(root.path(), &folder, Protocol::Ope).unwrap_err().to_string();
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+}
+
+#[test]
+fn figures_are_told_apart_by_attributes_and_left_as_tables_and_curves() {
+    let root = tempfile::tempdir().unwrap();
+    let off = Scripted::new("off", |_, first| Some((first.translated(2.0, 0.0), Tracking, 0.9)));
+    let table = root.path().join("attributes.csv");
+    write(&table, "sequence,IV,OCC\naway,0,1\nplain,1,1\nnowhere,1,0\n");
+    let mut options = options(root.path(), &[&Scripted::still(), &off]);
+    options.attributes = Some(table.clone());
+    let results = run(&options);
+    let still = &results.trackers["still"];
+    assert_eq!(still.attributes.keys().collect::<Vec<_>>(), ["IV", "OCC"]);
+    assert_eq!((still.attributes["IV"].sequences, still.attributes["OCC"].sequences), (1, 2));
+    assert_eq!(still.attributes["IV"].auc, still.sequences["plain"].auc);
+    let read = |file: &str| std::fs::read_to_string(root.path().join("out").join(file)).unwrap();
+    let lines = |file: &str| read(file).lines().map(str::to_owned).collect::<Vec<_>>();
+    assert!(lines("tables/trackers.csv")[0].starts_with("tracker,rank_low,rank_high,auc,"));
+    assert_eq!((lines("tables/trackers.csv").len(), lines("tables/sequences-ope.csv").len()), (3, 7));
+    assert_eq!(lines("tables/attributes.csv").len(), 5);
+    assert!(lines("tables/comparisons.csv")[1].starts_with("still,off,3,"));
+    assert!(read("tables/trackers.md").contains("| still | 1–2 | **0.952** |"), "{}", read("tables/trackers.md"));
+    assert!(read("tables/attributes.tex").contains("IV & "));
+    let success = lines("curves/success.csv");
+    assert_eq!((success[0].as_str(), success.len()), ("tracker,overlap_threshold,success_rate", 1 + 2 * 21));
+    assert!(read("curves/success.svg").starts_with("<svg"));
+    write(&table, "sequence,IV\nnowhere,1\n");
+    let error = evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap_err().to_string();
+    assert!(error.contains("names no sequence that is there") && error.contains("nowhere"), "{error}");
+    write(&table, "sequence,IV\nplain,maybe\n");
+    let error = evaluate(&options, &|_| (), &AtomicBool::new(false)).unwrap_err().to_string();
+    assert!(error.contains("attributes.csv:2") && error.contains("`maybe`"), "{error}");
+}

@@ -44,6 +44,25 @@ fn with(depth: DepthOptions) -> OpenOptions {
     OpenOptions { depth, ..OpenOptions::default() }
 }
 
+/// Distances of 1 m are plausible in fifths of a millimetre and, as 5 m, in millimetres.
+#[test]
+fn lists_beside_the_folders_tell_the_coding_of_tum() {
+    let root = tempfile::tempdir().unwrap();
+    let name = |k: u64| format!("{}.{:06}.png", 1_305_031_102, 100_000 * k + 1);
+    pictures(&root.path().join("rgb"), 3, name);
+    depths(&root.path().join("depth"), 0..3, name, |mm| 5 * mm + 1);
+    let coding = |root: &Path| {
+        let (a, b) = (root.join("rgb"), root.join("depth"));
+        let mut source = open_with_depth(path(&a), path(&b), &OpenOptions::default()).unwrap();
+        (source.info().depth.clone().unwrap().coding, first_pixels(&mut *source)[0])
+    };
+    assert_eq!(coding(root.path()), (DepthCoding::Millimetres, Some(5001)));
+    for list in ["rgb.txt", "depth.txt"] {
+        std::fs::write(root.path().join(list), "# timestamp filename\n").unwrap();
+    }
+    assert_eq!(coding(root.path()), (DepthCoding::FifthMillimetres, Some(1000)));
+}
+
 #[test]
 fn two_folders_are_paired_by_number_and_the_coding_is_found_out() {
     for (code, coding) in

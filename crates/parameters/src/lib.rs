@@ -15,7 +15,7 @@ pub use error::ParameterError;
 pub use schema::{
     Bounds, Declared, Field, FileName, Kind, Parameter, above, check_ranges, choice, renamed_in, schema_of, set_field,
 };
-pub use tables::{describe, listed, merge, nested, template, template_at};
+pub use tables::{describe, listed, merge, nested, similar, template, template_at};
 pub use toml::{Table, Value};
 
 /// The result of what parameters can be refused by.

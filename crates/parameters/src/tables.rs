@@ -148,10 +148,38 @@ pub(super) fn unknown(name: &str, names: &[&str]) -> String {
 
 fn unknown_among(name: &str, names: &[&str], listed: &str) -> String {
     let nearest = names.iter().map(|known| (distance(name, known), *known)).min();
-    // Of a name of five letters, one may be wrong.
-    let near = nearest.filter(|(wrong, known)| *wrong <= known.len().div_ceil(5));
+    let near = nearest.filter(|(wrong, known)| is_near(*wrong, known));
     let guess = near.map_or_else(String::new, |(_, known)| format!("did you mean `{known}`? "));
     format!("there is no such parameter; {guess}there are: {listed}")
+}
+
+/// The parameters, as dotted paths, whose last part is that of `path` or nearly so, the nearest first; three at most. So who
+/// remembers `padding` finds `filter.window.padding`.
+pub fn similar(schema: &[Parameter], path: &str) -> Vec<String> {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    let mut found: Vec<(usize, String)> = Vec::new();
+    gather_similar(schema, "", last, &mut found);
+    found.sort();
+    found.into_iter().take(3).map(|(_, path)| path).collect()
+}
+
+fn gather_similar(schema: &[Parameter], before: &str, wanted: &str, found: &mut Vec<(usize, String)>) {
+    for parameter in schema {
+        let path = format!("{before}{}", parameter.name);
+        if let Kind::Group { parameters } = &parameter.kind {
+            gather_similar(parameters, &format!("{path}."), wanted, found);
+            continue;
+        }
+        let wrong = distance(wanted, parameter.name);
+        if is_near(wrong, parameter.name) {
+            found.push((wrong, path));
+        }
+    }
+}
+
+/// Of a name of five letters, one may be wrong.
+const fn is_near(wrong: usize, name: &str) -> bool {
+    wrong <= name.len().div_ceil(5)
 }
 
 /// Letters to insert, remove or replace to make `a` into `b`.

@@ -21,6 +21,11 @@
 //! [`RunConfig`] and leaves its files in a folder. The floors below are re-exported: [`tracking`] has the words,
 //! [`trackers`] the trackers and detectors by name.
 
+/// The program of the guide runs as it stands.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guide/own-tracker.md")]
+mod own_tracker {}
+
 pub mod associate;
 pub mod batch;
 pub mod cameras;

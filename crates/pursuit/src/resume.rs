@@ -6,7 +6,7 @@ use crate::run::{InputFacts, RecipeFacts, StateCounts};
 use crate::run_folder::{FACTS, OVERLAY, STATE};
 use crate::segments::Shelf;
 use crate::session::Checkpoint;
-use crate::sinks::{Format, Lines, read_trajectory};
+use crate::sinks::{Format, Lines, can_be_added_to, read_trajectory};
 use pursuit_tracking::{Estimate, TrackState};
 use serde_json::Value;
 use std::fs::File;
@@ -199,6 +199,9 @@ impl Kept {
     }
 
     fn read(&mut self, path: &Path, last: u64) -> Result<(), String> {
+        if !can_be_added_to(path) {
+            return Err("it has the columns of another version; begin anew with --overwrite".to_owned());
+        }
         let mut before = None;
         for record in read_trajectory(path)?.take_while(|record| record.frame <= last) {
             self.states.add(record.estimate.as_ref().map_or(TrackState::Lost, |estimate| estimate.state));
@@ -236,8 +239,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         let header = crate::sinks::TRAJECTORY_COLUMNS.join(",");
-        let row =
-            |frame: u32, target: u32, state: &str| format!("{frame},0.5,{target},{state},1,2,3,4,0.5,,,,,5,6,7,8,1\n");
+        let row = |frame: u32, target: u32, state: &str| {
+            format!("{frame},0.5,{target},{state},1,2,3,4,0.5,,,,,5,6,7,8,1,,\n")
+        };
         let rows = [
             row(0, 1, "tracking"),
             row(0, 2, "lost"),

@@ -197,6 +197,10 @@ impl StateCounts {
 pub struct TimingFacts {
     /// One tracker's update, initialisation apart.
     pub update_ms: TimingSummary,
+    /// One call of the detector; none where there is no detector.
+    pub detect_ms: TimingSummary,
+    /// All that is done to look at a frame: the detector's call, where it is asked, and every target's update.
+    pub frame_ms: TimingSummary,
     /// Waiting for the next frame: decoding, less what was decoded ahead.
     pub decode_ms: TimingSummary,
     /// From a frame's capture to its results having been handed to all that take them. Of a live input the capture is told by the frame's

@@ -64,7 +64,7 @@ impl Start {
             ))),
             _ if detector => Ok(Self::Detector),
             _ => Err(RunError::usage(format!(
-                "nothing to track in {input}: give a box, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or a detector, `--detect ball`"
+                "nothing to track in {input}: draw a box in the browser, `--pick`, give one, `--box LEFT,TOP,WIDTH,HEIGHT` in pixels of frame {from}, or name a detector, `--detect ball`"
             ))),
         }
     }
@@ -110,7 +110,7 @@ impl Start {
         Ok(match (self, methods.detector) {
             (Self::Detector, Some(detector)) => session.finding(detector, methods.acquire)?,
             (Self::Many(boxes), Some(detector)) => {
-                let mut targets = Associating::new(detector, methods.many)?;
+                let mut targets = Associating::new(session.clocked(detector), methods.many)?;
                 if config.tracker.is_some() {
                     targets = targets.with_appearance(methods.recipe);
                 }
@@ -127,7 +127,8 @@ impl Start {
     /// Gives the session the targets of an earlier one.
     pub fn go_on(&self, session: Session, state: &[u8], methods: Methods) -> Result<Session, RunError> {
         let recipe_of = |name: &str| registry::tracker(name).map(|entry| entry.default_recipe());
-        let targets: Box<dyn MultiTracker> = match (self, methods.detector) {
+        let detector = methods.detector.map(|detector| session.clocked(detector));
+        let targets: Box<dyn MultiTracker> = match (self, detector) {
             (Self::Detector, Some(detector)) => Box::new(Acquiring::restore(state, detector, &recipe_of)?),
             (Self::Many(_), Some(detector)) => Box::new(Associating::restore(state, detector, &recipe_of)?),
             _ => Box::new(TargetSet::restore(state, &recipe_of)?),

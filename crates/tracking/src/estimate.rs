@@ -63,6 +63,14 @@ pub enum Doubt {
 }
 
 impl Doubt {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Covered, Self::Changed, Self::Confused, Self::Gone];
+
+    /// The doubt of that word; `None` for others.
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|doubt| doubt.as_str() == word)
+    }
+
     /// The word used in files: `covered`, `changed`, `confused` or `gone`.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -166,6 +174,8 @@ mod tests {
     fn every_state_is_known_by_its_word() {
         assert!(TrackState::ALL.into_iter().all(|s| TrackState::from_word(s.as_str()) == Some(s)));
         assert!(TrackState::from_word("Unsure").is_none() && TrackState::from_word("").is_none());
+        assert!(Doubt::ALL.into_iter().all(|d| Doubt::from_word(d.as_str()) == Some(d)));
+        assert_eq!(Doubt::from_word(""), None);
     }
 
     #[test]

@@ -375,9 +375,9 @@ pub struct Eval {
     /// Trackers to measure, separated by commas [default: all that need no file]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub trackers: Vec<String>,
-    /// Score a trajectory made before: its name in the results, and a `trajectory.csv`, or a folder with SEQUENCE.csv or
-    /// SEQUENCE/trajectory.csv; of `mot` a folder with SEQUENCE.txt or SET/SEQUENCE.txt; without `--trackers` nothing else is
-    /// measured
+    /// Score trajectories of any tracker, made before: its name in the results, and a folder with SEQUENCE.csv,
+    /// SEQUENCE/trajectory.csv, or result files of OTB, GOT-10k or VOT (SEQUENCE.txt, SEQUENCE/SEQUENCE_001.txt), or the file of
+    /// one sequence; of `mot` a folder with SEQUENCE.txt or SET/SEQUENCE.txt; without `--trackers` nothing else is measured
     #[arg(long = "results", value_name = "NAME=PATH", value_parser = given)]
     pub given: Vec<Given>,
     /// Set a parameter: KEY=VALUE of every tracker that knows it, TRACKER.KEY=VALUE of one alone
@@ -394,6 +394,10 @@ pub struct Eval {
     /// Only the sequences whose names match, for example `OTB_*,VOT_*`
     #[arg(long, value_name = "GLOB")]
     pub sequences: Option<String>,
+    /// A table of attributes of the sequences, by which figures are told apart: CSV of `sequence,NAME,NAME,…` with 1 or 0, or
+    /// `sequence,attributes` with names between blanks; VOT's tags and GOT-10k's classes are known without
+    #[arg(long, value_name = "FILE.csv")]
+    pub attributes: Option<PathBuf>,
     /// Sequences to run at once; timings are of one thread each
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub jobs: usize,

@@ -18,6 +18,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     options.given = args.given.clone();
     options.protocol = args.protocol.parse().map_err(RunError::from)?;
     options.sequences = args.sequences.clone();
+    options.attributes = args.attributes.clone();
     options.jobs = args.jobs;
     options.report = !args.no_report;
     options.against = args.against.clone();

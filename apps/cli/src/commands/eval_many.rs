@@ -23,6 +23,9 @@ pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
         )
         .into());
     }
+    if args.attributes.is_some() {
+        return Err(RunError::usage("--attributes is of one target; leave it out with --protocol mot").into());
+    }
     let mut given = Vec::new();
     let ours =
         if args.trackers.is_empty() && args.given.is_empty() { vec![OURS.to_owned()] } else { args.trackers.clone() };

@@ -303,12 +303,18 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
     let counts = [states.tracking, states.unsure, states.occluded, states.lost];
     let [tracking, unsure, occluded, lost] = counts;
     writeln!(text, "states    {tracking} tracking, {unsure} unsure, {occluded} occluded, {lost} lost")?;
-    if update.count > 0 {
-        writeln!(
-            text,
-            "update    {:.3} ms mean, {:.3} median, {:.3} p95, {:.3} p99",
-            update.mean, update.p50, update.p95, update.p99
-        )?;
+    let timing = &facts.timing;
+    // Where there is a detector, or more than one target, a tracker's update is not what a frame takes.
+    let is_part = timing.detect_ms.count > 0 || update.count > timing.frame_ms.count;
+    let shown = [("update", update), ("detect", &timing.detect_ms), ("frame", &timing.frame_ms)];
+    for (name, t) in shown.into_iter().filter(|(name, t)| t.count > 0 && (is_part || *name == "update")) {
+        let (mean, p50, p95, p99) = (t.mean, t.p50, t.p95, t.p99);
+        let what = match name {
+            "update" if is_part => ", of one target",
+            "frame" => ", of all together",
+            _ => "",
+        };
+        writeln!(text, "{name:<9} {mean:.3} ms mean, {p50:.3} median, {p95:.3} p95, {p99:.3} p99{what}")?;
     }
     let latency = &facts.timing.latency_ms;
     if latency.count > 0 {

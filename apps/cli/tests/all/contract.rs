@@ -147,8 +147,8 @@ fn a_run_leaves_what_the_contract_says() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(output.stderr.is_empty(), "no progress bar when piped: {}", stderr(&output));
 
-    let header =
-        "frame,time_s,target,state,x,y,w,h,score,pred_x,pred_y,pred_w,pred_h,meas_x,meas_y,meas_w,meas_h,update_ms";
+    let header = "frame,time_s,target,state,x,y,w,h,score,pred_x,pred_y,pred_w,pred_h,meas_x,meas_y,meas_w,meas_h,update_ms,\
+         class,doubt";
     assert!(std::fs::read_to_string(out.join("trajectory.csv")).unwrap().starts_with(header));
     let rows = rows(&out.join("trajectory.csv"));
     assert_eq!(rows.len(), 41);

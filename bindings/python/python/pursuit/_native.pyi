@@ -191,15 +191,19 @@ def detectors() -> dict[str, str]: ...
 def parameters(name: str, *, detector: bool = False) -> list[dict[str, Any]]: ...
 def evaluate(
     datasets: list[str | os.PathLike[str]],
-    trackers: list[str],
+    trackers: list[tuple[str, Any]],
+    given: list[tuple[str, str | os.PathLike[str]]],
     out: str | os.PathLike[str],
     *,
     protocol: str,
     sequences: str | None,
+    attributes: str | os.PathLike[str] | None,
     jobs: int,
     report: bool,
     against: str | os.PathLike[str] | None,
     build: str,
+    started: str,
+    channels: str,
     parameters: dict[str, Any],
 ) -> dict[str, Any]: ...
 def reproduce(

@@ -11,16 +11,17 @@ from ._picture import png, with_box
 
 #: The columns of trajectory.csv, in its order.
 COLUMNS = (
-    "frame time_s target state x y w h score pred_x pred_y pred_w pred_h meas_x meas_y meas_w meas_h update_ms".split()
-)
-_TYPES = {"frame": "i8", "target": "i8", "state": "U8"}
+    "frame time_s target state x y w h score pred_x pred_y pred_w pred_h meas_x meas_y meas_w meas_h update_ms "
+    "class doubt"
+).split()
+_TYPES = {"frame": "i8", "target": "i8", "state": "U8", "class": "U64", "doubt": "U8"}
 _NOTHING = (np.nan,) * 4
 
 
 def _row(e):
     boxes = (*e.box, e.score, *(e.prediction or _NOTHING), *(e.measurement or _NOTHING))
     update = np.nan if e.update_ms is None else e.update_ms
-    return (e.frame, e.time_s, e.target, e.state, *boxes, update)
+    return (e.frame, e.time_s, e.target, e.state, *boxes, update, e.class_name or "", e.doubt or "")
 
 
 class Track:

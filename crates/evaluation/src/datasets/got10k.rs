@@ -1,6 +1,7 @@
 //! GOT-10k (Huang, Zhao, Huang 2019): images beside `groundtruth.txt` (left,top,width,height), `absence.label` (1 where
 //! the target is away) and `cover.label` (0…8, how much of it is visible; 0 = hidden or out of the image).
 
+use super::attributes::add_classes;
 use super::text::{read_ltwh, read_numbers};
 use super::{count_images, vot};
 use crate::{EvaluationError, Result, Sequence, Truth};
@@ -33,5 +34,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
             }
         }
     }
-    Ok(Sequence::from_path(name, folder, 0, truth))
+    let mut sequence = Sequence::from_path(name, folder, 0, truth);
+    add_classes(&mut sequence, folder)?;
+    Ok(sequence)
 }

@@ -4,6 +4,7 @@
 //! `frames.csv` and `NAME.csv` are taken as they are.
 
 mod annotated;
+mod attributes;
 mod got10k;
 mod mot;
 mod otb;
@@ -13,12 +14,16 @@ mod tld;
 mod uav123;
 mod vot;
 
+pub(crate) use vot::bounds;
+
 use crate::{EvaluationError, Result, Sequence};
 use pursuit_media::OpenOptions;
 use std::path::{Path, PathBuf};
 
 /// Folders nested deeper than this are not searched: a link that leads back up must end somewhere.
 const MAX_DEPTH: usize = 12;
+/// Where MATLAB has the left and top edge of an image: it counts pixels from 1.
+const MATLAB_ORIGIN: f64 = 1.0;
 const IMAGES: &[&str] = &["jpg", "jpeg", "png", "bmp", "pgm", "ppm", "tif", "tiff", "webp"];
 const VIDEOS: &[&str] = &["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "y4m"];
 

@@ -3,7 +3,7 @@
 //! where the object first appears and ends where it is last seen.
 
 use super::text::{self, read_numbers, truth_ltwh};
-use super::{IMAGES, Listing, VIDEOS, count_images, has_extension, listing};
+use super::{IMAGES, Listing, MATLAB_ORIGIN, VIDEOS, count_images, has_extension, listing};
 use crate::{EvaluationError, Result, Sequence, Truth};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Vec<Result<Sequence>>> {
             let reason = format!("frame {frame} and id {id} must be whole numbers, frames counted from 1");
             return Err(EvaluationError::dataset(&file, line.number, reason));
         }
-        let truth = truth_ltwh(&file, line.number, [left - 1.0, top - 1.0, width, height])?;
+        let truth = truth_ltwh(&file, line.number, [left - MATLAB_ORIGIN, top - MATLAB_ORIGIN, width, height])?;
         objects.entry(id as u64).or_default().insert(frame as usize - 1, truth);
     }
     let input = input_of(folder)
@@ -48,7 +48,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Vec<Result<Sequence>>> {
         let last = seen.keys().next_back().copied().unwrap_or(0);
         // A frame without a line: the object has left the image.
         let truth = (first..=last).map(|i| seen.get(&i).copied().unwrap_or(Truth::Absent)).collect();
-        Sequence::from_path(format!("{name}.{id}"), &input, first, truth)
+        Sequence::from_path(format!("{name}.{id}"), &input, first, truth).published_from(MATLAB_ORIGIN)
     };
     // An object seen once cannot be followed.
     Ok(objects.into_iter().filter(|(_, seen)| seen.len() > 1).map(|o| Ok(sequence(o))).collect())

@@ -1,7 +1,7 @@
 //! OTB-2013/2015 (Wu, Lim, Yang 2013, 2015) and what copied its layout (DTB70, PTB-TIR, Temple Color):
 //! `img/` and `groundtruth_rect.txt`, left,top,width,height counted from 1, separated by commas, tabs or blanks.
 
-use super::{Listing, count_images, text};
+use super::{Listing, MATLAB_ORIGIN, count_images, text};
 use crate::{EvaluationError, Result, Sequence};
 use std::path::Path;
 
@@ -41,8 +41,7 @@ pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Vec<Result<Se
 }
 
 fn read_one(file: &Path, own_name: String, name: &str, images: &Path, count: usize) -> Result<Sequence> {
-    // MATLAB counts pixels from 1.
-    let truth = text::read_ltwh(file, 1.0)?;
+    let truth = text::read_ltwh(file, MATLAB_ORIGIN)?;
     let base = name.rsplit('/').next().unwrap_or(name).to_ascii_lowercase();
     let cut = CUTS.iter().find(|(cut, first, last)| *cut == base && last - first + 1 == truth.len() && *last <= count);
     let first = match cut {
@@ -53,5 +52,5 @@ fn read_one(file: &Path, own_name: String, name: &str, images: &Path, count: usi
             return Err(EvaluationError::dataset(file, None, reason));
         }
     };
-    Ok(Sequence::from_path(own_name, images, first, truth))
+    Ok(Sequence::from_path(own_name, images, first, truth).published_from(MATLAB_ORIGIN))
 }

@@ -2,7 +2,7 @@
 //! from 1 by MATLAB; `NaN` where the target is hidden. `init.txt` alone gives the first box.
 
 use super::text::read_ltwh;
-use super::{count_images, lossy};
+use super::{MATLAB_ORIGIN, count_images, lossy};
 use crate::{EvaluationError, Result, Sequence, Truth};
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
     let own = folder.file_name().map(lossy).unwrap_or_default();
     let whole = folder.join(format!("{own}.txt"));
     let file = if whole.is_file() { whole } else { folder.join("init.txt") };
-    let mut truth = read_ltwh(&file, 1.0)?;
+    let mut truth = read_ltwh(&file, MATLAB_ORIGIN)?;
     let images = count_images(&folder.join("rgb"));
     if truth.len() == 1 && images > 1 {
         truth.resize(images, Truth::Unknown);
@@ -24,5 +24,5 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<Sequence> {
         return Err(EvaluationError::dataset(&file, None, reason));
     }
     // Names are r-TIME-FRAME.png: natural order is order of time. The folder brings its depth along.
-    Ok(Sequence::from_path(name, folder, 0, truth))
+    Ok(Sequence::from_path(name, folder, 0, truth).published_from(MATLAB_ORIGIN))
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 const MAX_BYTES: u64 = 64 << 20;
 
 /// One line of a truth file.
-pub(super) struct Line {
+pub(crate) struct Line {
     /// Its number, from 1.
     pub number: usize,
     /// The numbers on it; NaN stays NaN.
@@ -30,7 +30,7 @@ pub(crate) fn read(path: &Path) -> Result<String> {
 /// All lines of numbers separated by commas, semicolons, tabs or blanks, each with at least `at_least` of them.
 ///
 /// Empty lines at the end are passed over; one in between would shift every later frame and is refused.
-pub(super) fn read_numbers(path: &Path, at_least: usize) -> Result<Vec<Line>> {
+pub(crate) fn read_numbers(path: &Path, at_least: usize) -> Result<Vec<Line>> {
     let text = read(path)?;
     let mut lines = Vec::new();
     for (number, line) in (1..).zip(text.trim_end().lines()) {

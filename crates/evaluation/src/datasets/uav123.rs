@@ -3,7 +3,7 @@
 //! Several sequences of UAV123 are cut from one recording; the frame ranges are those of the toolkit's `configSeqs.m`.
 
 use super::text::read_ltwh;
-use super::{listing, stem};
+use super::{MATLAB_ORIGIN, listing, stem};
 use crate::{EvaluationError, Result, Sequence};
 use std::path::Path;
 
@@ -93,8 +93,7 @@ fn read_one(root: &Path, version: &Path, annotation: &Path) -> Result<Sequence> 
     let images = candidates.iter().map(|c| c.join(folder)).find(|c| c.is_dir()).ok_or_else(|| {
         EvaluationError::dataset(annotation, None, format!("its images data_seq/UAV123/{folder} are not there"))
     })?;
-    // MATLAB counts pixels from 1.
-    let truth = read_ltwh(annotation, 1.0)?;
+    let truth = read_ltwh(annotation, MATLAB_ORIGIN)?;
     let name = if long { format!("UAV20L/{name}") } else { name };
-    Ok(Sequence::from_path(name, &images, first - 1, truth))
+    Ok(Sequence::from_path(name, &images, first - 1, truth).published_from(MATLAB_ORIGIN))
 }

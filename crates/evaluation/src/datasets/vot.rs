@@ -2,10 +2,11 @@
 //! `color/` from 2019 on, with depth in `depth/` (CDTB, DepthTrack); also a lone video with such a file. A polygon's truth is its axis-aligned bounds, which is how
 //! the toolkit converts regions for trackers of boxes.
 
+use super::attributes::add_tags;
 use super::text::{Line, read_numbers, truth_ltwh};
 use super::{IMAGES, Listing, VIDEOS, count_images, has_extension, text};
 use crate::{EvaluationError, Result, Sequence, Truth};
-use pursuit_geometry::{Point, Polygon};
+use pursuit_geometry::{BBox, Point, Polygon};
 use std::path::{Path, PathBuf};
 
 pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequence> {
@@ -18,7 +19,9 @@ pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequen
     }
     // CDTB and DepthTrack: `color/` and `depth/` are opened together.
     let both = folder.join("depth").is_dir() && input == folder.join("color");
-    Ok(Sequence::from_path(name, if both { folder } else { &input }, 0, truth))
+    let mut sequence = Sequence::from_path(name, if both { folder } else { &input }, 0, truth);
+    add_tags(&mut sequence, inside)?;
+    Ok(sequence)
 }
 
 /// The images beside the truth, in `color/`, in the only other folder of images, or the only video.
@@ -53,7 +56,9 @@ fn truth_of(file: &Path, line: &Line) -> Result<Truth> {
         // A single number is one of the toolkit's special codes: 0 unknown; others do not describe a target either.
         [_] => Ok(Truth::Unknown),
         [left, top, width, height] => truth_ltwh(file, line.number, [left, top, width, height]),
-        _ if line.values.len() >= 6 && line.values.len().is_multiple_of(2) => Ok(bounds(&line.values)),
+        _ if line.values.len() >= 6 && line.values.len().is_multiple_of(2) => {
+            Ok(bounds(&line.values).map_or(Truth::Absent, Truth::Visible))
+        }
         _ => {
             let reason = format!("has {} numbers; a rectangle has 4, a polygon 6, 8 or more", line.values.len());
             Err(EvaluationError::dataset(file, line.number, reason))
@@ -61,13 +66,11 @@ fn truth_of(file: &Path, line: &Line) -> Result<Truth> {
     }
 }
 
-fn bounds(values: &[f64]) -> Truth {
+/// The bounds of the polygon of these corners, x and y in turn; `None` with NaN and without area.
+pub(crate) fn bounds(values: &[f64]) -> Option<BBox> {
     if values.iter().any(|v| v.is_nan()) {
-        return Truth::Absent;
+        return None;
     }
     let vertices = values.chunks_exact(2).map(|p| Point::new(p[0], p[1])).collect();
-    match Polygon::new(vertices).bounds() {
-        Some(bbox) if !bbox.is_empty() => Truth::Visible(bbox),
-        _ => Truth::Absent,
-    }
+    Polygon::new(vertices).bounds().filter(|bbox| !bbox.is_empty())
 }

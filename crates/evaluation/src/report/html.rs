@@ -19,8 +19,13 @@ pub(super) fn base64(bytes: &[u8]) -> String {
 
 /// A table cell that sorts by its value; empty where there is none.
 pub(crate) fn figure(value: Option<f64>, digits: usize) -> String {
-    match value {
-        Some(v) if v.is_finite() => format!(r#"<td data-v="{v}">{v:.digits$}</td>"#),
+    shown(value, value.map(|v| format!("{v:.digits$}")))
+}
+
+/// The same with a text of its own.
+pub(super) fn shown(value: Option<f64>, text: Option<String>) -> String {
+    match (value, text) {
+        (Some(v), Some(text)) if v.is_finite() => format!(r#"<td data-v="{v}">{text}</td>"#),
         _ => r#"<td class="none" data-v="">–</td>"#.to_owned(),
     }
 }

@@ -45,13 +45,14 @@ pub(crate) fn page(
     kept: &BTreeMap<String, BTreeMap<String, Passes>>,
     stop: &AtomicBool,
 ) -> String {
-    let ranking = ranking(results);
+    let ranking = results.ranking();
     let trajectories: Vec<Vec<RankedTrajectory<'_>>> = sequences.iter().map(|s| ranked(s, &ranking, kept)).collect();
     let pictures = if options.thumbnails { all_pictures(options, sequences, &trajectories, stop) } else { Vec::new() };
     let mut page = sections::head(results, sequences.len());
     page.push_str(&sections::leaderboard(results, &ranking));
     page.push_str(&sections::comparisons(results));
     page.push_str(&sections::curves(results, &ranking));
+    page.push_str(&sections::attribute_table(results, &ranking));
     page.push_str(&sections::sequence_table(results, &ranking, sequences));
     for (i, (sequence, trajectories)) in sequences.iter().zip(&trajectories).enumerate() {
         let pictures = pictures.get(i).map_or("", String::as_str);
@@ -59,13 +60,6 @@ pub(crate) fn page(
     }
     page.push_str(&sections::foot(results));
     page
-}
-
-/// Trackers, the best success AUC first.
-fn ranking(results: &Results) -> Vec<&str> {
-    let mut names: Vec<(&str, f64)> = results.trackers.iter().map(|(n, t)| (n.as_str(), t.mean.auc)).collect();
-    names.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(b.0)));
-    names.into_iter().map(|(name, _)| name).collect()
 }
 
 fn ranked<'a>(

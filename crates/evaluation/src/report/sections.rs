@@ -1,8 +1,8 @@
 //! The parts of the page.
 
 use super::RankedTrajectory;
-use super::html::{escape, figure};
-use crate::results::{SequenceScore, TrackerResults};
+use super::html::{escape, figure, shown};
+use crate::columns::filled;
 use crate::{Results, Sequence, Truth};
 use pursuit_charts::{Axis, Chart, Color, Series, page_style};
 use std::fmt::Write as _;
@@ -51,80 +51,24 @@ fn plural(count: usize, word: &str) -> String {
 
 /// One line for every tracker.
 pub(super) fn leaderboard(results: &Results, ranking: &[&str]) -> String {
-    let long_term = results.trackers.values().any(|t| t.mean.long_term.is_some());
-    let supervised = results.trackers.values().any(|t| t.mean.supervised.is_some());
-    let mut columns = vec![
-        ("AUC", "area under the success curve"),
-        ("P20", "fraction of frames with a centre error of at most 20 px"),
-        ("SR50", "fraction of frames with overlap above one half"),
-        ("NP", "area under the normalised precision curve"),
-        ("fps", "updates a second on one thread, geometric mean"),
-        ("ECE", "expected calibration error of the score; 0 is honest"),
-    ];
-    if long_term {
-        columns.extend([
-            ("F", "long-term F at the state reported"),
-            ("false alive", "fraction of frames without the target that are reported as tracking"),
-            (
-                "right untold",
-                "fraction of the right boxes (overlap of at least one half) that are not reported as tracking",
-            ),
-            ("wrong told", "fraction of the wrong boxes of a visible target that are reported as tracking"),
-            ("returns", "returns of the target that were noticed"),
-            ("noticed", "median frames until a return was noticed"),
-        ]);
-    }
-    if supervised {
-        columns.extend([
-            ("A", "accuracy: mean overlap between resets"),
-            ("failures", "mean failures, weighted by length"),
-            ("R", "exp(−30 · failures / frames)"),
-            ("EAO", "expected average overlap over run lengths 100…356"),
-        ]);
-    }
+    let columns = filled(results.trackers.values().map(|t| &t.mean));
     let mut html =
         "<section><h2>Trackers</h2>\n<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>tracker</th>"
             .to_owned();
-    for (name, title) in &columns {
-        let _ = write!(html, "<th title=\"{title}\">{name}</th>");
+    for column in &columns {
+        let _ = write!(html, "<th title=\"{}\">{}</th>", column.title, column.head);
     }
     html.push_str("</tr></thead><tbody>\n");
     for (number, name) in ranking.iter().enumerate() {
         let Some(tracker) = results.trackers.get(*name) else { continue };
         let _ = write!(html, "<tr>{}", name_cell(number, name));
-        html.push_str(&leader_cells(tracker, long_term, supervised));
+        for column in &columns {
+            html.push_str(&shown(column.value(&tracker.mean), column.text(&tracker.mean)));
+        }
         html.push_str("</tr>\n");
     }
     html.push_str("</tbody></table></div></section>\n");
     html
-}
-
-fn leader_cells(tracker: &TrackerResults, long_term: bool, supervised: bool) -> String {
-    let mean = &tracker.mean;
-    let mut cells: String =
-        [mean.auc, mean.precision20, mean.success50, mean.normalized_precision].map(|v| figure(Some(v), 3)).concat();
-    cells.push_str(&figure(mean.fps, if mean.fps.is_some_and(|f| f < 100.0) { 1 } else { 0 }));
-    cells.push_str(&figure(mean.calibration_error, 3));
-    if long_term {
-        let long = mean.long_term.as_ref();
-        cells.push_str(&figure(long.map(|l| l.f), 3));
-        cells.push_str(&figure(long.and_then(|l| l.false_alive), 3));
-        cells.push_str(&figure(long.and_then(|l| l.right_untold), 3));
-        cells.push_str(&figure(long.and_then(|l| l.wrong_told), 3));
-        cells.push_str(&long.map_or_else(
-            || figure(None, 0),
-            |l| format!("<td data-v=\"{}\">{} of {}</td>", l.reacquired, l.reacquired, l.returns),
-        ));
-        cells.push_str(&figure(long.and_then(|l| l.reacquire_frames), 1));
-    }
-    if supervised {
-        let vot = mean.supervised.as_ref();
-        cells.push_str(&figure(vot.map(|s| s.accuracy), 3));
-        cells.push_str(&figure(vot.map(|s| s.failures), 2));
-        cells.push_str(&figure(vot.map(|s| s.robustness), 3));
-        cells.push_str(&figure(vot.and_then(|s| s.eao), 3));
-    }
-    cells
 }
 
 /// A tracker's name with its colour; pressing it hides and shows its lines everywhere.
@@ -167,58 +111,40 @@ pub(super) fn comparisons(results: &Results) -> String {
 
 /// The plots over all sequences.
 pub(super) fn curves(results: &Results, ranking: &[&str]) -> String {
-    let ranked: Vec<(usize, &TrackerResults)> =
-        ranking.iter().enumerate().filter_map(|(number, name)| Some((number, results.trackers.get(*name)?))).collect();
-    let all = |chart: Chart, points: &dyn Fn(&TrackerResults) -> Points| {
-        let line = |(number, t): &(usize, &TrackerResults)| {
-            let name = ranking.get(*number).copied().unwrap_or_default();
-            Series::line(name, Color::Number(*number), points(t))
-        };
-        ranked.iter().map(line).fold(chart, Chart::with).to_element()
-    };
-    let spread = |values: &[f64], step: f64| values.iter().enumerate().map(|(i, v)| (i as f64 * step, *v)).collect();
-    let share = |label: &str| Axis::new(label).over(0.0, 1.0);
-    let chart = |title: &str, x: Axis, y: Axis| Chart::new(title, x, y).sized(520.0, 360.0);
     let legend: String = ranking.iter().enumerate().map(|(number, name)| button(number, name)).collect();
     let mut html = format!("<section><h2>Curves</h2>\n<p class=\"legend\">{legend}</p>\n<div class=\"plots\">\n");
-    let mut add = |title: &str, note: &str, svg: String| {
+    for curves in crate::curves::all(results) {
+        let (title, note, svg) = (curves.title, curves.note, curves.chart.to_element());
         let _ = writeln!(html, "<figure class=\"plot\"><figcaption><b>{title}</b> {note}</figcaption>{svg}</figure>");
-    };
-    add(
-        "Success",
-        "fraction of frames whose overlap exceeds a threshold",
-        all(chart("success plot", share("overlap threshold"), share("success rate")), &|t| {
-            spread(&t.curves.success, 0.05)
-        }),
-    );
-    add(
-        "Precision",
-        "fraction of frames whose centre is this close",
-        all(chart("precision plot", Axis::new("centre error, px").over(0.0, 50.0), share("precision")), &|t| {
-            spread(&t.curves.precision, 1.0)
-        }),
-    );
-    let speeds =
-        chart("speed against accuracy", Axis::new("updates a second, one thread").logarithmic(), share("success AUC"));
-    let dot = |(number, t): &(usize, &TrackerResults)| {
-        let name = ranking.get(*number).copied().unwrap_or_default();
-        Some(Series::named(name, Color::Number(*number), vec![(t.mean.fps?, t.mean.auc)]))
-    };
-    let speeds = ranked.iter().filter_map(dot).fold(speeds, Chart::with);
-    if !speeds.is_empty() {
-        add("Speed and accuracy", "up and to the right is better", speeds.to_element());
-    }
-    let diagonal = chart("reliability diagram", share("score"), share("frames with overlap ≥ ½")).with_diagonal();
-    let reliability =
-        all(diagonal, &|t| t.calibration.iter().filter(|b| b.frames > 0).map(|b| (b.mean_score, b.hit_rate)).collect());
-    add("Reliability", "an honest score lies on the diagonal", reliability);
-    let longest = ranked.iter().map(|(_, t)| t.curves.eao.len()).max().unwrap_or(0);
-    if longest > 1 {
-        let frames = Axis::new("frames").whole().over(0.0, (longest - 1) as f64);
-        let eao = all(chart("expected average overlap", frames, share("overlap")), &|t| spread(&t.curves.eao, 1.0));
-        add("Expected average overlap", "by the number of frames since a start", eao);
     }
     html.push_str("</div></section>\n");
+    html
+}
+
+/// Success AUC of every tracker over the sequences with each attribute.
+pub(super) fn attribute_table(results: &Results, ranking: &[&str]) -> String {
+    let attributes = results.attributes();
+    if attributes.is_empty() {
+        return String::new();
+    }
+    let mut html =
+        "<section><h2>Attributes</h2>\n<p class=\"note\">Success AUC over the sequences that have an attribute; \
+                    the darker, the better.</p>\n<div class=\"scroll\"><table class=\"sortable heat\"><thead><tr>\
+                    <th>attribute</th><th>sequences</th>"
+            .to_owned();
+    for name in ranking {
+        let _ = write!(html, "<th>{}</th>", escape(name));
+    }
+    html.push_str("</tr></thead><tbody>\n");
+    for attribute in attributes {
+        let of = |name: &str| results.trackers.get(name).and_then(|t| t.attributes.get(attribute));
+        let sequences = ranking.iter().filter_map(|name| of(name)).map(|s| s.sequences).max().unwrap_or(0);
+        let _ = write!(html, "<tr><th scope=\"row\">{}</th>", escape(attribute));
+        let _ = write!(html, "<td data-v=\"{sequences}\">{sequences}</td>");
+        html.extend(ranking.iter().map(|name| heat_cell(of(name).map(|s| s.auc), "")));
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody></table></div></section>\n");
     html
 }
 
@@ -242,7 +168,11 @@ pub(super) fn sequence_table(results: &Results, ranking: &[&str], sequences: &[S
         );
         for name in ranking {
             let score = results.trackers.get(*name).and_then(|t| t.sequences.get(sequence.name()));
-            html.push_str(&heat_cell(score));
+            let mark = match score.is_some_and(|s| s.error.is_some()) {
+                true => " <abbr title=\"stopped early\">!</abbr>",
+                false => "",
+            };
+            html.push_str(&heat_cell(score.map(|s| s.auc), mark));
         }
         html.push_str("</tr>\n");
     }
@@ -250,11 +180,11 @@ pub(super) fn sequence_table(results: &Results, ranking: &[&str], sequences: &[S
     html
 }
 
-fn heat_cell(score: Option<&SequenceScore>) -> String {
-    let Some(score) = score else { return figure(None, 0) };
-    let strength = (score.auc * 75.0).clamp(0.0, 75.0);
-    let mark = if score.error.is_some() { " <abbr title=\"stopped early\">!</abbr>" } else { "" };
-    format!("<td class=\"h\" style=\"--h:{strength:.0}%\" data-v=\"{}\">{:.3}{mark}</td>", score.auc, score.auc)
+/// A success AUC, coloured by how high it is, with a mark behind it.
+fn heat_cell(auc: Option<f64>, mark: &str) -> String {
+    let Some(auc) = auc else { return figure(None, 0) };
+    let strength = (auc * 75.0).clamp(0.0, 75.0);
+    format!("<td class=\"h\" style=\"--h:{strength:.0}%\" data-v=\"{auc}\">{auc:.3}{mark}</td>")
 }
 
 /// One sequence: overlap over time, figures, and the worst frames.

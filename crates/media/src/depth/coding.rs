@@ -52,8 +52,8 @@ impl DepthCoding {
     /// What the numbers of an image mean, by what they look like; `None` where it has too little data to tell.
     ///
     /// Numbers turned left by three bits have what was above 8 m in their lowest three bits: hardly ever anything. Whole
-    /// metres are small numbers. Where the middle distance would be above 12 m in millimetres, they are fifths of one. All
-    /// else is millimetres.
+    /// metres are small numbers. Where the middle distance would be above 12 m in millimetres, or all numbers are multiples of
+    /// five, which of millimetres a fifth is, they are fifths of one. All else is millimetres.
     pub fn detect(values: &[u16]) -> Option<Self> {
         let mut data: Vec<u16> = values.iter().copied().filter(|v| *v > 0).collect();
         if data.len() < LEAST_DATA {
@@ -63,12 +63,13 @@ impl DepthCoding {
         let middle = *data.select_nth_unstable(middle_at).1;
         let plausible = |mm: u16| (PLAUSIBLE_MM.0..=PLAUSIBLE_MM.1).contains(&mm);
         let turned = data.iter().filter(|v| **v & 7 <= 1).count() as f64 >= 0.999 * data.len() as f64;
+        let by_fives = data.iter().filter(|v| v.is_multiple_of(5)).count() as f64 >= 0.999 * data.len() as f64;
         let differing = data.iter().any(|v| *v & 0xff != middle & 0xff);
         Some(if turned && differing && plausible(Self::Princeton.millimetres(middle)) {
             Self::Princeton
         } else if data.iter().all(|v| *v <= MOST_METRES) {
             Self::Metres
-        } else if middle > PLAUSIBLE_MM.1 && plausible(middle / 5) {
+        } else if (middle > PLAUSIBLE_MM.1 || by_fives && differing) && plausible(middle / 5) {
             Self::FifthMillimetres
         } else {
             Self::Millimetres
@@ -113,6 +114,12 @@ mod tests {
         assert_eq!(DepthCoding::detect(&of(|v| v.rotate_left(3))), Some(DepthCoding::Princeton));
         assert_eq!(DepthCoding::detect(&of(|v| v.div_ceil(1000))), Some(DepthCoding::Metres));
         assert_eq!(DepthCoding::detect(&of(|v| v * 5)), Some(DepthCoding::FifthMillimetres));
+        // A room whose middle would be plausible in millimetres too.
+        assert_eq!(
+            DepthCoding::detect(&scene().iter().map(|v| v % 1900 * 5).collect::<Vec<_>>()),
+            Some(DepthCoding::FifthMillimetres)
+        );
+        assert_eq!(DepthCoding::detect(&[1500; 500]), Some(DepthCoding::Millimetres));
         // A wall at one distance that happens to be a multiple of eight, and no data at all.
         assert_eq!(DepthCoding::detect(&[2000; 500]), Some(DepthCoding::Millimetres));
         assert_eq!(DepthCoding::detect(&[0; 500]), None);

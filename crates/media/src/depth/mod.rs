@@ -80,6 +80,13 @@ fn lens(option: &str, numbers: [f64; 4]) -> Result<Lens> {
     Lens::intrinsics(fx, fy, cx, cy).map_err(|e| MediaError::unreadable(option, e.to_string()))
 }
 
+/// Whether the depth image lies as in the TUM RGB-D benchmark and what follows it (ICL-NUIM, Bonn): in a folder beside the
+/// lists `depth.txt` and `rgb.txt`.
+fn lies_as_tum(image: &Path) -> bool {
+    let sequence = image.parent().and_then(Path::parent);
+    sequence.is_some_and(|folder| folder.join("depth.txt").is_file() && folder.join("rgb.txt").is_file())
+}
+
 impl DepthReader {
     /// A reader for the depth images `files`; the first few tell their coding, unless it is said.
     ///
@@ -99,9 +106,15 @@ impl DepthReader {
         let coding = match options.coding {
             Some(coding) => coding,
             None => {
+                let mut first = files.by_ref().take(8).peekable();
+                // Distances in a room are plausible in millimetres and in fifths of one: the lists beside the folder tell.
+                let by_layout = first.peek().is_some_and(|path| lies_as_tum(path));
                 // An image without data tells nothing, and one that cannot be read breaks off at its own frame.
-                let looked = files.by_ref().take(8).filter_map(|path| read_raw(path).ok());
-                let found = looked.into_iter().find_map(|image| DepthCoding::detect(image.as_slice()));
+                let looked = || first.filter_map(|path| read_raw(path).ok());
+                let found = match by_layout {
+                    true => Some(DepthCoding::FifthMillimetres),
+                    false => looked().find_map(|image| DepthCoding::detect(image.as_slice())),
+                };
                 found.unwrap_or(DepthCoding::Millimetres)
             }
         };

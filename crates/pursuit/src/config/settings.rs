@@ -1,7 +1,7 @@
 //! Whose parameter is it: one rule for every command.
 
 use crate::RunError;
-use pursuit_parameters::{Kind, Parameter, listed, merge, nested};
+use pursuit_parameters::{Kind, Parameter, listed, merge, nested, similar};
 use pursuit_trackers::registry;
 use pursuit_tracking::{DetectorEntry, TrackerEntry};
 use toml::{Table, Value};
@@ -141,14 +141,18 @@ fn names(schema: &[Parameter], path: &str) -> String {
 }
 
 fn unknown(path: &str, who: &Participants<'_>) -> String {
+    let schemas = who.trackers.iter().map(|t| t.default_recipe().schema()).chain(who.detector.map(|d| d.schema()));
+    let mut meant: Vec<String> = schemas.flat_map(|schema| similar(&schema, path)).map(|p| format!("`{p}`")).collect();
+    meant.dedup();
+    let meant = if meant.is_empty() { String::new() } else { format!("; did you mean {}?", meant.join(" or ")) };
     let mut message = match who.trackers {
         [tracker] => {
             let names = names(&tracker.default_recipe().schema(), path);
-            format!("tracker `{}` has no parameter `{path}`; it has: {names}", tracker.name)
+            format!("tracker `{}` has no parameter `{path}`{meant}; it has: {names}", tracker.name)
         }
         trackers => {
             let names: Vec<_> = trackers.iter().map(|t| t.name).collect();
-            format!("none of the trackers {} has a parameter `{path}`", names.join(", "))
+            format!("none of the trackers {} has a parameter `{path}`{meant}", names.join(", "))
         }
     };
     if let Some(d) = who.detector {
@@ -179,6 +183,14 @@ mod tests {
         let error = split(settings, names, detector, false).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         error.to_string()
+    }
+
+    #[test]
+    fn who_remembers_the_last_part_is_told_the_whole() {
+        let error = split("paddin = 3", &["kcf"], None, false).err().unwrap().to_string();
+        assert!(error.contains("did you mean `filter.window.padding`?"), "{error}");
+        let error = split("nothing_like_it = 3", &["kcf"], None, false).err().unwrap().to_string();
+        assert!(!error.contains("did you mean"), "{error}");
     }
 
     #[test]

@@ -1,4 +1,5 @@
 use super::age::Age;
+use super::clocked::DetectionTimes;
 use crate::run::{StateCounts, Timing, TimingFacts};
 use pursuit_imaging::Frame;
 use pursuit_tracking::{Track, TrackState};
@@ -8,6 +9,9 @@ use pursuit_tracking::{Track, TrackState};
 pub(super) struct Counts {
     pub states: StateCounts,
     update: Timing,
+    /// Of the detector, where there is one.
+    pub detect: DetectionTimes,
+    pub look: Timing,
     pub decode: Timing,
     pub age: Age,
     latency: Timing,
@@ -40,6 +44,8 @@ impl Counts {
     pub fn timing(&self, total_s: f64) -> TimingFacts {
         TimingFacts {
             update_ms: self.update.summary(),
+            detect_ms: self.detect.summary(),
+            frame_ms: self.look.summary(),
             decode_ms: self.decode.summary(),
             latency_ms: self.latency.summary(),
             total_s,

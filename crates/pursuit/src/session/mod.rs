@@ -2,6 +2,7 @@
 
 mod age;
 mod checkpoint;
+mod clocked;
 mod command;
 mod counts;
 mod damage;
@@ -148,8 +149,14 @@ impl Session {
     /// # Errors
     /// A parameter out of range.
     pub fn finding(mut self, detector: Box<dyn Detector>, params: AcquisitionParams) -> Result<Self, RunError> {
-        self.targets = Box::new(Acquiring::new(detector, self.recipe.boxed_clone(), params)?);
+        self.targets = Box::new(Acquiring::new(self.clocked(detector), self.recipe.boxed_clone(), params)?);
         Ok(self)
+    }
+
+    /// The detector with its time taken, for targets that are given to [`following`](Self::following).
+    #[must_use]
+    pub fn clocked(&self, detector: Box<dyn Detector>) -> Box<dyn Detector> {
+        self.counts.detect.of(detector)
     }
 
     /// Any other way to follow targets.
@@ -299,7 +306,9 @@ impl Session {
             Some(pose) => frame.with_camera(pose),
             None => frame,
         });
-        self.targets.step(&frame, &mut self.tracks)?;
+        let (stepped, looked) = Elapsed::of(&WallClock::default(), || self.targets.step(&frame, &mut self.tracks));
+        stepped?;
+        self.counts.look.add(looked.wall_ms);
         for placement in std::mem::take(&mut self.pending) {
             match placement {
                 Placement::Add(.., from) if from > frame.index() => self.pending.push(placement),

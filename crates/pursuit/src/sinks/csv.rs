@@ -2,11 +2,11 @@ use super::format::{Declared, Format, Kind, Lines};
 use super::text::{Text, TextRow};
 use crate::Record;
 use pursuit_geometry::BBox;
-use pursuit_tracking::{Estimate, TargetId, TrackState};
+use pursuit_tracking::{Class, Doubt, Estimate, TargetId, TrackState};
 use std::path::Path;
 
 /// The columns of `trajectory.csv`.
-pub const TRAJECTORY_COLUMNS: [&str; 18] = [
+pub const TRAJECTORY_COLUMNS: [&str; 20] = [
     "frame",
     "time_s",
     "target",
@@ -25,7 +25,12 @@ pub const TRAJECTORY_COLUMNS: [&str; 18] = [
     "meas_w",
     "meas_h",
     "update_ms",
+    "class",
+    "doubt",
 ];
+
+/// Without the last of them it was written by versions that knew neither class nor doubt.
+const COLUMNS_BEFORE: usize = 18;
 
 pub(super) const FORMAT: Format = Format(&Declared {
     name: "csv",
@@ -58,10 +63,17 @@ impl Text for Csv {
 pub fn read_trajectory(path: &Path) -> Result<impl Iterator<Item = Record>, String> {
     let mut reader = csv::Reader::from_path(path).map_err(|e| e.to_string())?;
     let columns = reader.headers().map_err(|e| e.to_string())?;
-    if !columns.iter().eq(TRAJECTORY_COLUMNS) {
+    let known = columns.len() == TRAJECTORY_COLUMNS.len() || columns.len() == COLUMNS_BEFORE;
+    if !known || columns.iter().zip(TRAJECTORY_COLUMNS).any(|(theirs, ours)| theirs != ours) {
         return Err("it has other columns than a trajectory".to_owned());
     }
     Ok(reader.into_records().map_while(|row| record(&row.ok()?)))
+}
+
+/// Whether rows can be added to the file as they are written now.
+pub(crate) fn can_be_added_to(path: &Path) -> bool {
+    let columns = csv::Reader::from_path(path).and_then(|mut reader| reader.headers().cloned());
+    columns.is_ok_and(|columns| columns.iter().eq(TRAJECTORY_COLUMNS))
 }
 
 fn record(row: &csv::StringRecord) -> Option<Record> {
@@ -73,10 +85,12 @@ fn record(row: &csv::StringRecord) -> Option<Record> {
         state,
         prediction: bbox(9),
         measurement: bbox(13),
+        doubt: row.get(19).and_then(Doubt::from_word),
         ..Estimate::started(time_s, own, number(8).unwrap_or_default())
     });
     let (frame, target) = (row.get(0)?.parse().ok()?, TargetId(row.get(2)?.parse().ok()?));
-    Some(Record { frame, time_s, target, class: None, estimate, update_ms: number(17) })
+    let class = row.get(18).filter(|word| !word.is_empty()).map(Class::from);
+    Some(Record { frame, time_s, target, class, estimate, update_ms: number(17) })
 }
 
 fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
@@ -88,7 +102,10 @@ fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
     let score = estimate.map_or_else(String::new, |e| format!("{:.4}", e.score));
     let update_ms = record.update_ms.map_or_else(String::new, |ms| format!("{ms:.4}"));
     let (frame, time, target) = (record.frame.to_string(), format!("{:.6}", record.time_s), record.target.to_string());
-    [frame, time, target, state.to_owned(), x, y, w, h, score, px, py, pw, ph, mx, my, mw, mh, update_ms]
+    let class = record.class.as_ref().map_or_else(String::new, |class| quoted(class.as_str()));
+    let doubt = estimate.and_then(|e| e.doubt).map_or_else(String::new, |doubt| doubt.as_str().to_owned());
+    let state = state.to_owned();
+    [frame, time, target, state, x, y, w, h, score, px, py, pw, ph, mx, my, mw, mh, update_ms, class, doubt]
 }
 
 fn box_cells(bbox: Option<BBox>) -> [String; 4] {
@@ -98,7 +115,12 @@ fn box_cells(bbox: Option<BBox>) -> [String; 4] {
     }
 }
 
-/// No cell can hold a comma, a quote or a line break: numbers and state words only.
+/// A cell of any text; a line break would tear the row for whoever counts lines.
+fn quoted(text: &str) -> String {
+    let plain = text.replace(['\n', '\r'], " ");
+    if plain.contains([',', '"']) { format!("\"{}\"", plain.replace('"', "\"\"")) } else { plain }
+}
+
 fn push_row(out: &mut Vec<u8>, cells: &[impl AsRef<str>]) {
     for (i, cell) in cells.iter().enumerate() {
         if i > 0 {

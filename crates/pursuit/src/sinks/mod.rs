@@ -18,6 +18,7 @@ mod parquet;
 mod predictions;
 mod text;
 
+pub(crate) use csv::can_be_added_to;
 pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
 pub use format::Format;
 pub(crate) use format::Lines;

@@ -7,6 +7,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type as Schema;
 use pursuit_geometry::BBox;
+use pursuit_tracking::{Class, Doubt};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -81,6 +82,12 @@ const NUMBERS: [(&str, Cell); 14] = [
     ("update_ms", |r| r.update_ms),
 ];
 
+/// Words that may be missing.
+const WORDS: [(&str, fn(&Record) -> Option<&str>); 2] = [
+    ("class", |r| r.class.as_ref().map(Class::as_str)),
+    ("doubt", |r| r.estimate.as_ref().and_then(|e| e.doubt).map(Doubt::as_str)),
+];
+
 fn estimate(r: &Record) -> Option<BBox> {
     r.estimate.as_ref().map(|e| e.bbox)
 }
@@ -102,12 +109,18 @@ fn schema() -> Result<Schema, ParquetError> {
         column("time_s", Type::DOUBLE, Repetition::REQUIRED)?,
         column("target", Type::INT64, Repetition::REQUIRED)?,
     ];
-    let state = Schema::primitive_type_builder("state", Type::BYTE_ARRAY)
-        .with_repetition(Repetition::REQUIRED)
-        .with_logical_type(Some(parquet::basic::LogicalType::String));
-    fields.push(Arc::new(state.build()?));
+    let word = |name: &str, repetition: Repetition| {
+        let word = Schema::primitive_type_builder(name, Type::BYTE_ARRAY)
+            .with_repetition(repetition)
+            .with_logical_type(Some(parquet::basic::LogicalType::String));
+        Ok::<_, ParquetError>(Arc::new(word.build()?))
+    };
+    fields.push(word("state", Repetition::REQUIRED)?);
     for (name, _) in NUMBERS {
         fields.push(column(name, Type::DOUBLE, Repetition::OPTIONAL)?);
+    }
+    for (name, _) in WORDS {
+        fields.push(word(name, Repetition::OPTIONAL)?);
     }
     Schema::group_type_builder("trajectory").with_fields(fields).build()
 }
@@ -120,6 +133,9 @@ fn write_group(mut group: SerializedRowGroupWriter<'_, File>, rows: &[Record]) -
     write_column::<ByteArrayType>(&mut group, rows.iter().map(|r| Some(state(r))), false)?;
     for (_, cell) in NUMBERS {
         write_column::<DoubleType>(&mut group, rows.iter().map(cell), true)?;
+    }
+    for (_, word) in WORDS {
+        write_column::<ByteArrayType>(&mut group, rows.iter().map(|r| word(r).map(ByteArray::from)), true)?;
     }
     group.close()?;
     Ok(())
@@ -164,7 +180,7 @@ mod tests {
                 frame: frame_number,
                 time_s,
                 target: TargetId(3),
-                class: None,
+                class: (frame_number == 7).then(|| Class::from("person")),
                 estimate: None,
                 update_ms: Some(0.5),
             };
@@ -182,5 +198,7 @@ mod tests {
         assert_eq!(rows[1000].get_string(3).unwrap(), "lost");
         assert!(rows[7].get_double(4).is_err(), "there is no box");
         assert_eq!(rows[7].get_double(17).unwrap(), 0.5);
+        assert_eq!(rows[7].get_string(18).unwrap(), "person");
+        assert!(rows[8].get_string(18).is_err() && rows[7].get_string(19).is_err());
     }
 }
