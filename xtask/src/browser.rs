@@ -84,6 +84,11 @@ fn prepare() -> Result<Tools> {
     Ok(Tools { node, chromium: chromium().context("there is no Chromium")?, folder })
 }
 
+/// Brings what the tests need of npm.
+pub fn fetch() -> Result<()> {
+    prepare().map(drop)
+}
+
 /// Whether the packages that the tests ask for are in their folder.
 pub fn is_installed() -> bool {
     let wanted = std::fs::read(run::root().join(TESTS).join("package.json")).ok();

@@ -17,8 +17,8 @@ pub struct Need {
 enum Bring {
     /// Packages of Debian, which the superuser can install.
     System(&'static [&'static str]),
-    /// Packages of this registry, put into this folder of the build; the step itself does that.
-    Folder(&'static str, &'static str),
+    /// Packages of this registry, put into this folder of the build by this.
+    Folder(&'static str, &'static str, fn() -> Result<()>),
     /// The user has to install it; how.
     User(&'static str),
 }
@@ -28,8 +28,14 @@ impl Need {
         Self { what, there, bring: Bring::System(packages) }
     }
 
-    const fn folder(what: &'static str, there: fn() -> bool, registry: &'static str, folder: &'static str) -> Self {
-        Self { what, there, bring: Bring::Folder(registry, folder) }
+    const fn folder(
+        what: &'static str,
+        there: fn() -> bool,
+        registry: &'static str,
+        folder: &'static str,
+        fetch: fn() -> Result<()>,
+    ) -> Self {
+        Self { what, there, bring: Bring::Folder(registry, folder, fetch) }
     }
 
     const fn user(what: &'static str, there: fn() -> bool, how: &'static str) -> Self {
@@ -51,7 +57,7 @@ impl Need {
         can && !self.is_there()
     }
 
-    /// Installs packages of the system, and says so. What goes into a folder of the build is left to its step.
+    /// Installs packages of the system, and says so.
     pub fn bring(&self) {
         if let Bring::System(packages) = self.bring {
             eprintln!("\ninstalling {}, for want of {}", packages.join(", "), self.what);
@@ -61,6 +67,21 @@ impl Need {
             let _ = apt(&["update"]).works()
                 && apt(&["install", "--yes", "--no-install-recommends"]).args(packages).works();
         }
+    }
+
+    /// Puts packages of a registry into their folder, where they are not there yet. What goes wrong is left to the step that
+    /// needs them, which tries again and says why it cannot.
+    pub fn fetch(&self) {
+        if let Bring::Folder(.., fetch) = self.bring
+            && !self.is_there()
+        {
+            let _ = fetch();
+        }
+    }
+
+    /// Whether it comes from a registry into a folder of the build.
+    pub fn is_of_registry(&self) -> bool {
+        matches!(self.bring, Bring::Folder(..))
     }
 
     /// Whether it changes the system, and not only the folder of the build.
@@ -75,7 +96,7 @@ impl fmt::Display for Need {
         write!(f, "{}: ", self.what)?;
         match self.bring {
             Bring::System(packages) => write!(f, "`apt-get install {}`", packages.join(" ")),
-            Bring::Folder(registry, folder) => write!(f, "from {registry} into target/{folder}"),
+            Bring::Folder(registry, folder, _) => write!(f, "from {registry} into target/{folder}"),
             Bring::User(how) => write!(f, "{how}"),
         }
     }
@@ -141,10 +162,15 @@ pub static MOSQUITTO: Need = Need::system(
 pub static NATS: Need = Need::system("a NATS server", || is_program("nats-server"), &["nats-server"]);
 pub static NPM: Need = Need::system("npm", || is_program("npm"), &["nodejs", "npm"]);
 pub static CHROMIUM: Need = Need::system("Chromium", || browser::chromium().is_some(), &["chromium"]);
-pub static NODE: Need =
-    Need::folder("Node.js 20 or newer (`node@22`)", || browser::node().is_some(), NPM_REGISTRY, "browser");
+pub static NODE: Need = Need::folder(
+    "Node.js 20 or newer (`node@22`)",
+    || browser::node().is_some(),
+    NPM_REGISTRY,
+    "browser",
+    browser::fetch,
+);
 pub static PLAYWRIGHT: Need =
-    Need::folder("playwright-core and typescript", browser::is_installed, NPM_REGISTRY, "browser");
+    Need::folder("playwright-core and typescript", browser::is_installed, NPM_REGISTRY, "browser", browser::fetch);
 pub static PYTHON: Need = Need::user("python3 with venv", peers::is_python, "install `python3` and `python3-venv`");
 
 /// The packages of one of the virtual environments of Python.
@@ -155,6 +181,7 @@ macro_rules! packages {
             || peers::is_installed($folder, $list),
             PYPI,
             $folder,
+            || peers::environment($folder, $list).map(drop),
         );)*
     };
 }
@@ -170,4 +197,4 @@ packages! {
     WHEEL = "wheel-builder", "wheel.txt";
 }
 /// The wheel is tested in a virtual environment that is made anew each time.
-pub static FRESH: Need = Need::folder("numpy and pytest, anew each time", || false, PYPI, "wheel-test");
+pub static FRESH: Need = Need::folder("numpy and pytest, anew each time", || false, PYPI, "wheel-test", || Ok(()));

@@ -116,7 +116,15 @@ pub fn test(quickly: bool, fuzz_seconds: u32, install: bool) -> Result<()> {
     }
     // What could not be brought now is not to be had.
     allowed.system = false;
+    // Packages of registries come while the first steps compile.
+    let wanted: Vec<&'static Need> = steps.iter().filter(|s| s.lacks(allowed).is_none()).flat_map(Step::all).collect();
+    let mut fetching = allowed.folders.then(|| std::thread::spawn(move || wanted.iter().for_each(|need| need.fetch())));
     for step in &steps {
+        if step.all().any(Need::is_of_registry)
+            && let Some(fetching) = fetching.take()
+        {
+            let _ = fetching.join();
+        }
         skipped.extend(step.wants.iter().filter(|n| !n.is_there()).map(|n| format!("{}, in part: no {n}", step.name)));
         match step.lacks(allowed) {
             Some(need) => skipped.push(format!("{}: no {need}", step.name)),

@@ -8,6 +8,7 @@ use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_media::wrappers::write_png;
 use pursuit_media::{MediaError, OpenOptions, Source, open};
 use pursuit_testkit::crc32;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn error_of(input: &str) -> String {
@@ -158,6 +159,46 @@ fn what_comes_behind_damage_is_delivered_with_its_own_time() {
     let (kept, damaged) = read_over_damage(&images);
     assert_eq!((kept.iter().map(|f| f.0).collect::<Vec<_>>(), damaged), (vec![0, 1, 4], vec![2, 3]));
     assert!((kept[2].1 - 4.0 / 30.0).abs() < 1e-9);
+}
+
+/// The brightness of every frame delivered, by number.
+fn brightness(path: &Path) -> BTreeMap<u64, Vec<u8>> {
+    let mut source = open_built_in(path);
+    let mut found = BTreeMap::new();
+    loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => _ = found.insert(frame.index(), frame.gray().rows().flatten().copied().collect()),
+            Ok(None) => return found,
+            Err(error) => assert!(error.is_damage(), "{error}"),
+        }
+    }
+}
+
+/// Most cameras' clips are one group of pictures to their end, or nearly so: what comes behind a hole is put together from what
+/// came before it.
+#[test]
+fn a_hole_without_a_key_frame_behind_it_is_concealed() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, at) in [("baseline.mp4", 0.5), ("baseline.mp4", 0.8), ("b_frames.mp4", 0.85)] {
+        let whole = std::fs::read(fixture(name)).unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, &whole).unwrap();
+        let truth = brightness(&path);
+        let data = whole.windows(4).position(|w| w == b"mdat").unwrap() + 4;
+        let mut spoiled = whole.clone();
+        let hole = data + ((whole.len() - data) as f64 * at) as usize;
+        spoiled[hole..hole + 60].fill(0xFF);
+        std::fs::write(&path, spoiled).unwrap();
+        let (_, damaged) = read_over_damage(&path);
+        let kept = brightness(&path);
+        assert!(!damaged.is_empty() && kept.len() + damaged.len() == truth.len(), "{name} {at}: {damaged:?}");
+        assert!(kept.len() + 3 >= truth.len(), "{name} {at}: {} of {}", kept.len(), truth.len());
+        for (frame, picture) in &kept {
+            let differences = picture.iter().zip(&truth[frame]).map(|(a, b)| f64::from(a.abs_diff(*b)));
+            let mean = differences.sum::<f64>() / picture.len() as f64;
+            assert!(mean < 25.0 && (*frame > damaged[0] || mean == 0.0), "{name} {at}, frame {frame}: {mean}");
+        }
+    }
 }
 
 #[test]

@@ -82,6 +82,45 @@ fn csv_has_a_row_for_every_target_and_an_empty_cell_for_what_is_not_known() {
 }
 
 #[test]
+fn spreadsheets_of_half_europe_get_semicolons_and_decimal_commas() {
+    let text = text("csv-semicolon");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], TRAJECTORY_COLUMNS.join(";"));
+    assert!(lines[1].starts_with("4;0,160000;1;tracking;2,000;10,000;"), "{}", lines[1]);
+    assert!(lines[3].ends_with(";;dog;"), "{}", lines[3]);
+}
+
+#[test]
+fn words_with_separators_are_quoted() {
+    let record = Record { class: Some("dog, \"big\"\nbrown".into()), ..record(1, None) };
+    let of = |name: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut sink = format(name).create(folder.path(), SIZE).unwrap();
+        write(&mut *sink, 4, std::slice::from_ref(&record)).unwrap();
+        sink.finish().unwrap();
+        std::fs::read_to_string(folder.path().join(format(name).file_name())).unwrap()
+    };
+    assert!(of("csv").ends_with(",\"dog, \"\"big\"\" brown\",\n"), "{}", of("csv"));
+    assert!(of("csv-semicolon").ends_with(";\"dog, \"\"big\"\" brown\";\n"), "{}", of("csv-semicolon"));
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("t.csv"), of("csv")).unwrap();
+    let back = pursuit::sinks::read_trajectory(&folder.path().join("t.csv")).unwrap().next().unwrap();
+    assert_eq!(back.class.unwrap().as_str(), "dog, \"big\" brown");
+}
+
+#[cfg(feature = "xlsx")]
+#[test]
+fn a_spreadsheet_is_a_zip_with_a_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut sink = format("xlsx").create(folder.path(), SIZE).unwrap();
+    write(&mut *sink, 4, &records()).unwrap();
+    sink.finish().unwrap();
+    sink.finish().unwrap();
+    let bytes = std::fs::read(folder.path().join("trajectory.xlsx")).unwrap();
+    assert!(bytes.starts_with(b"PK") && bytes.windows(24).any(|w| w == b"xl/worksheets/sheet1.xml"));
+}
+
+#[test]
 fn csv_goes_to_any_writer_and_is_flushed_frame_by_frame() {
     #[derive(Clone, Default)]
     struct Shared(Arc<Mutex<Vec<u8>>>);

@@ -97,7 +97,7 @@ pub struct Measuring {
     /// Measure distance and direction from one target to another (repeat)
     #[arg(id = "measure-between", long = "measure-between", value_name = "A,B")]
     pub between: Vec<String>,
-    /// Write what was measured in a further format: jsonl, parquet, xlsx
+    /// Write what was measured in a further format: csv-semicolon, jsonl, parquet, xlsx
     #[arg(id = "measure-format", long = "measure-format", value_name = "FORMAT", value_delimiter = ',')]
     pub formats: Vec<String>,
     /// Draw no plots of what was measured

@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 ///
 /// Samples are decoded in file order and shown in the order of their composition times; times are those of the file, with
 /// edits applied and the first shown frame at 0. A damaged sample is reported in its place; decoding goes on at the next
-/// picture that needs none before it, and the frames between are left out.
+/// picture that needs none before it, and the frames between are left out. Where no such picture comes, it goes on with the
+/// next one: a picture that refers to the missing one is put together from the one before that.
 pub(crate) struct Mp4Source {
     input: RandomAccess,
     samples: Vec<Sample>,
@@ -31,6 +32,8 @@ pub(crate) struct Mp4Source {
     pictures: usize,
     /// Samples without pictures shown so far: they take no frame number.
     skipped: u32,
+    /// Whether a picture that needs none before it may yet come.
+    may_enter: bool,
     /// What ends it, and where.
     fault: Option<(u32, Fault)>,
     /// What of the file's own statements is not true, said after the last frame.
@@ -82,6 +85,7 @@ impl Mp4Source {
             waiting: BTreeMap::new(),
             pictures: 0,
             skipped: 0,
+            may_enter: true,
             fault: None,
             flaw,
             buffer,
@@ -151,7 +155,10 @@ impl Mp4Source {
         let slot = match read.map(|()| self.decoder.decode(&self.buffer)) {
             Ok(Ok(Some(picture))) => Slot::Picture(picture),
             Ok(Ok(None)) => Slot::Empty,
-            Ok(Err(fault @ Fault::Malformed(_))) if self.find_entry() => Slot::Damaged(fault),
+            Ok(Err(fault @ Fault::Malformed(_))) => {
+                self.go_to_entry();
+                Slot::Damaged(fault)
+            }
             // What cannot be read, or not be decoded here, cannot be later.
             Ok(Err(fault)) | Err(fault) => {
                 self.fault = Some((rank.unwrap_or(self.next_rank), fault));
@@ -175,20 +182,28 @@ impl Mp4Source {
         }
     }
 
-    /// Leaves out samples up to one that can be decoded without those before it; false when none comes.
-    fn find_entry(&mut self) -> bool {
-        while let Some(sample) = self.samples.get(self.next_sample).copied() {
-            if read_sample(&mut self.input, &sample, &mut self.buffer).is_err() {
-                return false;
-            }
-            if self.decoder.is_entry(&self.buffer) {
-                self.decoder.restart();
-                return true;
-            }
+    /// Leaves out samples up to one that can be decoded without those before it, where one comes.
+    fn go_to_entry(&mut self) {
+        let Some(entry) = self.next_entry() else {
+            self.may_enter = false;
+            return;
+        };
+        while self.next_sample < entry {
             self.wait(self.rank(), Slot::Orphan);
             self.next_sample += 1;
         }
-        false
+        self.decoder.restart();
+    }
+
+    /// The next sample that needs none before it; `None` where none comes that can be read.
+    fn next_entry(&mut self) -> Option<usize> {
+        for at in self.next_sample..if self.may_enter { self.samples.len() } else { 0 } {
+            read_sample(&mut self.input, self.samples.get(at)?, &mut self.buffer).ok()?;
+            if self.decoder.is_entry(&self.buffer) {
+                return Some(at);
+            }
+        }
+        None
     }
 
     fn check_waiting(&self) -> Result<(), Fault> {

@@ -24,6 +24,16 @@ pub(super) fn csv(table: &Table) -> Vec<u8> {
     out
 }
 
+/// The same with semicolons between cells and commas in numbers; words hold neither commas nor points.
+pub(super) fn csv_semicolon(table: &Table) -> Vec<u8> {
+    let changed = |byte| match byte {
+        b',' => b';',
+        b'.' => b',',
+        byte => byte,
+    };
+    csv(table).into_iter().map(changed).collect()
+}
+
 /// The whole table as JSON, one object a line; an empty cell is `null`.
 pub(super) fn jsonl(table: &Table) -> Vec<u8> {
     rows(table, |out, row| {

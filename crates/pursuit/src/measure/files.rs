@@ -6,7 +6,8 @@ use pursuit_measuring::Table;
 use std::path::{Path, PathBuf};
 
 /// The formats besides `measure.csv`, by name, with what each is.
-pub const FORMATS: [(&str, &str); 3] = [
+pub const FORMATS: [(&str, &str); 4] = [
+    ("csv-semicolon", "measure-semicolon.csv: semicolons between cells, commas in numbers"),
     ("jsonl", "measure.jsonl: a JSON object a row"),
     ("parquet", "measure.parquet: the columns of the CSV (feature `parquet`)"),
     ("xlsx", "measure.xlsx: a spreadsheet of rows, events and fits (feature `xlsx`)"),
@@ -16,7 +17,8 @@ const CSV: &str = "measure.csv";
 const FACTS: &str = "measure.json";
 const EVENTS: &str = "measure-events.csv";
 const BETWEEN: &str = "measure-between-";
-const FIXED: [&str; 6] = [CSV, FACTS, EVENTS, "measure.jsonl", "measure.parquet", "measure.xlsx"];
+const SEMICOLON: &str = "measure-semicolon.csv";
+const FIXED: [&str; 7] = [CSV, SEMICOLON, FACTS, EVENTS, "measure.jsonl", "measure.parquet", "measure.xlsx"];
 /// The facts of a measurement are a few kilobytes, with many events some megabytes.
 const MOST_FACTS_BYTES: u64 = 1 << 28;
 const PLOTS: [&str; 6] = ["position", "velocity", "speed", "acceleration", "path", "fit"];
@@ -52,7 +54,7 @@ impl Destination {
     pub fn new(folder: &Path, formats: &[String], plots: bool) -> Result<Self, RunError> {
         for format in formats {
             match format.as_str() {
-                "jsonl" => {}
+                "jsonl" | "csv-semicolon" => {}
                 "parquet" if cfg!(feature = "parquet") => {}
                 "xlsx" if cfg!(feature = "xlsx") => {}
                 "parquet" | "xlsx" => {
@@ -130,8 +132,12 @@ impl Destination {
     }
 
     fn further(&self, format: &str, table: &Table, found: &Measurement) -> Result<PathBuf, RunError> {
-        let path = self.folder.join(format!("measure.{format}"));
+        let name = if format == "csv-semicolon" { SEMICOLON.to_owned() } else { format!("measure.{format}") };
+        let path = self.folder.join(name);
         match format {
+            "csv-semicolon" => {
+                std::fs::write(&path, cells::csv_semicolon(table)).map_err(RunError::output(&path))?;
+            }
             #[cfg(feature = "parquet")]
             "parquet" => super::parquet::write(&path, table)?,
             #[cfg(feature = "xlsx")]

@@ -38,21 +38,55 @@ pub(super) const FORMAT: Format = Format(&Declared {
     file_name: "trajectory.csv",
     media_type: "text/csv; charset=utf-8",
     kind: Kind::Text(
-        |_| Box::new(Csv),
+        |_| Box::new(Csv(Dialect::Comma)),
         Some(Lines { has_header: true, frame_of: |line| line.split(',').next()?.parse().ok() }),
     ),
 });
 
+pub(super) const SEMICOLON: Format = Format(&Declared {
+    name: "csv-semicolon",
+    summary: "The CSV with semicolons between and commas in numbers, as spreadsheets of half Europe want it",
+    file_name: "trajectory-semicolon.csv",
+    media_type: "text/csv; charset=utf-8",
+    kind: Kind::Text(
+        |_| Box::new(Csv(Dialect::Semicolon)),
+        Some(Lines { has_header: true, frame_of: |line| line.split(';').next()?.parse().ok() }),
+    ),
+});
+
+/// What stands between cells and within numbers.
+#[derive(Clone, Copy, PartialEq)]
+enum Dialect {
+    Comma,
+    Semicolon,
+}
+
 /// Boxes as left, top, width, height in pixels, an empty cell where there is nothing to say.
-struct Csv;
+struct Csv(Dialect);
 
 impl Text for Csv {
     fn begin(&mut self, out: &mut Vec<u8>) {
-        push_row(out, &TRAJECTORY_COLUMNS);
+        self.0.push_row(out, TRAJECTORY_COLUMNS.map(str::to_owned));
     }
 
     fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
-        row.records.iter().for_each(|record| push_row(out, &cells(record)));
+        row.records.iter().for_each(|record| self.0.push_row(out, cells(record)));
+    }
+}
+
+impl Dialect {
+    fn push_row(self, out: &mut Vec<u8>, cells: [String; TRAJECTORY_COLUMNS.len()]) {
+        for (i, cell) in cells.into_iter().enumerate() {
+            if i > 0 {
+                out.push(if self == Self::Comma { b',' } else { b';' });
+            }
+            let cell = match self {
+                Self::Semicolon if cell.parse::<f64>().is_ok() => cell.replace('.', ","),
+                _ => quoted(cell),
+            };
+            out.extend_from_slice(cell.as_bytes());
+        }
+        out.push(b'\n');
     }
 }
 
@@ -93,7 +127,8 @@ fn record(row: &csv::StringRecord) -> Option<Record> {
     Some(Record { frame, time_s, target, class, estimate, update_ms: number(17) })
 }
 
-fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
+/// The cells of a row, as [`TRAJECTORY_COLUMNS`] names them.
+pub(super) fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
     let estimate = record.estimate.as_ref();
     let state = estimate.map_or("lost", |e| e.state.as_str());
     let [x, y, w, h] = box_cells(estimate.map(|e| e.bbox));
@@ -102,7 +137,7 @@ fn cells(record: &Record) -> [String; TRAJECTORY_COLUMNS.len()] {
     let score = estimate.map_or_else(String::new, |e| format!("{:.4}", e.score));
     let update_ms = record.update_ms.map_or_else(String::new, |ms| format!("{ms:.4}"));
     let (frame, time, target) = (record.frame.to_string(), format!("{:.6}", record.time_s), record.target.to_string());
-    let class = record.class.as_ref().map_or_else(String::new, |class| quoted(class.as_str()));
+    let class = record.class.as_ref().map_or_else(String::new, |class| class.as_str().to_owned());
     let doubt = estimate.and_then(|e| e.doubt).map_or_else(String::new, |doubt| doubt.as_str().to_owned());
     let state = state.to_owned();
     [frame, time, target, state, x, y, w, h, score, px, py, pw, ph, mx, my, mw, mh, update_ms, class, doubt]
@@ -116,17 +151,9 @@ fn box_cells(bbox: Option<BBox>) -> [String; 4] {
 }
 
 /// A cell of any text; a line break would tear the row for whoever counts lines.
-fn quoted(text: &str) -> String {
-    let plain = text.replace(['\n', '\r'], " ");
-    if plain.contains([',', '"']) { format!("\"{}\"", plain.replace('"', "\"\"")) } else { plain }
-}
-
-fn push_row(out: &mut Vec<u8>, cells: &[impl AsRef<str>]) {
-    for (i, cell) in cells.iter().enumerate() {
-        if i > 0 {
-            out.push(b',');
-        }
-        out.extend_from_slice(cell.as_ref().as_bytes());
+fn quoted(text: String) -> String {
+    if !text.contains([',', ';', '"', '\n', '\r']) {
+        return text;
     }
-    out.push(b'\n');
+    format!("\"{}\"", text.replace(['\n', '\r'], " ").replace('"', "\"\""))
 }

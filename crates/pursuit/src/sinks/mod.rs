@@ -17,6 +17,7 @@ mod overlay;
 mod parquet;
 mod predictions;
 mod text;
+mod xlsx;
 
 pub(crate) use csv::can_be_added_to;
 pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
@@ -45,8 +46,10 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// The one list of formats.
-const LIST: [Format; 8] = [
+const LIST: [Format; 10] = [
     csv::FORMAT,
+    csv::SEMICOLON,
+    xlsx::FORMAT,
     jsonl::FORMAT,
     mot::FORMAT,
     parquet::FORMAT,
