@@ -37,7 +37,7 @@ pub fn usage(message: impl Into<String>) -> PyErr {
 
 /// The exception for what went wrong in a run.
 pub fn of_run(error: &RunError) -> PyErr {
-    let message = error.to_string();
+    let message = in_python(&error.to_string());
     if let RunError::Tracking(TrackingError::Snapshot { .. }) = error {
         return StateError::new_err(message);
     }
@@ -46,6 +46,48 @@ pub fn of_run(error: &RunError) -> PyErr {
         3 => InputError::new_err(message),
         4 => OutputError::new_err(message),
         _ => ComputationError::new_err(message),
+    }
+}
+
+/// A message with the command's options as the keywords that they are here: `--detect ball` is `detect="ball"`.
+fn in_python(message: &str) -> String {
+    let mut out = String::with_capacity(message.len());
+    for (i, part) in message.split('`').enumerate() {
+        if i > 0 {
+            out.push('`');
+        }
+        match part.strip_prefix("--").filter(|_| i % 2 == 1) {
+            Some(option) => out += &keyword(option),
+            None => out += part,
+        }
+    }
+    out.replace("(reinit)", "(`init`)")
+}
+
+/// An option with its value, where it has one, as a keyword with its argument.
+fn keyword(option: &str) -> String {
+    let (name, value) = option.split_once(' ').map_or((option, None), |(name, value)| (name, Some(value)));
+    let (name, value) = match (name, value) {
+        // Boxes are drawn in the browser by the command alone.
+        ("pick" | "watch", _) => return format!("pursuit track --{option}"),
+        ("set", Some(setting)) => match setting.split_once('=') {
+            Some((key, value)) => (key.replace('.', "__"), Some(value)),
+            None => return "KEY=VALUE".to_owned(),
+        },
+        ("from", value) => ("start".to_owned(), value),
+        ("to", value) => ("end".to_owned(), value),
+        ("format", value) => ("formats".to_owned(), value),
+        (name, None) if name.starts_with("no-") => return format!("{}=False", name[3..].replace('-', "_")),
+        (name, value) => (name.replace('-', "_"), value),
+    };
+    let is_placeholder = |text: &str| text.chars().all(|c| c.is_ascii_uppercase() || ",=_".contains(c));
+    match value {
+        None => format!("{name}=True"),
+        Some(text) if is_placeholder(text) && text.contains(',') => {
+            format!("{name}=({})", text.to_ascii_lowercase().replace(',', ", "))
+        }
+        Some(text) if is_placeholder(text) || text.parse::<f64>().is_ok() => format!("{name}={text}"),
+        Some(text) => format!("{name}=\"{text}\""),
     }
 }
 

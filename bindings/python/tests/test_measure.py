@@ -33,7 +33,7 @@ def test_g_comes_out_in_metres(run):
 def test_a_calibration_is_kept_and_found(run):
     path = run / "calibration.toml"
     pursuit.calibrate(path, scale="100,900,500,900=1m", origin=(110, 60))
-    with pytest.raises(pursuit.UsageError, match="--overwrite"):
+    with pytest.raises(pursuit.UsageError, match="overwrite=True"):
         pursuit.calibrate(path, scale="100,900,500,900=2m")
     found = pursuit.measure(run, out=run, formats=["jsonl"])
     assert found.facts["ruler"]["kind"] == "stick" and (run / "measure.jsonl").exists()

@@ -239,6 +239,8 @@ def test_an_iterator_that_is_dropped_ends_its_run():
         (dict(input="scene:drift", plots=True), pursuit.UsageError, "out="),
         (dict(input="scene:drift", stride=0), pursuit.UsageError, "nonzero"),
         (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, "nothing to track in arrays"),
+        (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, '`box=(left, top, width, height)` in pixels'),
+        (dict(input=[np.zeros((9, 9), np.uint8)]), pursuit.UsageError, '`detect="ball"`'),
         (dict(input=[], box=(1, 1, 3, 3)), pursuit.InputError, "no frames"),
         (dict(input=[np.zeros((9, 9, 9), np.uint8)], box=(1, 1, 3, 3)), pursuit.InputError, "a frame is an array"),
         (dict(input="scene:drift", depth=[np.zeros((9, 9), np.uint16)]), pursuit.UsageError, "depth arrays"),

@@ -43,7 +43,7 @@ pub use pursuit_geometry::Truth;
 pub use results::Results;
 pub use run::{RunRecord, UpdateTime};
 pub use sequence::{Footage, Sequence};
-pub use table::text_table;
+pub use table::{aligned, text_table};
 pub use trajectory::{Output, Trajectory};
 
 /// The result of a fallible evaluation step.

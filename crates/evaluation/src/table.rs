@@ -254,7 +254,8 @@ fn latex(text: &str) -> String {
     out
 }
 
-pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+/// Rows of cells as lines of text, the first column to the left, the others to the right.
+pub fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|v| v.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();

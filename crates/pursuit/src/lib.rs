@@ -29,6 +29,7 @@ mod own_tracker {}
 pub mod associate;
 pub mod batch;
 pub mod cameras;
+mod compare;
 pub mod config;
 mod demo;
 mod error;
@@ -58,6 +59,7 @@ mod track;
 mod trajectory_plots;
 mod view;
 
+pub use compare::ComparedFacts;
 pub use config::RunConfig;
 pub use demo::Demo;
 pub use error::RunError;

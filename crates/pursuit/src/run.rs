@@ -2,7 +2,7 @@
 
 use crate::publish::PublishFacts;
 pub use crate::timing::{Timing, TimingSummary};
-use crate::{RunError, SegmentFacts, View};
+use crate::{ComparedFacts, RunError, SegmentFacts, View};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::StreamCounts;
@@ -58,6 +58,9 @@ pub struct RunFile {
     /// How well it went, where the input came with the truth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
+    /// How each tracker did, where several were compared.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compared: Vec<ComparedFacts>,
 }
 
 /// The input of a run.
@@ -134,8 +137,20 @@ pub struct RecipeFacts {
     /// How the targets found are told apart (`many.KEY`), where all are followed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub many: Option<toml::Table>,
+    /// The trackers compared with it, in their order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compared: Vec<ComparedRecipe>,
     /// The boxes it was started on, left, top, width, height in pixels.
     pub boxes: Vec<[f64; 4]>,
+}
+
+/// A tracker that is compared with another.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ComparedRecipe {
+    /// Its name.
+    pub tracker: String,
+    /// Every parameter with its value.
+    pub parameters: toml::Table,
 }
 
 /// The machine of a run.

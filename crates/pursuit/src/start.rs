@@ -2,7 +2,7 @@
 
 use crate::RunError;
 use crate::config::{ACQUIRE_PREFIX, MANY_PREFIX, Methods, RunConfig};
-use crate::run::RecipeFacts;
+use crate::run::{ComparedRecipe, RecipeFacts};
 use crate::session::Session;
 use pursuit_geometry::{BBox, Truth};
 use pursuit_parameters::Parameters;
@@ -101,12 +101,27 @@ impl Start {
             detector_parameters: methods.detector_parameters.clone().filter(|_| detects),
             acquire: acquire.transpose()?,
             many: many.transpose()?,
+            compared: methods
+                .compared
+                .iter()
+                .map(|recipe| {
+                    Ok(ComparedRecipe { tracker: recipe.name().to_owned(), parameters: recipe.parameters()? })
+                })
+                .collect::<Result<_, RunError>>()?,
             boxes: boxes.iter().map(|b| b.ltwh().into()).collect(),
         })
     }
 
     /// Tells the session what to follow.
     pub fn begin(self, session: Session, methods: Methods, config: &RunConfig) -> Result<Session, RunError> {
+        if !methods.compared.is_empty() {
+            let all = std::iter::once(methods.recipe).chain(methods.compared).collect();
+            return match self {
+                Self::Boxes(boxes, frame) => Ok(session.comparing_at(frame, boxes, all)),
+                Self::Truth(bbox, frame) => Ok(session.comparing_at(frame, vec![bbox], all)),
+                _ => Err(RunError::usage("trackers are compared from a box; give it with `--box` or `--pick`")),
+            };
+        }
         Ok(match (self, methods.detector) {
             (Self::Detector, Some(detector)) => session.finding(detector, methods.acquire)?,
             (Self::Many(boxes), Some(detector)) => {

@@ -1,5 +1,6 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
+use crate::compare::Scoreboard;
 use crate::config::RunConfig;
 use crate::events::{ClipPlan, EventRules, Watcher};
 use crate::folder_sinks::{Place, create_sinks, formats, shelf};
@@ -239,6 +240,8 @@ impl Run {
         let mut files: Vec<PathBuf> = sinks.iter().flat_map(|s| s.files()).collect();
 
         let mut meter = AccuracyMeter::default();
+        let compared = self.recipe.compared.iter().map(|compared| &compared.tracker);
+        let mut scoreboard = Scoreboard::new(std::iter::once(&self.recipe.tracker).chain(compared).cloned().collect());
         let info = self.info;
         let kept = self.earlier.map(|earlier| earlier.kept).unwrap_or_default();
         if info.truth.is_some() {
@@ -254,6 +257,7 @@ impl Run {
                 let estimate = progress.records.first().and_then(|r| r.estimate.as_ref());
                 meter.add(info.truth_at(progress.frame.index()), estimate);
             }
+            scoreboard.add(progress.records, info.truth.as_ref().map(|_| info.truth_at(progress.frame.index())));
             observe(progress);
         });
 
@@ -277,6 +281,7 @@ impl Run {
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
         facts.accuracy = meter.accuracy();
+        facts.compared = scoreboard.facts();
         if let Some(folder) = &folder {
             let late = conclude(&facts, folder, &self.config, &mut files);
             outcome.failure = outcome.failure.or(late.err());
@@ -318,6 +323,7 @@ impl Run {
             states: StateCounts::default(),
             timing: TimingFacts::default(),
             accuracy: None,
+            compared: Vec::new(),
         }
     }
 }

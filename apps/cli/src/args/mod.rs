@@ -182,6 +182,9 @@ pub struct Track {
     /// Tracker to use (see `pursuit trackers`)
     #[arg(long, value_name = "NAME")]
     pub tracker: Option<String>,
+    /// Follow the box by several trackers at once, separated by commas: one overlay, and who was right, or agreed with the first
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub compare: Vec<String>,
     /// Detector that finds the target when no box is given
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,

@@ -7,7 +7,7 @@ use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::sinks::OverlayStyle;
-use pursuit::{Finished, Run, RunConfig, RunError, StartFrom};
+use pursuit::{ComparedFacts, Finished, Run, RunConfig, RunError, StartFrom};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -182,6 +182,7 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         depth_options: depth_options(args)?,
         boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
         tracker: args.tracker.clone(),
+        compare: args.compare.clone(),
         detect: args.detect.clone(),
         start: StartFrom::ALL.iter().copied().find(|s| args.start.as_deref() == Some(s.as_str())),
         detections: args.detections.clone(),
@@ -271,6 +272,24 @@ pub fn json(finished: &Finished) -> anyhow::Result<String> {
     Ok(serde_json::to_string_pretty(&value)? + "\n")
 }
 
+/// A line for each of the trackers that were compared.
+fn compared(facts: &[ComparedFacts]) -> String {
+    let share = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
+    let mut rows = vec![
+        ["tracker", "tracking", "unsure", "occluded", "lost", "update ms", "agrees", "overlap", "false alive"]
+            .map(str::to_owned),
+    ];
+    rows.extend(facts.iter().map(|f| {
+        let states = [f.states.tracking, f.states.unsure, f.states.occluded, f.states.lost].map(|n| n.to_string());
+        let [tracking, unsure, occluded, lost] = states;
+        let false_alive = f.accuracy.filter(|a| a.absent_frames > 0).map(|a| a.false_alive);
+        let (update, agrees) = (format!("{:.3}", f.update_ms.p50), share(f.agreement));
+        let overlap = share(f.accuracy.map(|a| a.mean_iou));
+        [f.tracker.clone(), tracking, unsure, occluded, lost, update, agrees, overlap, share(false_alive)]
+    }));
+    pursuit::evaluation::aligned(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>())
+}
+
 pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String> {
     let (facts, states) = (&finished.facts, finished.facts.states);
     let update = &facts.timing.update_ms;
@@ -321,7 +340,10 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
         let (p50, p95, p99) = (latency.p50, latency.p95, latency.p99);
         writeln!(text, "latency   {p50:.1} ms median, {p95:.1} p95, {p99:.1} p99, from a frame to its results")?;
     }
-    if let Some(a) = &facts.accuracy {
+    if !facts.compared.is_empty() {
+        write!(text, "\n{}\n", compared(&facts.compared))?;
+    }
+    if let Some(a) = facts.accuracy.as_ref().filter(|_| facts.compared.is_empty()) {
         writeln!(text, "accuracy  against the truth that came with the input:")?;
         writeln!(
             text,

@@ -164,6 +164,12 @@ fn a_run_leaves_what_the_contract_says() {
     assert_eq!((&run["status"], &run["frame_count"]), (&"done".into(), &41.into()));
     assert_eq!(run["recipe"]["parameters"]["color"], "yellow");
     assert!(run["timing"]["update_ms"]["p99"].as_f64().unwrap() > 0.0);
+    // The detector has its own time, and a frame the time of all.
+    let timing = |what: &str| run["timing"][what]["count"].as_u64().unwrap();
+    assert!(timing("detect_ms") > 0 && timing("frame_ms") == 41);
+    let other = folder.path().join("other");
+    let brief = [&args[..7], &[other.to_str().unwrap(), "--no-video", "--to", "9"]].concat();
+    assert!(stdout(&pursuit(&brief)).contains("\ndetect "));
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed["frame_count"], 41);
     for plot in ["x", "y", "width", "height", "score"] {

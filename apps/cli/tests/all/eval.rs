@@ -1,7 +1,8 @@
 //! `pursuit eval` as a user would call it: what is left behind, going on, wrong input.
 
-use crate::common::{fails, pursuit, stderr, stdout};
+use crate::common::{fails, pursuit, rows, stderr, stdout};
 use serde_json::Value;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// A sequence of `count` images of a bright square that moves, with its truth.
@@ -175,4 +176,49 @@ fn rubbish_beside_good_sequences_is_left_out_and_said() {
     assert_eq!(results["trackers"]["mosse"]["sequences"].as_object().unwrap().keys().collect::<Vec<_>>(), ["good"]);
     assert!(results["problems"][0].as_str().unwrap().contains("frames.csv"));
     assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("wide"));
+}
+
+#[test]
+fn trackers_are_compared_on_a_clip_in_one_pass() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let clip = ["track", "scene:occluding-bar?seed=3&duration=2", "--out", out.to_str().unwrap()];
+    let output = pursuit(&[&clip[..], &["--compare", "kcf,mosse", "--set", "mosse.motion.model=per-frame"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let run: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("run.json")).unwrap()).unwrap();
+    assert_eq!((&run["recipe"]["tracker"], &run["recipe"]["compared"][0]["tracker"]), (&"kcf".into(), &"mosse".into()));
+    assert_eq!(run["recipe"]["compared"][0]["parameters"]["motion"]["model"], "per-frame");
+    let compared = run["compared"].as_array().unwrap();
+    assert_eq!(compared.len(), 2);
+    assert_eq!(compared[0]["accuracy"]["mean_iou"], run["accuracy"]["mean_iou"]);
+    assert!(compared[0]["agreement"].is_null() && compared[1]["agreement"].as_f64().unwrap() > 0.1);
+    let rows = rows(&out.join("trajectory.csv"));
+    for (number, name) in [("1", "kcf"), ("2", "mosse")] {
+        let own: Vec<_> = rows.iter().filter(|row| row["target"] == number).collect();
+        assert!(!own.is_empty() && own.iter().all(|row| row["class"] == name));
+        let states: u64 = compared[number.parse::<usize>().unwrap() - 1]["states"]
+            .as_object()
+            .unwrap()
+            .values()
+            .map(|n| n.as_u64().unwrap())
+            .sum();
+        assert_eq!(states as usize, own.len());
+    }
+    // The first is followed as it is alone.
+    let alone = root.path().join("alone");
+    let single = ["track", clip[1], "--tracker", "kcf", "--no-video", "--out", alone.to_str().unwrap()];
+    assert!(pursuit(&single).status.success());
+    let without_time = |row: &HashMap<String, String>| -> Vec<String> {
+        ["frame", "state", "x", "y", "w", "h", "score"].iter().map(|column| row[*column].clone()).collect()
+    };
+    let first: Vec<_> = rows.iter().filter(|row| row["target"] == "1").map(without_time).collect();
+    assert_eq!(first, crate::common::rows(&alone.join("trajectory.csv")).iter().map(without_time).collect::<Vec<_>>());
+    let table = stdout(&output);
+    assert!(table.lines().any(|l| l.starts_with("mosse ")) && table.contains("false alive"), "{table}");
+
+    let fail = |more: &[&str], words: &[&str]| fails(&pursuit(&[&clip[..2], more].concat()), 2, words);
+    fail(&["--compare", "kcf,kcf"], &["kcf", "twice"]);
+    fail(&["--compare", "kcf,kfc"], &["kfc"]);
+    fail(&["--compare", "kcf,mosse", "--detect", "ball"], &["--box", "detector"]);
+    fail(&["--compare", "kcf,mosse", "--box", "1,2,30,30", "--box", "9,9,30,30"], &["one box"]);
 }

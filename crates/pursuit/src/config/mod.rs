@@ -50,6 +50,8 @@ options! {
         pub boxes: Vec<[f64; 4]>,
         /// Name of the tracker.
         pub tracker: Option<String>,
+        /// Trackers that are followed beside it from the same box; without a name for the tracker the first of them takes its place.
+        pub compare: Vec<String>,
         /// Name of the detector that finds the target when no box is given.
         pub detect: Option<String>,
         /// What starts the run where no box is given: `detector`, which is the default where there is one, `truth`, the first box
@@ -190,13 +192,19 @@ impl RunConfig {
         if many && !self.detects() {
             return Err(RunError::usage("nothing says what to follow; name a detector, for example `--detect ball`"));
         }
-        let tracker = match (&self.tracker, detector) {
+        self.check_compare()?;
+        let mut named = self.tracker.iter().chain(&self.compare);
+        let tracker = match (named.next(), detector) {
             (Some(name), _) => registry::tracker(name)?,
             (None, Some(detector)) => registry::tracker(detector.default_tracker)?,
             (None, None) => registry::tracker(registry::DEFAULT_TRACKER)?,
         };
-        let settings = Settings::split(&self.parameters, &Participants { trackers: &[tracker], detector, many })?;
-        let for_tracker = settings.trackers.first().cloned().unwrap_or_default();
+        let compared = named.map(|name| registry::tracker(name)).collect::<Result<Vec<_>, _>>()?;
+        let trackers: Vec<_> = std::iter::once(tracker).chain(compared).collect();
+        let settings = Settings::split(&self.parameters, &Participants { trackers: &trackers, detector, many })?;
+        let mut recipes = trackers.iter().zip(&settings.trackers).map(|(tracker, own)| tracker.recipe(own));
+        let recipe = recipes.next().unwrap_or_else(|| tracker.recipe(&toml::Table::new()))?;
+        let compared = recipes.collect::<Result<Vec<_>, _>>()?;
         let many = ManyParams::default();
         let many = match detector {
             // Networks of objects say chances; what the other detectors say are shares.
@@ -215,7 +223,8 @@ impl RunConfig {
             None => detector.map(|d| d.detector(&settings.detector)).transpose()?,
         };
         Ok(Methods {
-            recipe: tracker.recipe(&for_tracker)?,
+            recipe,
+            compared,
             detector,
             detector_parameters,
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
@@ -228,6 +237,8 @@ impl RunConfig {
 pub struct Methods {
     /// Makes trackers.
     pub recipe: Box<dyn Recipe>,
+    /// Make the trackers that are followed beside it.
+    pub compared: Vec<Box<dyn Recipe>>,
     /// Finds the target, or the targets.
     pub detector: Option<Box<dyn Detector>>,
     /// Every parameter of the detector with its value.

@@ -212,7 +212,7 @@ pub fn write_calibration(calibration: &Calibration, path: &Path, overwrite: bool
     match OpenOptions::new().write(true).create_new(true).open(path) {
         Ok(mut file) => file.write_all(text.as_bytes()).map_err(RunError::output(path)),
         Err(e) if e.kind() == ErrorKind::AlreadyExists => Err(RunError::usage(format!(
-            "there is a calibration at {} already; replace it with --overwrite, or name another with --out FILE",
+            "there is a calibration at {} already; replace it with `--overwrite`, or name another with `--out FILE`",
             path.display()
         ))),
         Err(e) => Err(RunError::output(path)(e)),

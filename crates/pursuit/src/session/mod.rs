@@ -25,7 +25,7 @@ use pursuit_imaging::{CameraPose, Frame};
 use pursuit_media::{Source, View};
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
 use pursuit_tracking::{
-    Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackingError, check_box,
+    Class, Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackingError, check_box,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -74,6 +74,8 @@ pub struct Session {
     /// Whether that frame has been looked at and not yet handed on.
     ready: bool,
     tracks: Vec<Track>,
+    /// What targets are called that no detector names: by their trackers, where several follow one thing.
+    names: Vec<(TargetId, Class)>,
     records: Vec<Record>,
     began: Instant,
     counts: Counts,
@@ -119,6 +121,7 @@ impl Session {
             frame: None,
             ready: false,
             tracks: Vec::new(),
+            names: Vec::new(),
             records: Vec::new(),
             began: Instant::now(),
             counts: Counts::default(),
@@ -141,6 +144,20 @@ impl Session {
     pub fn starting_at(mut self, frame: u64, boxes: Vec<BBox>) -> Self {
         let view = self.view;
         self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, of_input(view, bbox), frame)));
+        self
+    }
+
+    /// For each box a target of each of these trackers, whose name stands where else the class of the target does.
+    #[must_use]
+    pub(crate) fn comparing_at(mut self, frame: u64, boxes: Vec<BBox>, recipes: Vec<Box<dyn Recipe>>) -> Self {
+        let (view, mut number) = (self.view, 0);
+        for bbox in boxes {
+            for recipe in &recipes {
+                number += 1;
+                self.names.push((TargetId(number), recipe.name().into()));
+                self.pending.push(Placement::Add(Some(recipe.boxed_clone()), of_input(view, bbox), frame));
+            }
+        }
         self
     }
 
@@ -320,6 +337,9 @@ impl Session {
         self.records.clear();
         for mut track in self.tracks.drain(..) {
             self.counts.followed(&track);
+            if let Some((_, name)) = self.names.iter().find(|(id, _)| *id == track.id) {
+                track.class = Some(name.clone());
+            }
             if let Some(view) = &self.view {
                 track.estimate = track.estimate.map(|estimate| estimate_in_input(view, estimate));
             }

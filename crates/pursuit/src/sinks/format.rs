@@ -24,10 +24,16 @@ pub(super) enum Kind {
     /// A text about pictures of this size; and how its lines are told apart, where a file of it can be gone on with.
     Text(fn(Size) -> Box<dyn Text>, Option<Lines>),
     /// Any other file.
-    #[cfg_attr(not(any(feature = "mcap", feature = "parquet")), expect(dead_code, reason = "all others are texts"))]
+    #[cfg_attr(
+        not(any(feature = "mcap", feature = "parquet", feature = "xlsx")),
+        expect(dead_code, reason = "all others are texts")
+    )]
     File(fn(&Path) -> Result<Box<dyn Sink>, RunError>),
     /// This build cannot write it, for this reason.
-    #[cfg_attr(all(feature = "mcap", feature = "parquet"), expect(dead_code, reason = "no others may be missing"))]
+    #[cfg_attr(
+        all(feature = "mcap", feature = "parquet", feature = "xlsx"),
+        expect(dead_code, reason = "no others may be missing")
+    )]
     Missing(&'static str),
 }
 
