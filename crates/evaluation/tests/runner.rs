@@ -170,7 +170,7 @@ fn jobs_and_memory_change_nothing_but_time() {
         let mut options = EvalOptions { jobs, frame_memory_bytes, out, ..options(root.path(), &[&wobble]) };
         options.report = false;
         run(&options);
-        walk(&options.out)
+        walk(&options.out.join("boxes"))
             .into_iter()
             .filter(|p| p.ends_with(".csv"))
             .map(|p| std::fs::read(p).unwrap())

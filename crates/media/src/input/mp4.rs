@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 ///
 /// Samples are decoded in file order and shown in the order of their composition times; times are those of the file, with
 /// edits applied and the first shown frame at 0. A damaged sample is reported in its place; decoding goes on at the next
-/// picture that needs none before it, and the frames between are left out. Where no such picture comes, it goes on with the
-/// next one: a picture that refers to the missing one is put together from the one before that.
+/// picture that needs none before it, and the frames between are left out. Where no such picture comes, the one before the
+/// damaged one stands in for it, and it goes on at once.
 pub(crate) struct Mp4Source {
     input: RandomAccess,
     samples: Vec<Sample>,
@@ -156,7 +156,10 @@ impl Mp4Source {
             Ok(Ok(Some(picture))) => Slot::Picture(picture),
             Ok(Ok(None)) => Slot::Empty,
             Ok(Err(fault @ Fault::Malformed(_))) => {
-                self.go_to_entry();
+                match self.next_entry() {
+                    Some(entry) => self.go_to(entry),
+                    None => self.go_on_without(&sample),
+                }
                 Slot::Damaged(fault)
             }
             // What cannot be read, or not be decoded here, cannot be later.
@@ -182,17 +185,21 @@ impl Mp4Source {
         }
     }
 
-    /// Leaves out samples up to one that can be decoded without those before it, where one comes.
-    fn go_to_entry(&mut self) {
-        let Some(entry) = self.next_entry() else {
-            self.may_enter = false;
-            return;
-        };
+    /// Leaves out samples up to one that can be decoded without those before it.
+    fn go_to(&mut self, entry: usize) {
         while self.next_sample < entry {
             self.wait(self.rank(), Slot::Orphan);
             self.next_sample += 1;
         }
         self.decoder.restart();
+    }
+
+    /// Goes on behind a sample that could not be decoded.
+    fn go_on_without(&mut self, damaged: &Sample) {
+        self.may_enter = false;
+        if read_sample(&mut self.input, damaged, &mut self.buffer).is_ok() {
+            self.decoder.stand_in(&self.buffer);
+        }
     }
 
     /// The next sample that needs none before it; `None` where none comes that can be read.

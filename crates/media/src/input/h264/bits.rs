@@ -40,9 +40,71 @@ impl<'a> Bits<'a> {
     }
 }
 
+/// Writes bits to the end of a unit.
+#[derive(Debug, Default)]
+pub(super) struct BitWriter {
+    bytes: Vec<u8>,
+    /// Bits of the last byte that are taken.
+    taken: u32,
+}
+
+impl BitWriter {
+    /// The low `bits` of a number.
+    pub fn unsigned(&mut self, value: u32, bits: u32) {
+        for bit in (0..bits).rev() {
+            if self.taken.is_multiple_of(8) {
+                self.bytes.push(0);
+                self.taken = 0;
+            }
+            if let Some(last) = self.bytes.last_mut() {
+                *last |= ((value >> bit & 1) as u8) << (7 - self.taken);
+            }
+            self.taken += 1;
+        }
+    }
+
+    /// An unsigned Exp-Golomb number below 2³¹ (ITU-T H.264 §9.1).
+    pub fn exp_golomb(&mut self, value: u32) {
+        let bits = (value + 1).ilog2();
+        self.unsigned(0, bits);
+        self.unsigned(value + 1, bits + 1);
+    }
+
+    /// The unit under its first byte: ended by a one and zeros, with what would look like a start code broken up (§7.4.1).
+    pub fn unit(mut self, head: u8) -> Vec<u8> {
+        self.unsigned(1, 1);
+        let (mut out, mut zeros) = (vec![head], 0);
+        for byte in self.bytes {
+            if zeros == 2 && byte <= 3 {
+                out.push(3);
+                zeros = 0;
+            }
+            zeros = if byte == 0 { zeros + 1 } else { 0 };
+            out.push(byte);
+        }
+        out
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let mut writer = BitWriter::default();
+        let numbers = [0, 1, 2, 254, 255, 65_535, 139_264];
+        numbers.iter().for_each(|n| writer.exp_golomb(*n));
+        writer.unsigned(0b1011, 5);
+        let unit = writer.unit(0x41);
+        let content = super::super::units::content(&unit, 99);
+        let mut bits = Bits::new(&content);
+        assert!(numbers.iter().all(|n| bits.exp_golomb() == Some(*n)));
+        assert_eq!((bits.unsigned(5), bits.flag()), (Some(0b1011), Some(true)));
+        let mut zeros = BitWriter::default();
+        zeros.unsigned(0, 32);
+        assert_eq!(zeros.unit(0x68), [0x68, 0, 0, 3, 0, 0, 3, 0x80].map(|b| b)[..].to_vec());
+    }
 
     #[test]
     fn codes_of_table_9_2() {

@@ -3,6 +3,7 @@
 mod bits;
 mod pictures;
 mod sequence;
+mod stand_in;
 mod units;
 
 pub(crate) use pictures::PictureDecoder;

@@ -1,4 +1,5 @@
 use super::sequence::{MAX_BUFFERED_MACROBLOCKS, Sequence};
+use super::stand_in::{Place, stand_in};
 use super::units::{self, push_with_start_code};
 use crate::input::color::ColorInfo;
 use crate::input::fault::Fault;
@@ -22,6 +23,10 @@ pub(crate) struct PictureDecoder {
     matrix: ColorMatrix,
     range: ColorRange,
     started: bool,
+    /// Whether the picture before was left unfinished.
+    is_torn: bool,
+    /// The place of the last picture that others refer to.
+    place: Option<Place>,
     /// Whether all pictures are coded arithmetically.
     arithmetic: bool,
     /// The sample with start codes, reused from picture to picture.
@@ -41,7 +46,19 @@ impl PictureDecoder {
         let arithmetic = arithmetic(config.pps.iter().map(Vec::as_slice).chain(in_band));
         let (decoder, stream) = (Decoder::new(), Vec::new());
         let arithmetic = arithmetic == Some(true);
-        Ok(Self { decoder, config, orientation, sequence, matrix, range, started: false, arithmetic, stream })
+        Ok(Self {
+            decoder,
+            config,
+            orientation,
+            sequence,
+            matrix,
+            range,
+            started: false,
+            is_torn: false,
+            place: None,
+            arithmetic,
+            stream,
+        })
     }
 
     /// Width and height of every picture.
@@ -58,7 +75,20 @@ impl PictureDecoder {
 
     /// Forgets every picture, to go on with the next one that needs none.
     pub fn restart(&mut self) {
-        (self.decoder, self.started) = (Decoder::new(), false);
+        (self.decoder, self.started, self.is_torn, self.place) = (Decoder::new(), false, false, None);
+    }
+
+    /// Puts the picture before in the place of a damaged one, for those that refer to it. Nothing is done before the first
+    /// picture, and for one that none refers to.
+    pub fn stand_in(&mut self, sample: &[u8]) {
+        let Some(before) = self.place else { return };
+        let first = units::units(sample, self.config.length_bytes).find(|unit| units::is_slice(unit));
+        let place = Place::of_damaged(first, before, &self.sequence);
+        let Some(stream) = stand_in(place, &self.sequence).filter(|_| place.is_reference) else { return };
+        // The first call may but end what was left unfinished.
+        if self.decoder.decode(&stream).is_ok() || self.decoder.decode(&stream).is_ok() {
+            (self.is_torn, self.place) = (false, Some(place));
+        }
     }
 
     /// Whether a sample begins afresh: its pictures need none before them.
@@ -93,8 +123,14 @@ impl PictureDecoder {
                 self.stream.extend_from_slice(if self.arithmetic { &BEYOND } else { &[] });
             }
         }
-        let picture = self.decoder.decode(&self.stream).map_err(fault)?;
+        // A picture that follows an unfinished one is refused, once.
+        let first = self.decoder.decode(&self.stream);
+        let picture = if self.is_torn && first.is_err() { self.decoder.decode(&self.stream) } else { first };
+        self.is_torn = !matches!(picture, Ok(Some(_)));
+        let picture = picture.map_err(fault)?;
         self.started = true;
+        let first = units::units(sample, self.config.length_bytes).find_map(|unit| Place::read(unit, &self.sequence));
+        self.place = first.filter(|place| place.is_reference).or(self.place);
         match picture {
             Some(p) => self.finish((p.width, p.height), p.y, [p.u, p.v]).map(Some),
             None if has_picture => Err(Fault::malformed("a part of the picture is missing")),

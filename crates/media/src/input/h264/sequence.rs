@@ -12,6 +12,13 @@ use pursuit_imaging::ColorRange;
 /// which it does not report, and to keep absurd values from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sequence {
+    /// Its number.
+    pub id: u32,
+    /// How many bits a picture's number takes.
+    pub frame_num_bits: u32,
+    pub order: PictureOrder,
+    /// Whether all pictures are frames, and none are fields.
+    pub frames_only: bool,
     /// Macroblocks of a picture.
     pub macroblocks: usize,
     /// Pixels cut off on the left and on the top.
@@ -21,6 +28,17 @@ pub(super) struct Sequence {
     pub color: ColorInfo,
     /// Width against height of a pixel, where it says so.
     pub pixel_aspect: Option<(u32, u32)>,
+}
+
+/// How the place of pictures in the order of display is told (ITU-T H.264 §8.2.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum PictureOrder {
+    /// Each picture says the low bits of it.
+    Said { bits: u32 },
+    /// By cycles, to which pictures may add.
+    Cyclic { has_deltas: bool },
+    /// As they are decoded.
+    AsDecoded,
 }
 
 /// Profiles whose parameter sets carry chroma format and bit depth (ITU-T H.264 §7.3.2.1.1).
@@ -42,18 +60,18 @@ impl Sequence {
 fn sequence(bits: &mut Bits<'_>) -> Option<Result<Sequence, Fault>> {
     let profile = bits.unsigned(8)?;
     bits.unsigned(16)?;
-    bits.exp_golomb()?;
+    let id = bits.exp_golomb()?;
     if HIGH_PROFILES.contains(&profile)
         && let Some(feature) = high_profile_fields(bits)?
     {
         return Some(Err(Fault::unsupported(format!("H.264 {feature}"))));
     }
-    let frame_num_sane = bits.exp_golomb()? <= 12;
-    let order_sane = picture_order_fields(bits)?;
+    let frame_num_bits = bits.exp_golomb()?.saturating_add(4);
+    let order = picture_order(bits)?;
     let references = u64::from(bits.exp_golomb()?);
-    if !frame_num_sane || !order_sane || references > 16 {
+    let (Some(order), 4..=16, 0..=16) = (order, frame_num_bits, references) else {
         return Some(Err(Fault::malformed("its H.264 parameters are out of range")));
-    }
+    };
     bits.flag()?;
     let width = (u64::from(bits.exp_golomb()?) + 1) * 16;
     let map_height = (u64::from(bits.exp_golomb()?) + 1) * 16;
@@ -87,7 +105,7 @@ fn sequence(bits: &mut Bits<'_>) -> Option<Result<Sequence, Fault>> {
     let pixel_aspect = if described { usability_aspect(bits).flatten() } else { None };
     let color = if described { usability_color(bits).unwrap_or_default() } else { ColorInfo::default() };
     let crop_origin = (left as usize, top as usize);
-    Some(Ok(Sequence { macroblocks, crop_origin, size, color, pixel_aspect }))
+    Some(Ok(Sequence { id, frame_num_bits, order, frames_only, macroblocks, crop_origin, size, color, pixel_aspect }))
 }
 
 /// Skips what high profiles add; names the feature when the decoder cannot do it.
@@ -128,21 +146,21 @@ fn skip_scaling_list(bits: &mut Bits<'_>, size: usize) -> Option<()> {
     Some(())
 }
 
-/// Skips the picture order count's fields; `false` where they are out of range.
-fn picture_order_fields(bits: &mut Bits<'_>) -> Option<bool> {
+/// How the order of display is told; the inner `None` where a field is out of range.
+fn picture_order(bits: &mut Bits<'_>) -> Option<Option<PictureOrder>> {
     Some(match bits.exp_golomb()? {
-        0 => bits.exp_golomb()? <= 12,
+        0 => Some(bits.exp_golomb()?).filter(|n| *n <= 12).map(|n| PictureOrder::Said { bits: n + 4 }),
         1 => {
-            bits.flag()?;
+            let always_zero = bits.flag()?;
             bits.signed_exp_golomb()?;
             bits.signed_exp_golomb()?;
             let cycle = bits.exp_golomb()?;
             for _ in 0..cycle.min(256) {
                 bits.signed_exp_golomb()?;
             }
-            cycle < 256
+            (cycle < 256).then_some(PictureOrder::Cyclic { has_deltas: !always_zero })
         }
-        kind => kind == 2,
+        kind => (kind == 2).then_some(PictureOrder::AsDecoded),
     })
 }
 
