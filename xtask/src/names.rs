@@ -26,7 +26,7 @@ pub fn check() -> Result<()> {
         let text = std::fs::read_to_string(run::root().join(document)).with_context(|| document.clone())?;
         let lines = text.lines().enumerate();
         let current = lines
-            .take_while(|(_, line)| document != HISTORY || !line.starts_with("## ") || line.ends_with("Unreleased"));
+            .take_while(|(_, line)| document != HISTORY || !line.starts_with("## ") || line.ends_with("(unreleased)"));
         let faults = claims(current).flat_map(|(number, claim)| {
             let fault = tree.fault(document, &claim)?;
             Some(format!("{document}:{number}: {fault}"))
