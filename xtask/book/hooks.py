@@ -112,8 +112,8 @@ def number(value):
 
 
 def commands():
-    """The manual of every command, as `pursuit man` prints it."""
-    lines = ["# Commands", "", "Printed by `pursuit man COMMAND`.", ""]
+    """What every command says of itself."""
+    lines = ["# Commands", "", "What `pursuit COMMAND --help` prints; `pursuit man COMMAND` has the same as a manual page.", ""]
     for name in subcommands():
         lines += [f"## `pursuit {name}`".rstrip(), "", "```text", said(*name.split(), "--help").rstrip(), "```", ""]
     return "\n".join(lines)

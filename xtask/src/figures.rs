@@ -60,8 +60,8 @@ impl Figures {
                 }
             }
             let commit = measurement["commit"].as_str().unwrap_or_default();
-            let is_whole =
-                !run::program("git").args(["rev-parse", "--is-shallow-repository"]).said().is_some_and(|s| s == "true");
+            let shallow = run::program("git").args(["rev-parse", "--is-shallow-repository"]).said();
+            let is_whole = shallow.is_none_or(|said| said != "true");
             if is_whole && !run::program("git").args(["cat-file", "-e", &format!("{commit}^{{commit}}")]).works() {
                 bail!("{FILE}: `{name}` was measured at {commit}, which is no commit of this history");
             }

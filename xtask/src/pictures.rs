@@ -102,7 +102,7 @@ fn folder() -> Result<PathBuf> {
 
 /// Seven seconds of a film as an animated picture that web pages show: fewer frames, smaller, again and again.
 fn animate(film: &Path, picture: &Path) -> Result<()> {
-    let ask = run::program(peers::tools()?)
+    let ask = run::program(peers::environment("pictures-tools", "pictures.txt")?)
         .args(["-c", "import imageio_ffmpeg; print(imageio_ffmpeg.get_ffmpeg_exe(), end='')"]);
     let ffmpeg = String::from_utf8(ask.output()?)?;
     run::program(ffmpeg)
