@@ -2,10 +2,13 @@
 
 #![allow(clippy::disallowed_methods, reason = "a tool for contributors may look at its surroundings")]
 
+mod anchors;
 mod api;
+mod book;
 mod browser;
 mod changed;
 mod features;
+mod figures;
 mod fuzz;
 mod layers;
 mod licences;
@@ -15,8 +18,10 @@ mod names;
 mod needs;
 mod notices;
 mod peers;
+mod pictures;
 mod release;
 mod run;
+mod snippets;
 mod soak;
 mod suite;
 mod weights;
@@ -49,8 +54,20 @@ enum Task {
     },
     /// Check that every crate imports only from floors below its own
     Layers,
-    /// Check that paths, types and keys which the documents name exist
+    /// Check that paths, types, keys, links and headings which the documents name exist, and that their figures and pictures are those of
+    /// today
     Names,
+    /// Write the README's table of trackers and its chart, from docs/figures.json
+    Figures,
+    /// Make the pictures of the README and the book, from our own scenes (Python, for the film)
+    Pictures {
+        /// Only these files
+        files: Vec<String>,
+    },
+    /// Build the book into target/book (Python; installs mkdocs into target/book-builder)
+    Book,
+    /// Run the commands of the book, and hold its pieces of Rust to the programs in examples
+    Snippets,
     /// Check that every dependency has a licence we can live with, and that `pursuit licences` names them all
     Licences,
     /// Write the notices that `pursuit licences` prints
@@ -129,6 +146,10 @@ fn main() -> Result<()> {
         Task::Test { quick, no_install, fuzz_seconds } => suite::test(quick, fuzz_seconds, !no_install),
         Task::Layers => layers::check(),
         Task::Names => names::check(),
+        Task::Figures => figures::write(),
+        Task::Pictures { files } => pictures::make(&files),
+        Task::Book => book::build(),
+        Task::Snippets => snippets::check(),
         Task::Licences => {
             licences::check()?;
             notices::check()

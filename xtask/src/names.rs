@@ -1,9 +1,9 @@
 //! Whether what the documents name exists: the targets of their links, paths and `Type::name`s between back ticks, and the
 //! keys and identifiers there.
 
-use crate::run;
+use crate::{anchors, figures, pictures, run};
 use anyhow::{Context, Result, bail};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 /// Words of Rust, Python and JavaScript that a declaration begins with.
@@ -26,7 +26,7 @@ pub fn check() -> Result<()> {
         let text = std::fs::read_to_string(run::root().join(document)).with_context(|| document.clone())?;
         let lines = text.lines().enumerate();
         let current = lines
-            .take_while(|(_, line)| document != HISTORY || !line.starts_with("## ") || line.ends_with("Unreleased"));
+            .take_while(|(_, line)| document != HISTORY || !line.starts_with("## ") || line.ends_with("(unreleased)"));
         let faults = claims(current).flat_map(|(number, claim)| {
             let fault = tree.fault(document, &claim)?;
             Some(format!("{document}:{number}: {fault}"))
@@ -38,7 +38,8 @@ pub fn check() -> Result<()> {
         bail!("the documents name what is not there:\n  {}", wrong.join("\n  "));
     }
     println!("names: {count} documents name only what exists");
-    Ok(())
+    figures::check()?;
+    pictures::check()
 }
 
 /// What a document says.
@@ -69,6 +70,8 @@ struct Tree {
     sources: Vec<Source>,
     /// The words of all sources together.
     words: HashSet<String>,
+    /// What links to headings of each document say behind `#`.
+    anchors: HashMap<String, HashSet<String>>,
 }
 
 /// The words of one file, and those that it declares.
@@ -86,6 +89,9 @@ impl Tree {
             let read = |path: &str| std::fs::read_to_string(run::root().join(path)).unwrap_or_default();
             let is_source = !path.ends_with(".md") && !path.ends_with("NOTICES.txt");
             tree.add(path, &if is_source { read(path) } else { String::new() });
+            if path.ends_with(".md") {
+                tree.anchors.insert(path.to_owned(), anchors::anchors(&read(path)));
+            }
         }
         Ok(tree)
     }
@@ -130,14 +136,22 @@ impl Tree {
         Some(format!("`{name}`: no source says `{missing}`"))
     }
 
-    fn link_fault(&self, document: &str, target: &str) -> Option<String> {
-        let target = target.split('#').next().unwrap_or_default();
-        let elsewhere = target.is_empty() || target.contains("://") || target.starts_with("mailto:");
+    fn link_fault(&self, document: &str, link: &str) -> Option<String> {
+        let (target, heading) = link.split_once('#').unwrap_or((link, ""));
+        if target.contains("://") || target.starts_with("mailto:") {
+            return None;
+        }
         let folder = Path::new(document).parent().unwrap_or(Path::new(""));
-        let there = elsewhere || resolved(folder, target).is_none_or(|p| self.paths.contains(&p));
         // A document may be shown elsewhere too, through a link to it.
-        let there = there || run::root().join(document).is_symlink();
-        (!there).then(|| format!("the link to {target} leads nowhere"))
+        if run::root().join(document).is_symlink() {
+            return None;
+        }
+        let path = if target.is_empty() { document.to_owned() } else { resolved(folder, target)? };
+        if !self.paths.contains(&path) {
+            return Some(format!("the link to {target} leads nowhere"));
+        }
+        let has = |anchors: &HashSet<String>| heading.is_empty() || anchors.contains(heading);
+        (!self.anchors.get(&path).is_none_or(has)).then(|| format!("{path} has no heading #{heading}"))
     }
 
     /// Whether a path is there: from the root, from the document's folder, or as the end of a path. Paths whose first folder
@@ -214,6 +228,7 @@ mod tests {
         );
         tree.add("crates/tracking/src/belief.rs", "pub struct Belief { turn_rate: f64 }  use tokio::sync::watch;");
         tree.add("docs/guide/targets.md", "");
+        tree.anchors.insert("docs/guide/targets.md".into(), anchors::anchors("## States\n"));
         tree
     }
 
@@ -264,6 +279,8 @@ mod tests {
         let link = |target: &str| tree().fault("docs/guide/targets.md", &Claim::Link(target.to_owned()));
         assert_eq!([link("../../crates"), link("targets.md#states"), link("https://a.b/c.md")], [None, None, None]);
         assert!(link("../papers/kcf.md").is_some());
+        assert_eq!(link("#states"), None);
+        assert!(link("#state").is_some() && link("targets.md#state").is_some());
     }
 
     #[test]

@@ -194,6 +194,7 @@ packages! {
     FRAMES = "peers-frames", "frames.txt";
     CLUSTER = "peers-ray", "ray.txt";
     API = "peers-api", "api.txt";
+    BOOK = "book-builder", "book.txt";
     WHEEL = "wheel-builder", "wheel.txt";
 }
 /// The wheel is tested in a virtual environment that is made anew each time.

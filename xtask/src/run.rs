@@ -51,7 +51,8 @@ pub fn workspace(subcommand: &str) -> Step {
 /// Builds the command, the extension of Python and the examples that checks start. The examples are named each time: with them the features are those
 /// that the tests were built with, and nothing is compiled twice.
 pub fn build_programs() -> Result<()> {
-    let examples = ["follow", "detect", "soak", "watch", "drive"].into_iter().flat_map(|name| ["--example", name]);
+    let examples =
+        ["follow", "detect", "soak", "watch", "drive", "tour"].into_iter().flat_map(|name| ["--example", name]);
     workspace("build").args(["--lib", "--bin", "pursuit"]).args(examples).run()
 }
 
@@ -89,6 +90,27 @@ impl Step {
         let status = self.0.status().with_context(|| format!("cannot start {:?}", self.0.get_program()))?;
         if !status.success() {
             bail!("`{}` failed ({status})", describe(&self.0));
+        }
+        Ok(())
+    }
+
+    /// In another folder than the workspace's.
+    pub fn in_folder(mut self, folder: &Path) -> Self {
+        self.0.current_dir(folder);
+        self
+    }
+
+    /// Runs it under a name; what it prints is shown only where it fails.
+    pub fn quietly(mut self, name: &str) -> Result<()> {
+        eprintln!("$ {name}");
+        let output = self.0.stdin(Stdio::null()).output().with_context(|| format!("cannot start {name}"))?;
+        if !output.status.success() {
+            bail!(
+                "{name} failed ({})\n{}{}",
+                output.status,
+                String::from_utf8_lossy(&output.stdout),
+                String::from_utf8_lossy(&output.stderr)
+            );
         }
         Ok(())
     }

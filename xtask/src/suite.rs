@@ -2,7 +2,8 @@
 
 use crate::needs::{self, Allowed, Need};
 use crate::{
-    api, browser, changed, features, fuzz, layers, licences, names, notices, peers, release, run, soak, wheel,
+    api, book, browser, changed, features, fuzz, layers, licences, names, notices, peers, release, run, snippets, soak,
+    wheel,
 };
 use anyhow::{Context, Result};
 use std::io::IsTerminal;
@@ -75,6 +76,8 @@ fn whole(fuzz_seconds: u32) -> Vec<Step> {
         Step::new("tests", || run::workspace("test").arg("--no-fail-fast").run())
             .wants([&needs::MOSQUITTO, &needs::NATS]),
         Step::new("release suite", release::test),
+        Step::new("snippets", snippets::check),
+        Step::skipping("book", book::build_or_skip).needs(book::NEEDS),
     ]);
     if cfg!(target_os = "linux") {
         steps.push(Step::new("soak", || soak::run(SOAK_SECONDS)));

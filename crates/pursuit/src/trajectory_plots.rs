@@ -2,6 +2,7 @@
 
 use crate::RunError;
 use pursuit_charts::{Axis, Chart, Color, Series};
+use pursuit_tracking::TrackState;
 use std::path::{Path, PathBuf};
 
 /// What is drawn of one target.
@@ -10,6 +11,28 @@ struct Curves {
     score: Vec<(f64, f64)>,
     /// For x, y, width, height: measured, predicted, estimate.
     quantities: [[Vec<(f64, f64)>; 3]; 4],
+    /// From when to when the target was not tracked, and in which state it was then.
+    spans: Vec<(f64, f64, String)>,
+}
+
+impl Curves {
+    /// Takes in what the target's state was at a time.
+    fn note(&mut self, time: f64, state: &str) {
+        match self.spans.last_mut() {
+            Some((_, to, last)) if to.is_infinite() && last == state => {}
+            Some((_, to, _)) if to.is_infinite() => {
+                *to = time;
+                self.begin(time, state);
+            }
+            _ => self.begin(time, state),
+        }
+    }
+
+    fn begin(&mut self, time: f64, state: &str) {
+        if state != TrackState::Tracking.as_str() {
+            self.spans.push((time, f64::INFINITY, state.to_owned()));
+        }
+    }
 }
 
 /// More points than this in one plot help nobody: longer runs are thinned evenly.
@@ -25,7 +48,7 @@ pub(crate) fn is_plot(file: &str) -> bool {
     NAMES.contains(&name) && target.parse::<u64>().is_ok()
 }
 
-/// Draws the plots of every target into `folder` and returns the files written.
+/// Draws the plots of every target, shaded where it was not tracked, into `folder` and returns the files written.
 ///
 /// # Errors
 /// When the trajectory cannot be read back or a plot cannot be written.
@@ -48,8 +71,13 @@ pub fn draw(trajectory: &Path, folder: &Path) -> Result<Vec<PathBuf>, RunError> 
 
 fn charts(curves: Curves) -> Vec<(&'static str, Chart)> {
     let [x, y, w, h] = curves.quantities;
+    let end = curves.score.last().map_or(0.0, |point| point.0);
+    let spans = curves.spans;
+    let shaded = |chart: Chart| {
+        spans.iter().fold(chart, |chart, (from, to, state)| chart.with_band(*from, to.min(end), state.as_str()))
+    };
     let chart = |title: &str, label: &str, [measured, predicted, estimate]: [Vec<(f64, f64)>; 3]| {
-        Chart::new(title, Axis::new("time (s)"), Axis::new(label))
+        shaded(Chart::new(title, Axis::new("time (s)"), Axis::new(label)))
             .with(Series::points("measured", Color::Measured, measured))
             .with(Series::dashed("predicted", Color::Predicted, predicted))
             .with(Series::line("estimate", Color::Estimate, estimate))
@@ -61,11 +89,11 @@ fn charts(curves: Curves) -> Vec<(&'static str, Chart)> {
         ("height", chart("Height", "height (px)", h)),
         (
             "score",
-            Chart::new(
+            shaded(Chart::new(
                 "Score: probability that the box is right",
                 Axis::new("time (s)"),
                 Axis::new("score").over(0.0, 1.0),
-            )
+            ))
             .with(Series::line("score", Color::Estimate, curves.score)),
         ),
     ]
@@ -90,6 +118,7 @@ fn read(trajectory: &Path) -> Result<Vec<(String, Curves)>, RunError> {
         });
         let (time, curves) = (number(1), &mut targets[at].1);
         curves.score.push((time, number(8)));
+        curves.note(time, row.get(3).unwrap_or_default());
         // Columns of x, y, w, h: measured, predicted, estimate (see `TRAJECTORY_COLUMNS`).
         for (kind, first) in [13, 9, 4].into_iter().enumerate() {
             let [left, top, w, h] = [0, 1, 2, 3].map(|i| number(first + i));
@@ -99,4 +128,22 @@ fn read(trajectory: &Path) -> Result<Vec<(String, Curves)>, RunError> {
         }
     }
     Ok(targets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_tracked_is_shaded() {
+        let mut curves = Curves::default();
+        for (k, state) in ["tracking", "unsure", "unsure", "occluded", "tracking", "lost"].into_iter().enumerate() {
+            curves.note(k as f64, state);
+        }
+        let span = |from, to, state: &str| (from, to, state.to_owned());
+        assert_eq!(
+            curves.spans,
+            [span(1.0, 3.0, "unsure"), span(3.0, 4.0, "occluded"), span(5.0, f64::INFINITY, "lost")]
+        );
+    }
 }

@@ -69,8 +69,9 @@ fn every_option_is_one_of_its_own() {
 /// README and all documents, with their texts.
 fn documents() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let folders = ["docs/guide", "docs/papers", "bindings/python", "apps/studio"];
-    let pages = folders.iter().flat_map(|f| std::fs::read_dir(root.join(f)).unwrap()).map(|e| e.unwrap().path());
+    let book = ["docs/book", "docs/book/first-hour", "docs/book/how", "examples"];
+    let folders = ["docs", "docs/guide", "docs/papers", "bindings/python", "apps/studio"].into_iter().chain(book);
+    let pages = folders.flat_map(|f| std::fs::read_dir(root.join(f)).unwrap()).map(|e| e.unwrap().path());
     let pages = pages.chain([root.join("README.md")]).filter(|p| p.extension().is_some_and(|e| e == "md"));
     pages.map(|p| (p.clone(), std::fs::read_to_string(p).unwrap())).collect()
 }
