@@ -18,7 +18,7 @@ mod parquet;
 mod predictions;
 mod text;
 
-pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
+pub use csv::{TRAJECTORY_COLUMNS, parse_trajectory, read_trajectory};
 pub use format::Format;
 pub(crate) use format::Lines;
 #[cfg(any(feature = "mcap", all(test, feature = "publish")))]
