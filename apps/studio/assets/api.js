@@ -11,7 +11,7 @@
  *   tracker: string, parameters: Record<string, any>, backward: { target: number, from: number, to: number, end: null|"met"|"lost"|"drawn"|"gone"|"stopped", goes_on?: boolean }|null,
  *   edits: { frame: number, what: string, target: number|null }[],
  *   speed: number|null, look: string, looks: string[], detector: { name: string, parameters: Record<string, any> }|null, proposals: number[][],
- *   seeking: { name: string, parameters: Record<string, any> }|null, revision: number, undo: string|null, redo: string|null, names?: Record<number, { name?: string, color?: string }>, folder?: string|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
+ *   seeking: { name: string, parameters: Record<string, any> }|null, beside?: { now: Now|null, step_ms: number }|null, revision: number, undo: string|null, redo: string|null, names?: Record<number, { name?: string, color?: string }>, folder?: string|null, version: number, versions: { number: number, why: string, tracker: string, frames: number }[],
  *   step_ms: number, viewers: number, read_only?: boolean, recorded: boolean, remark?: string|null,
  *   picture: { kind: "jpeg"|"h264"|"none", frame: number, time_s: number, key?: boolean, codec?: string,
  *     width?: number, height?: number } }} Facts

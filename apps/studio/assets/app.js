@@ -270,8 +270,11 @@ function versions(facts) {
 async function order(name, rest = {}) {
   if (state.trial === null) throw new Error("no source is open yet; name one at the top of the page");
   $("notice").hidden = true;
-  const told = call("POST", `/api/trials/${state.trial}/orders`, { order: name, ...rest });
-  accept((await Promise.all([told, comparison.obey(name, rest, state.facts)]))[0]);
+  // What is compared goes first: it is shown in the frame that this one comes to.
+  await comparison.obey(name, rest, state.facts);
+  accept(await call("POST", `/api/trials/${state.trial}/orders`, { order: name, ...rest }));
+  // The other one begins again with what this one has now.
+  if (comparison.trial !== null && (name === "undo" || name === "redo")) await setRival($("rival").value);
 }
 
 /** @param {import("./api.js").Facts} facts */
@@ -310,6 +313,7 @@ async function follow(act) {
   if (comparison.trial === null || frame === undefined) return;
   await comparison.order("seek", { frame });
   await act(comparison);
+  accept(await call("GET", `/api/trials/${state.trial}`));
 }
 
 /** @param {number} target */

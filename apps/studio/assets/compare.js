@@ -7,9 +7,6 @@ import { called } from "./names.js";
 
 /** @typedef {import("./api.js").Facts} Facts */
 
-/** How long a frame that the second has not followed yet is waited for before it is asked for again, in milliseconds. */
-const AGAIN_AFTER = 60;
-
 export class Comparison {
   /** @param {HTMLElement} place @param {Monitor} first the picture of the first */
   constructor(place, first) {
@@ -26,10 +23,6 @@ export class Comparison {
     this.difference = null;
     /** What the second trial calls the targets of the first. @type {Map<number, number>} */
     this.numbers = new Map();
-    /** Whether an answer is on its way. */
-    this.asking = false;
-    /** What was shown last of the first. @type {Facts|null} */
-    this.newest = null;
   }
 
   /**
@@ -51,8 +44,6 @@ export class Comparison {
         else await this.put(target, box);
       }
       if (first.now) await this.order("seek", { frame: first.now.frame });
-      // From now on the first waits for the second.
-      await call("POST", `/api/trials/${beside}/orders`, { order: "beside", trial });
     } catch (error) {
       await this.close();
       throw error;
@@ -68,7 +59,8 @@ export class Comparison {
     this.place.replaceChildren(title, stage, this.difference);
     this.place.hidden = false;
     this.monitor = new Monitor(canvas, null, () => {});
-    this.show(first);
+    // From now on the first waits for the second, and tells what that one has.
+    this.show(await call("POST", `/api/trials/${beside}/orders`, { order: "beside", trial }));
   }
 
   /** Follows one more target, which the first trial knows by this number. @param {number} target @param {number[]} box */
@@ -101,34 +93,15 @@ export class Comparison {
     else if (order === "seek") await this.order("seek", { frame: rest.frame });
   }
 
-  /** Shows what the second has in the frame that the first shows. @param {Facts} facts */
-  async show(facts) {
-    this.newest = facts;
-    if (this.trial === null || !this.monitor || this.asking) return;
-    this.asking = true;
-    try {
-      for (let shown = null; this.newest && shown !== this.newest && this.trial !== null;) {
-        shown = this.newest;
-        const now = shown.now;
-        if (!now) break;
-        const told = await call("GET", `/api/trials/${this.trial}/frame?frame=${now.frame}`);
-        if (told.now) this.present(shown, told);
-        else {
-          // It is not there yet.
-          await new Promise((done) => setTimeout(done, AGAIN_AFTER));
-          if (shown === this.newest) shown = null;
-        }
-      }
-    } catch { /* the trial was closed meanwhile */ } finally { this.asking = false; }
-  }
-
-  /** @param {Facts} first @param {{ now: import("./api.js").Now, step_ms: number }} other */
-  present(first, { now, step_ms }) {
+  /** Shows what the second has in the frame that the first shows. @param {Facts} first */
+  show(first) {
     const { monitor, difference } = this;
-    if (!monitor || !difference || !first.now || this.first.facts?.now?.frame !== now.frame) return;
+    if (!monitor || !difference || !first.now || !first.beside) return;
+    const { now, step_ms } = first.beside;
     monitor.background = this.first.background;
     monitor.selected = this.numbers.get(this.first.selected) ?? 0;
-    monitor.show({ ...first, now, proposals: [] }, null);
+    monitor.show({ ...first, now: now ?? { ...first.now, records: [] }, names: {}, proposals: [] }, null);
+    if (!now) { difference.textContent = `Frame ${first.now.frame} was not followed by ${this.tracker}.`; return; }
     const lines = first.now.records.map((r) => {
       const name = called(first, r.target);
       const box = now.records.find((o) => o.target === this.numbers.get(r.target))?.box;
@@ -141,7 +114,7 @@ export class Comparison {
 
   async close() {
     const { trial, beside } = this;
-    [this.trial, this.beside, this.monitor, this.difference, this.newest] = [null, null, null, null, null];
+    [this.trial, this.beside, this.monitor, this.difference] = [null, null, null, null];
     this.place.hidden = true;
     this.place.replaceChildren();
     if (beside !== null) await call("POST", `/api/trials/${beside}/orders`, { order: "beside", trial: null }).catch(() => {});

@@ -28,7 +28,7 @@ export class Runs {
     const [runs] = await Promise.all([call("GET", "/api/runs"), this.listTrials()]);
     list.replaceChildren(...runs.map((run) => {
       const row = button(run.path || ".", () => this.show(run.path).catch(this.fail));
-      const what = { tracking: `followed by ${run.tracker ?? "?"}${run.edited ? ", put right by hand" : ""}`, evaluation: "evaluation", reproduction: "reproduction of a paper" };
+      const what = { tracking: `followed by ${run.tracker ?? "?"}${run.edited ? " in the studio" : ""}`, evaluation: "evaluation", reproduction: "reproduction of a paper" };
       const when = run.written_ms === null ? "" : new Date(run.written_ms).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
       row.append(make("small", `${what[/** @type {"tracking"} */ (run.kind)]} · ${when}`));
       return row;

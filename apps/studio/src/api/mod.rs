@@ -35,7 +35,6 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/targets/{target}/label", put(trials::label))
         .route("/targets/{target}/identity", put(trials::identify))
         .route("/import", post(trials::import).layer(DefaultBodyLimit::max(LARGEST_IMPORT)))
-        .route("/frame", get(results::frame))
         .route("/parameters", put(trials::change))
         .route("/method", put(trials::method))
         .route("/detector", put(trials::detect))

@@ -55,15 +55,6 @@ pub(crate) async fn film(State(studio): State<Arc<Studio>>, Path(trial): Path<u6
     Ok((headers, bytes).into_response())
 }
 
-/// What is known of one frame; null of one that has not been followed.
-pub(crate) async fn frame(
-    State(studio): State<Arc<Studio>>,
-    Path(trial): Path<u64>,
-    Query(At { frame }): Query<At>,
-) -> Result<Json<Value>, Refusal> {
-    studio.trial(trial)?.row(frame).await.map(Json)
-}
-
 #[derive(Deserialize)]
 pub(crate) struct Part {
     /// The first frame wanted.

@@ -7,7 +7,7 @@ use crate::measuring::Bench;
 use crate::recording::Known;
 use crate::root::Root;
 use pursuit::media::{Locator, OpenOptions, SourceInfo};
-use pursuit::revise::{ChosenDetector, Edit, Input, Label, Version};
+use pursuit::revise::{ChosenDetector, Edit, Input, Label, Row, Trajectory, Version};
 use pursuit::toml::Table;
 use pursuit::{BBox, Frame, Remote};
 use serde_json::Value;
@@ -44,23 +44,71 @@ pub(crate) struct Setup {
     pub called: Option<String>,
 }
 
-/// How far a trial is, for another that waits for it.
+/// How far a trial is and what it knows, for another that waits for it and is shown beside it.
 #[derive(Default)]
 pub(crate) struct Progress {
     /// One more than the frame followed last; 0 before the first.
     followed: AtomicU64,
     running: AtomicBool,
+    /// Whether another trial waits for this one: for nobody, rows are not shared.
+    wanted: AtomicBool,
+    rows: Mutex<Rows>,
+}
+
+/// A trajectory as it was told last.
+#[derive(Default)]
+struct Rows {
+    revision: Option<u64>,
+    rows: Vec<Arc<Row>>,
+    step_ms: f64,
 }
 
 impl Progress {
-    pub fn tell(&self, head: Option<u64>, running: bool) {
-        self.followed.store(head.map_or(0, |head| head + 1), Ordering::Relaxed);
+    /// The trial is there now.
+    pub fn tell(&self, trajectory: &Trajectory, running: bool, step_ms: f64) {
+        if self.wanted.load(Ordering::Relaxed) {
+            self.share(trajectory, step_ms);
+        }
+        self.followed.store(trajectory.last().map_or(0, |row| row.frame + 1), Ordering::Release);
         self.running.store(running, Ordering::Relaxed);
+    }
+
+    /// From now on what is known is shared.
+    pub fn want(&self) {
+        self.wanted.store(true, Ordering::Relaxed);
+    }
+
+    /// Nothing more comes.
+    pub fn end(&self) {
+        self.running.store(false, Ordering::Relaxed);
+    }
+
+    pub fn is_running(&self) -> bool {
+        self.running.load(Ordering::Relaxed)
     }
 
     /// Whether it runs and has not come to this frame yet.
     pub fn is_behind(&self, frame: u64) -> bool {
-        self.running.load(Ordering::Relaxed) && self.followed.load(Ordering::Relaxed) <= frame
+        self.is_running() && self.followed.load(Ordering::Acquire) <= frame
+    }
+
+    /// What is known of this frame, and how long a frame takes, milliseconds.
+    pub fn row(&self, frame: u64) -> (Option<Arc<Row>>, f64) {
+        let shared = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = shared.rows.binary_search_by_key(&frame, |row| row.frame).ok();
+        (at.and_then(|at| shared.rows.get(at)).cloned(), shared.step_ms)
+    }
+
+    fn share(&self, trajectory: &Trajectory, step_ms: f64) {
+        let mut shared = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        if shared.revision != Some(trajectory.revision()) {
+            shared.rows = trajectory.rows().cloned().collect();
+        } else {
+            let last = shared.rows.last().map(|row| row.frame);
+            let new: Vec<_> = trajectory.rows().rev().take_while(|row| Some(row.frame) > last).cloned().collect();
+            shared.rows.extend(new.into_iter().rev());
+        }
+        (shared.revision, shared.step_ms) = (Some(trajectory.revision()), step_ms);
     }
 }
 
@@ -110,8 +158,6 @@ pub(crate) enum Message {
     Obey(Order, Answer),
     /// Hands out a version by its number, or the current one.
     Version(Option<u32>, oneshot::Sender<Result<Told, Refusal>>),
-    /// What is known of the frame of this number.
-    Row(u64, oneshot::Sender<Result<Value, Refusal>>),
     /// The frame of this number as JPEG.
     Picture(u64, oneshot::Sender<Result<Vec<u8>, Refusal>>),
     /// The frame that is shown.
@@ -220,14 +266,6 @@ impl Trial {
         }
     }
 
-    /// What is known of one frame.
-    pub async fn row(&self, frame: u64) -> Result<Value, Refusal> {
-        match &self.kind {
-            Kind::Own { messages, .. } => ask(messages, |answer| Message::Row(frame, answer)).await,
-            Kind::Job(_) => Err(read_only()),
-        }
-    }
-
     /// What it follows in, to be read once more.
     pub fn input(&self) -> Result<&Input, Refusal> {
         match &self.kind {
@@ -246,7 +284,7 @@ impl Trial {
 
     /// Whether it is following, or playing.
     pub fn is_running(&self) -> bool {
-        self.progress().is_some_and(|progress| progress.running.load(Ordering::Relaxed))
+        self.progress().is_some_and(|progress| progress.is_running())
     }
 
     /// Ends it, and waits until all that it knows is kept.

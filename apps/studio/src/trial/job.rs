@@ -149,6 +149,7 @@ impl Job {
             "proposals": [],
             "seeking": null,
             "backward": null,
+            "beside": null,
             "recorded": false,
             "revision": 0,
             "undo": null,

@@ -200,16 +200,23 @@ fn one_trial_waits_for_the_other_and_is_never_ahead() {
         studio.ok("POST", &format!("{trial}/orders"), &json!({ "order": "speed", "times": null }));
         studio.order(trial, "start");
     }
-    let head = |trial: &str| studio.get(trial).json()["head"].as_u64().unwrap();
-    while studio.get(&fast).json()["phase"] == "running" {
-        // Asked first, the one that waits is never ahead of the other, asked later.
-        let (own, other) = (head(&fast), head(&slow));
-        assert!(own <= other, "{own} ahead of {other}");
-        let told = studio.get(&format!("{slow}/frame?frame={own}")).json();
-        assert_eq!(told["now"]["frame"], own, "what is shown beside is of the same frame");
+    loop {
+        let facts = studio.get(&fast).json();
+        // What is shown beside is of the same frame, so the one that waits is never ahead.
+        assert_eq!(facts["beside"]["now"]["frame"], facts["now"]["frame"], "{facts}");
+        if facts["phase"] == "ended" {
+            break;
+        }
+        assert_eq!(facts["phase"], "running");
+        std::thread::sleep(Duration::from_millis(5));
     }
-    assert_eq!(head(&fast), 89);
-    assert_eq!(studio.get(&format!("{slow}/frame?frame=4000")).json()["now"], json!(null));
+    let facts = seek(&studio, &fast, 30);
+    assert_eq!(
+        (&facts["beside"]["now"]["frame"], &facts["beside"]["now"]["records"][0]["target"]),
+        (&json!(30), &json!(1))
+    );
+    let facts = studio.ok("POST", &format!("{fast}/orders"), &beside(json!(null)));
+    assert_eq!(facts["beside"], json!(null));
 }
 
 #[test]

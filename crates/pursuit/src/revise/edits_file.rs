@@ -146,33 +146,3 @@ impl From<Written> for Edit {
         Self { frame, kind }
     }
 }
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test may panic")]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn edits_are_read_back_as_they_were_written() {
-        let bbox = BBox::from_ltwh(1.25, 0.1 + 0.2, 30.0, 40.5);
-        let kinds = [
-            EditKind::Add { target: 1, bbox },
-            EditKind::Correct { target: 1, bbox, backward: true },
-            EditKind::Change { parameters: "[motion]\nmodel = 'imm'\nnoise = 0.25".parse().unwrap() },
-            EditKind::Remove { target: 1 },
-        ];
-        let revised = Revised {
-            edits: (0..).step_by(7).zip(kinds).map(|(frame, kind)| Edit { frame, kind }).collect(),
-            backward: vec![(1, 3, 7)],
-            labels: [(1, Label { name: Some("queen".to_owned()), color: None })].into(),
-            last_target: 3,
-        };
-        let folder = tempfile::tempdir().unwrap();
-        assert_eq!(Revised::read(folder.path()).unwrap(), None);
-        std::fs::write(folder.path().join(EDITS), revised.to_json().unwrap()).unwrap();
-        assert_eq!(Revised::read(folder.path()).unwrap(), Some(revised));
-        std::fs::write(folder.path().join(EDITS), "{\"edits\": [{}]}").unwrap();
-        let error = Revised::read(folder.path()).unwrap_err().to_string();
-        assert!(error.contains(EDITS), "{error}");
-    }
-}

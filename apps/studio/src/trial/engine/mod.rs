@@ -138,7 +138,7 @@ impl Engine {
     pub fn run(mut self, inbox: &Receiver<Message>) {
         self.obey_all(inbox);
         self.keep_at_last();
-        self.progress.tell(None, false);
+        self.progress.end();
     }
 
     fn obey_all(&mut self, inbox: &Receiver<Message>) {
@@ -158,7 +158,6 @@ impl Engine {
                 Some(Message::Obey(order, answer)) => self.answer(order, answer),
                 Some(Message::Version(number, answer)) => drop(answer.send(self.version(number))),
                 Some(Message::Picture(frame, answer)) => drop(answer.send(self.picture(frame))),
-                Some(Message::Row(frame, answer)) => drop(answer.send(Ok(self.row(frame)))),
                 Some(Message::Shown(answer)) => drop(answer.send(Ok(self.shown.clone()))),
                 // Both are to be looked at in the same frame: the other one goes first.
                 None if self.is_ahead() => self.due = Instant::now() + WAIT,
@@ -171,7 +170,7 @@ impl Engine {
                     }
                 }
             }
-            self.progress.tell(self.trajectory.last().map(|row| row.frame), self.phase == Phase::Running);
+            self.progress.tell(&self.trajectory, self.phase == Phase::Running, self.step_ms);
         }
     }
 
@@ -308,7 +307,12 @@ impl Engine {
                 self.identify(&Identity::Split { target, at, new })?;
             }
             Order::Swap(targets, frames) => self.identify(&Identity::Swap { targets, frames })?,
-            Order::Beside(other) => self.beside = other,
+            Order::Beside(other) => {
+                if let Some(other) = &other {
+                    other.want();
+                }
+                self.beside = other;
+            }
             Order::Tell => {}
         }
         Ok(())

@@ -22,12 +22,6 @@ impl Engine {
         Ok(Told { version, info: self.follower.info().clone(), edits: self.follower.edits().to_vec() })
     }
 
-    /// What is known of one frame; null of one that was not followed.
-    pub(super) fn row(&self, frame: u64) -> Value {
-        let row = self.trajectory.at(frame).filter(|row| row.frame == frame);
-        json!({ "now": row.map(|row| report::row(row, self.follower.info())), "step_ms": self.step_ms })
-    }
-
     pub(super) fn picture(&mut self, frame: u64) -> Result<Vec<u8>, Refusal> {
         if self.follower.info().frame_count.is_some_and(|n| frame >= n) {
             return Err(Refusal::missing("there is no such frame"));
@@ -74,6 +68,10 @@ impl Engine {
         let (detector, proposals) = self.proposals();
         let [undo, redo] = self.history.names();
         let kept = self.keeping.as_ref().and_then(|keeping| keeping.folder());
+        let beside = self.beside.as_ref().map(|other| {
+            let (row, step_ms) = other.row(self.shown.index());
+            json!({ "now": row.map(|row| report::row(&row, info)), "step_ms": step_ms })
+        });
         json!({
             "phase": self.phase,
             "message": self.message,
@@ -92,6 +90,7 @@ impl Engine {
             "proposals": proposals,
             "seeking": self.follower.seeking().map(|s| json!({ "name": s.name(), "parameters": s.values() })),
             "backward": self.way_back(),
+            "beside": beside,
             "recorded": self.recorded.as_ref().is_some_and(|recorded| recorded.from_folder),
             "revision": self.trajectory.revision(),
             "undo": undo,
