@@ -1,19 +1,22 @@
 // The page: what the user does becomes calls, what comes back is shown.
 
-import { call } from "./api.js";
+import { allRows, call } from "./api.js";
 import { Comparison } from "./compare.js";
 import { Detecting } from "./detecting.js";
 import { listen } from "./keyboard.js";
+import { Files } from "./files.js";
 import { Live } from "./live.js";
 import { Measuring } from "./measuring.js";
 import { LAYERS, Monitor } from "./monitor.js";
-import { Parameters } from "./parameters.js";
+import { called } from "./names.js";
+import { Panels } from "./panels.js";
+import { Parameters, fileWanted } from "./parameters.js";
 import { Runs } from "./runs.js";
 import { Sources } from "./source.js";
 import { Targets } from "./targets.js";
 import { Timeline } from "./timeline.js";
 import { freeze, outlook } from "./watching.js";
-import { advice } from "./words.js";
+import { advice, begunHere } from "./words.js";
 
 /** @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -24,8 +27,8 @@ const AGAIN_AFTER = 1500;
 const PHASES = { ready: "ready", running: "running", paused: "paused", stopped: "stopped", ended: "the end is reached", failed: "failed" };
 
 /** @type {{ trackers: any[], info: any, trial: number|null, source: string, facts: import("./api.js").Facts|null, live: Live|null,
- *   selected: number, nudged: number[]|null, shownVersion: string }} */
-const state = { trackers: [], info: null, trial: null, source: "", facts: null, live: null, selected: 0, nudged: null, shownVersion: "" };
+ *   selected: number, nudged: number[]|null, adding: boolean, drawn: boolean, shownVersion: string, revision: number }} */
+const state = { trackers: [], info: null, trial: null, source: "", facts: null, live: null, selected: 0, nudged: null, adding: false, drawn: false, shownVersion: "", revision: -1 };
 /** When a source was opened last. */
 let opened = -Infinity;
 /** Things happen in the order they were asked for. */
@@ -44,22 +47,28 @@ function fail(error) {
 }
 
 /** @param {string} text */
-function say(text) { $("status").textContent = text; }
+function say(text) { $("status").textContent = $("status").title = text; }
 
-const monitor = new Monitor($("picture"), (box) => then(() => take(box)), choose);
-const measuring = new Measuring({ $, monitor, then, fail, seek: (frame) => then(() => order("seek", { frame })) });
-const targets = new Targets($("rows"), $("no-targets"), choose, (target) => then(() => removeTarget(target)));
+const monitor = new Monitor($("picture"), (box, more) => then(() => take(box, more)), choose);
+const panels = new Panels($);
+const measuring = new Measuring({ $, monitor, panels, then, fail, seek: (frame) => then(() => order("seek", { frame })) });
+const targets = new Targets({ body: $("rows"), none: $("no-targets"), chips: $("chips"), detail: $("detail") }, choose, (target) => then(() => removeTarget(target)));
 const timeline = new Timeline($("line"), (frame) => then(() => order("seek", { frame })));
-const parameters = new Parameters($("schema"), $("filter"), (key, value) => then(() => change({ [key]: value })));
+const parameters = new Parameters($("schema"), $("filter"), (key, value) => then(() => (pending() ? method($("tracker").value, { [key]: value }) : change({ [key]: value }))));
 const detecting = new Detecting({ select: $("detector"), place: $("detector-schema"), filter: $("filter"), snap: $("snap"), label: $("snap-label") },
   (detector, parameters) => then(() => detect(detector, parameters)));
-const comparison = new Comparison($("comparison"), fail, () => { comparison.tell(state.facts); });
-new Runs({ button: $("runs"), dialog: $("results"), list: $("run-list"), detail: $("run-detail"), close: $("close-runs") }, (tracker, source, frame, judged) => then(async () => {
+const files = new Files({ $, state, known: () => timeline.targets, then, fail, say, accept });
+const comparison = new Comparison($("comparison"), monitor);
+new Runs({ button: $("runs"), dialog: $("results"), trials: $("open-trials"), list: $("folders"), detail: $("run-detail"), close: $("close-runs") }, (tracker, source, frame, judged) => then(async () => {
   if (entry(tracker)) { $("tracker").value = tracker; describe(tracker); }
   await open(source);
   monitor.judged = judged;
   await order("seek", { frame });
-}), (run) => then(() => open(run, { run })), fail);
+}), (run) => then(() => open(run, { run })), {
+  own: () => state.trial,
+  look: (trial, source) => then(async () => { await leave(false); await enter(trial, source); }),
+  shut: async (trial) => { if (trial === state.trial) { await leave(); empty(); } else await call("DELETE", `/api/trials/${trial}`); },
+}, fail);
 const sources = new Sources({ input: $("source"), list: $("sources"), browse: $("browse"), files: $("files"), upload: $("upload"), file: $("file") },
   (source) => then(() => open(source)), fail, say);
 
@@ -67,9 +76,14 @@ const sources = new Sources({ input: $("source"), list: $("sources"), browse: $(
 async function open(source, what) {
   if (!source.trim() && !what) return;
   $("notice").hidden = true;
+  const before = $("status").textContent;
   say(`Opening ${source} …`);
+  const wished = $("tracker").value;
+  // One that waits for a file takes over once that is named.
+  const waits = what ? null : fileWanted(entry(wished), {});
   try {
-    const answer = await call("POST", "/api/trials", what ?? { source, tracker: $("tracker").value, parameters: motionWanted(), ...detecting.atOnce(source) });
+    const tracker = waits ? state.info.default_tracker : wished;
+    const answer = await call("POST", "/api/trials", what ?? { source, tracker, parameters: motionWanted(), ...detecting.atOnce(source) });
     source = answer.source ?? source;
     await leave();
     monitor.judged = null;
@@ -82,14 +96,39 @@ async function open(source, what) {
     await measuring.opened(answer.trial);
     await setSpeed();
     if (detector) await detect(detector, detecting.changes);
+    if (waits) { $("tracker").value = wished; describe(wished); ask(wished, waits); }
+    // What comes next is done in the picture.
+    if (!$("drawer").contains(document.activeElement)) $("picture").focus({ preventScroll: true });
   } catch (error) {
-    say(state.facts ? "" : "No source is open.");
+    // What is shown is still the one before.
+    say(before);
     throw error;
   }
 }
 
+/** Whether a tracker is chosen that waits for a file before it can follow. */
+const pending = () => state.trial !== null && state.facts !== null && $("tracker").value !== state.facts.tracker;
+
+/** Takes another tracker, once it has what it needs. @param {string} tracker @param {Record<string, any>} [changes] */
+async function method(tracker, changes = {}) {
+  if (ask(tracker, fileWanted(entry(tracker), changes)) || state.trial === null) return;
+  accept(await call("PUT", `/api/trials/${state.trial}/method`, { tracker, parameters: changes }));
+}
+
+/** Says where the file is named that something cannot do without, and leads there; whether there is one. @param {string|null} who @param {string|null} field @param {string} [prefix] of the field's id */
+function ask(who, field, prefix = "p") {
+  $("wanted").hidden = field === null;
+  if (field === null) return false;
+  $("wanted").textContent = `“${who}” needs a file with its network. Name it below, in the field “${field}”: a file below the folder that the studio was started with.`;
+  panels.show("settings");
+  $("parameters").open = true;
+  $(`${prefix}-${field}`)?.focus();
+  return true;
+}
+
 /** @param {string|null} detector @param {Record<string, any>} parameters */
 async function detect(detector, parameters) {
+  if (ask(detector, detecting.wants, "d")) return;
   if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/detector`, { detector, parameters }));
 }
 
@@ -99,13 +138,34 @@ function motionWanted() {
   return $("motion").value && $("motion").value !== default_model ? { motion: { model: $("motion").value } } : {};
 }
 
-async function leave() {
+/** Shows nothing any more. */
+function empty() {
+  sessionStorage.removeItem("trial");
+  $("empty").hidden = false;
+  $("exports").hidden = $("label").hidden = true;
+  $("connection").dataset.state = "none";
+  monitor.clear();
+  tell("");
+  say("No source is open.");
+}
+
+/** Shows a trial that is open already. @param {number} trial @param {string} source */
+async function enter(trial, source) {
+  Object.assign(state, { trial, source, selected: 0 });
+  sessionStorage.setItem("trial", JSON.stringify({ trial, source }));
+  accept(await call("GET", `/api/trials/${trial}`));
+  await watch();
+  await measuring.opened(trial);
+}
+
+/** @param {boolean} [shut] whether what was shown is closed */
+async function leave(shut = true) {
   await setRival("");
   state.live?.close();
   const old = state.trial;
-  Object.assign(state, { trial: null, facts: null, live: null, selected: 0, nudged: null });
+  Object.assign(state, { trial: null, facts: null, live: null, selected: 0, nudged: null, adding: false });
   timeline.rows = [];
-  if (old !== null) await call("DELETE", `/api/trials/${old}`).catch(() => {});
+  if (old !== null && shut) await call("DELETE", `/api/trials/${old}`).catch(() => {});
 }
 
 async function watch() {
@@ -114,10 +174,19 @@ async function watch() {
     const words = { connecting: "connecting …", live: "live", lost: "connection lost, trying again …", over: "this trial is over", ended: "the run is over" };
     $("connection").dataset.state = how === "over" ? "lost" : how === "ended" ? "over" : how === "connecting" && $("connection").dataset.state === "lost" ? "lost" : how;
     $("connection").textContent = words[how];
-    // What is no longer there need not be closed.
-    if (how === "over") state.trial = null;
-    if (how === "over") fail(new Error("The studio was started again, or the trial was closed. Open the source once more."));
+    if (how === "over") then(again);
   });
+}
+
+/** The studio was started again, or the trial was closed since nobody looked at it: what was done in it is in its folder. */
+async function again() {
+  // What is no longer there need not be closed.
+  state.trial = null;
+  const { folder } = state.facts ?? {};
+  const frame = state.facts?.now?.frame;
+  if (!folder) { await open(state.source); return; }
+  await open(folder, { run: folder });
+  if (frame !== undefined) await order("seek", { frame });
 }
 
 /** @param {import("./api.js").Facts} facts @param {ImageBitmap|VideoFrame|null} picture */
@@ -131,7 +200,7 @@ function show(facts, picture) {
     $("tracker").value = facts.tracker;
     describe(facts.tracker);
   }
-  parameters.fill(facts.parameters);
+  if (!pending()) parameters.fill(facts.parameters);
   detecting.show(facts);
   monitor.offer($("look"), facts);
   const model = facts.parameters.motion?.model;
@@ -139,80 +208,97 @@ function show(facts, picture) {
   if (state.selected && !facts.targets.includes(state.selected)) state.selected = 0;
   monitor.selected = state.selected;
   monitor.show(facts, picture);
-  targets.show(facts.now, state.selected);
+  targets.show(facts, state.selected);
   timeline.show(facts);
   measuring.show(facts);
-  comparison.tell(facts);
+  comparison.show(facts);
   const { input, now } = facts;
-  const frames = input.frame_count ? ` of ${input.frame_count}` : "";
-  say(`${state.source || input.name} · ${input.width} × ${input.height} · frame ${now?.frame ?? "–"}${frames} · ${(now?.time_s ?? 0).toFixed(2)} s · ${
-    PHASES[/** @type {"ready"} */ (facts.phase)]} · ${facts.step_ms.toFixed(1)} ms a step${facts.remark ? ` · ${facts.remark}` : ""}`);
+  const frames = input.frame_count ? ` of ${input.about ? "about " : ""}${input.frame_count}` : "";
+  say(`${state.source || input.name} · frame ${now?.frame ?? "–"}${frames} · ${(now?.time_s ?? 0).toFixed(2)} s · ${
+    PHASES[/** @type {"ready"} */ (facts.phase)]} · ${input.width} × ${input.height} · ${facts.step_ms.toFixed(1)} ms a frame${facts.remark ? ` · ${facts.remark}` : ""}`);
   if (facts.message && facts.message !== before?.message) fail(new Error(facts.message));
   if (now && document.activeElement !== $("seek")) $("seek").value = now.frame;
   hint();
   buttons(facts);
   versions(facts);
+  files.show(facts, state.selected);
 }
 
 /** @param {import("./api.js").Facts} facts */
 function buttons(facts) {
   const running = facts.phase === "running";
-  const useless = { start: running, pause: !running, stop: facts.phase === "ready" || facts.phase === "stopped", back: facts.now?.frame === facts.first,
-    step: facts.phase === "ended" && facts.now?.frame === facts.head };
+  const useless = { stop: facts.phase === "ready" || facts.phase === "stopped", back: facts.now?.frame === facts.first,
+    step: facts.phase === "ended" && facts.now?.frame === facts.head, undo: !facts.undo && !measuring.active, redo: !facts.redo && !measuring.active };
   for (const [id, off] of Object.entries(useless)) $(id).setAttribute("aria-disabled", String(off));
+  $("undo").title = facts.undo ? `Ctrl+Z: undo “${facts.undo}”` : "Ctrl+Z";
+  $("redo").title = facts.redo ? `Ctrl+Shift+Z: redo “${facts.redo}”` : "Ctrl+Shift+Z";
+  // One of the two, in the same place.
+  const focused = document.activeElement === $("start") || document.activeElement === $("pause");
+  [$("start").hidden, $("pause").hidden] = [running, !running];
+  if (focused) $(running ? "pause" : "start").focus();
+  $("add").setAttribute("aria-pressed", String(state.adding));
 }
 
 function hint() {
   const { facts } = state;
-  if (!facts) return;
+  // What is said of a box that is being moved stands until it is taken.
+  if (!facts || state.nudged) return;
   $("backward-label").hidden = facts.input.live || facts.read_only === true || state.info?.picking || !facts.targets.length;
-  $("hint").textContent = facts.read_only ? outlook(facts) : advice(facts, state.selected, state.info?.picking === true);
+  tell(facts.read_only ? outlook(facts) : advice(facts, { selected: state.selected, picking: state.info?.picking === true, adding: state.adding }));
 }
+
+/** @param {string} text */
+function tell(text) { $("hint").textContent = $("hint").title = text; }
 
 /** @param {import("./api.js").Facts} facts */
 function versions(facts) {
+  if (facts.revision !== state.revision) {
+    // What the time line has may not be so any more.
+    state.revision = facts.revision;
+    timeline.rows = [];
+  }
   const key = JSON.stringify([facts.version, facts.versions.map((v) => v.number), state.trial]);
   if (key !== state.shownVersion) {
     state.shownVersion = key;
     const old = facts.versions.map((v) => new Option(`${v.number}: ${v.tracker}, until ${v.why}`, String(v.number)));
     $("version").replaceChildren(new Option(`${facts.version}: now`, ""), ...old.reverse());
-    // What was followed after a correction is followed again.
-    timeline.rows = [];
-    links();
+    files.links(state.trial);
   }
-}
-
-function links() {
-  const version = $("version").value ? `&version=${$("version").value}` : "";
-  for (const format of ["table", "csv", "mot", "coco", "cvat"]) $(format).href = `/api/trials/${state.trial}/trajectory?format=${format}${version}`;
 }
 
 /** @param {string} name @param {Record<string, any>} [rest] */
 async function order(name, rest = {}) {
-  if (state.trial === null) throw new Error("no source is open yet; name one under “Source”");
+  if (state.trial === null) throw new Error("no source is open yet; name one at the top of the page");
   $("notice").hidden = true;
-  const both = [call("POST", `/api/trials/${state.trial}/orders`, { order: name, ...rest })];
-  if (comparison.trial !== null) both.push(comparison.order(name, rest));
-  const [facts] = await Promise.all(both);
-  accept(facts);
+  // What is compared goes first: it is shown in the frame that this one comes to.
+  await comparison.obey(name, rest, state.facts);
+  accept(await call("POST", `/api/trials/${state.trial}/orders`, { order: name, ...rest }));
+  // The other one begins again with what this one has now.
+  if (comparison.trial !== null && (name === "undo" || name === "redo")) await setRival($("rival").value);
 }
 
 /** @param {import("./api.js").Facts} facts */
 function accept(facts) { if (facts) show(facts, null); }
 
-/** A box was drawn: a correction of the chosen target, else one more. @param {number[]} box */
-async function take(box) {
-  if (state.trial === null) return;
+/** A box was drawn: of the chosen target, of the one that was begun just now and not followed yet, or one more.
+ * @param {number[]} box @param {boolean} [more] whether it is one more in any case */
+async function take(box, more = false) {
+  if (state.trial === null || !state.facts) return;
   $("notice").hidden = true;
-  const target = state.selected;
+  const adding = more || state.adding;
+  const begun = begunHere(state.facts);
+  const target = adding ? 0 : state.selected || begun;
+  state.adding = false;
   const path = `/api/trials/${state.trial}/targets`;
-  const facts = await (target ? call("PUT", `${path}/${target}`, { box, backward: $("backward").checked && !$("backward-label").hidden }) : call("POST", path, { box }));
+  const backward = target !== begun && $("backward").checked && !$("backward-label").hidden;
+  if (target && target !== begun) tell(`Putting target ${called(state.facts, target)} right …`);
+  const facts = await (target ? call("PUT", `${path}/${target}`, { box, backward }) : call("POST", path, { box }));
   accept(facts);
-  if (comparison.trial !== null) await (target ? comparison.put(target, box) : comparison.add(Math.max(...facts.targets), box));
+  await follow((rival) => (target ? rival.put(target, box) : rival.add(Math.max(...facts.targets), box)));
   if (state.info.picking) {
     state.live?.close();
     $("connection").dataset.state = "none";
-    $("hint").textContent = "The box was taken. The command goes on in the terminal; this page can be closed.";
+    tell("The box was taken. The command goes on in the terminal; this page can be closed.");
     say($("hint").textContent);
     sessionStorage.removeItem("trial");
     state.trial = null;
@@ -221,10 +307,19 @@ async function take(box) {
   await refresh();
 }
 
+/** What is done here is done in the trial that it is compared with, in the same frame. @param {(rival: Comparison) => Promise<any>} act */
+async function follow(act) {
+  const frame = state.facts?.now?.frame;
+  if (comparison.trial === null || frame === undefined) return;
+  await comparison.order("seek", { frame });
+  await act(comparison);
+  accept(await call("GET", `/api/trials/${state.trial}`));
+}
+
 /** @param {number} target */
 async function removeTarget(target) {
   accept(await call("DELETE", `/api/trials/${state.trial}/targets/${target}`));
-  if (comparison.trial !== null) await comparison.remove(target);
+  await follow((rival) => rival.remove(target));
 }
 
 /** @param {number} target */
@@ -241,7 +336,7 @@ async function change(changes) {
   try {
     accept(await call("PUT", `/api/trials/${state.trial}/parameters`, changes));
   } finally {
-    if (state.facts) parameters.fill(state.facts.parameters);
+    if (state.facts && !pending()) parameters.fill(state.facts.parameters);
   }
 }
 
@@ -272,24 +367,13 @@ async function setRival(tracker) {
   document.querySelector("main")?.classList.toggle("compared", tracker !== "");
   timeline.rival = [];
   if (!tracker) { await comparison.close(); return; }
-  if (!state.facts) throw new Error("open a source first, then compare");
+  if (!state.facts || state.trial === null) throw new Error("open a source first, then compare");
   if (state.facts.input.live) throw new Error("a live source cannot be seen twice; compare on a file");
   await order("pause");
   const rows = await allRows(state.trial, 0);
   const boxes = state.facts.edits.filter((e) => e.what === "add" || e.what === "correct").map(({ frame, what, target }) => ({ frame, what,
     target: target ?? 0, box: rows.find((r) => r[0] === frame)?.[2].find((r) => r[0] === target)?.[3] ?? [] })).filter(({ box }) => box.length === 4);
-  await comparison.open(state.source, tracker, state.facts, boxes);
-}
-
-/** @param {number|null} trial @param {number} from @returns {Promise<import("./timeline.js").Row[]>} */
-async function allRows(trial, from) {
-  const rows = [];
-  for (let next = from; next !== null;) {
-    const part = await call("GET", `/api/trials/${trial}/rows?from=${next}`);
-    rows.push(...part.rows);
-    next = part.next;
-  }
-  return rows;
+  await comparison.open(state.trial, state.source, tracker, state.facts, boxes);
 }
 
 let refreshing = false;
@@ -299,11 +383,11 @@ async function refresh() {
   if (trial === null || refreshing || !state.facts) return;
   refreshing = true;
   try {
-    const version = state.shownVersion;
+    const { revision } = state;
     const last = timeline.rows.at(-1)?.[0] ?? -1;
     // The newest row may have been edited.
     const fresh = await allRows(trial, Math.max(last, 0));
-    if (trial === state.trial && version === state.shownVersion) {
+    if (trial === state.trial && revision === state.revision) {
       const first = state.facts.first ?? 0;
       timeline.rows = [...timeline.rows.filter((r) => r[0] >= first && r[0] < (fresh[0]?.[0] ?? Infinity)), ...fresh];
       if (comparison.trial !== null) timeline.rival = await allRows(comparison.trial, 0);
@@ -327,27 +411,37 @@ function wire() {
   const changed = (id, act) => $(id).addEventListener("change", () => { const { value } = $(id); then(() => act(value)); });
   changed("tracker", async (tracker) => {
     describe(tracker);
-    if (state.trial !== null) accept(await call("PUT", `/api/trials/${state.trial}/method`, { tracker }));
+    await method(tracker);
   });
   changed("motion", (model) => change({ "motion.model": model }));
   $("speed").addEventListener("change", () => then(setSpeed));
-  for (const name of ["start", "pause", "step", "back", "stop"]) {
+  for (const name of ["start", "pause", "step", "back", "stop", "undo", "redo"]) {
     // A run that goes on to a frame far ahead is not waited for.
     const now = name === "pause" || name === "stop" ? (/** @type {() => Promise<any>} */ act) => act().catch(fail) : then;
     $(name).addEventListener("click", () => now(async () => {
       // A source that was named and not yet opened is opened first.
       if (now === then) await openNamed(false);
+      if (measuring.turnBack(name)) return;
+      if ($(name).getAttribute("aria-disabled") === "true" && (name === "undo" || name === "redo")) return;
       if (name === "back" && state.facts?.now?.frame === state.facts?.first) return;
       await order(name);
     }));
   }
+  $("add").addEventListener("click", () => {
+    state.adding = !state.adding;
+    if (state.facts) show(state.facts, null);
+    if (state.adding) $("picture").focus({ preventScroll: true });
+  });
   changed("seek", (frame) => order("seek", { frame: Math.max(0, Math.round(Number(frame) || 0)) }));
   $("quantity").addEventListener("change", () => { timeline.quantity = $("quantity").value; timeline.draw(); });
   changed("rival", (rival) => setRival(rival).catch((error) => { $("rival").value = ""; document.querySelector("main")?.classList.remove("compared"); throw error; }));
-  $("version").addEventListener("change", links);
+  $("version").addEventListener("change", () => files.links(state.trial));
   for (const [id, times] of /** @type {[string, number][]} */ ([["zoom-in", 1.5], ["zoom-out", 1 / 1.5], ["zoom-fit", 0]])) $(id).addEventListener("click", () => monitor.enlarge(times));
   changed("look", (at) => order("look", { at }));
   $("snap").addEventListener("change", () => { monitor.snap = $("snap").checked; });
+  panels.changed = (now, before) => {
+    if (now === "measure" || before === "measure") then(() => measuring.toggle());
+  };
   for (const layer of LAYERS.filter((l) => l.label)) {
     const label = document.createElement("label");
     const box = document.createElement("input");
@@ -359,7 +453,7 @@ function wire() {
     label.append(box, swatch, layer.label);
     $("layers").append(label);
   }
-  listen({ state, monitor, measuring, hint: $("hint"), order, then, fail, take, remove: removeTarget, choose });
+  listen({ state, monitor, measuring, panels, tell, order, then, fail, take, remove: removeTarget, choose });
   addEventListener("resize", () => monitor.draw());
   setInterval(() => { if (state.facts?.phase === "running" || timeline.rows.at(-1)?.[0] !== state.facts?.head) refresh(); }, ROWS_EVERY);
 }
@@ -379,6 +473,7 @@ async function begin() {
   describe(info.default_tracker);
   if (info.read_only) {
     freeze($, [monitor, targets, timeline, parameters]);
+    panels.show("targets");
     Object.assign(state, { trial: info.trials[0] });
     accept(await call("GET", `/api/trials/${state.trial}`));
     await watch();
@@ -394,10 +489,7 @@ async function begin() {
   // After the page was loaded again, what was open still is.
   const kept = JSON.parse(sessionStorage.getItem("trial") ?? "null");
   if (kept && info.trials.includes(kept.trial)) {
-    Object.assign(state, { trial: kept.trial, source: kept.source });
-    await watch();
-    accept(await call("GET", `/api/trials/${kept.trial}`));
-    await measuring.opened(kept.trial);
+    await enter(kept.trial, kept.source);
   } else if (info.input) {
     $("source").value = info.input;
     await open(info.input);

@@ -1,22 +1,22 @@
-// Two methods on the same input, in step: what the first is told, the second is told too.
+// Two methods on the same input, at the same moment: the second is shown in the frame that the first shows.
 
 import { call } from "./api.js";
 import { overlap } from "./detecting.js";
-import { Live } from "./live.js";
 import { Monitor } from "./monitor.js";
+import { called } from "./names.js";
+
+/** @typedef {import("./api.js").Facts} Facts */
 
 export class Comparison {
-  /** @param {HTMLElement} place @param {(error: unknown) => void} fail @param {() => void} changed */
-  constructor(place, fail, changed) {
+  /** @param {HTMLElement} place @param {Monitor} first the picture of the first */
+  constructor(place, first) {
     this.place = place;
-    this.fail = fail;
-    this.changed = changed;
+    this.first = first;
+    this.tracker = "";
     /** @type {number|null} */
     this.trial = null;
-    /** @type {Live|null} */
-    this.live = null;
-    /** @type {import("./api.js").Facts|null} */
-    this.facts = null;
+    /** Whom it is compared with. @type {number|null} */
+    this.beside = null;
     /** @type {Monitor|null} */
     this.monitor = null;
     /** @type {HTMLElement|null} */
@@ -27,16 +27,17 @@ export class Comparison {
 
   /**
    * Opens a second trial on the same source, with the same boxes.
-   * @param {string} source @param {string} tracker @param {import("./api.js").Facts} first @param {{ frame: number, what: string, target: number, box: number[] }[]} boxes
+   * @param {number} beside @param {string} source @param {string} tracker @param {Facts} first @param {{ frame: number, what: string, target: number, box: number[] }[]} boxes
    */
-  async open(source, tracker, first, boxes) {
+  async open(beside, source, tracker, first, boxes) {
     await this.close();
-    const { trial } = await call("POST", "/api/trials", { source, tracker, detector: first.seeking?.name, detector_parameters: first.seeking?.parameters });
-    this.trial = trial;
+    const { trial } = await call("POST", "/api/trials", { source, tracker, detector: first.seeking?.name, detector_parameters: first.seeking?.parameters, kept: false });
+    [this.trial, this.beside, this.tracker] = [trial, beside, tracker];
     try {
       this.numbers.clear();
       // What a detector finds is the first target of both.
       if (first.seeking) this.numbers.set(1, 1);
+      await this.order("speed", { times: null });
       for (const { frame, what, target, box } of boxes) {
         await this.order("seek", { frame });
         if (what === "add") await this.add(target, box);
@@ -55,15 +56,11 @@ export class Comparison {
     canvas.setAttribute("aria-label", `Picture with ${tracker}`);
     stage.append(canvas);
     this.difference = document.createElement("p");
-    this.difference.className = "quiet";
     this.place.replaceChildren(title, stage, this.difference);
     this.place.hidden = false;
-    this.monitor = new Monitor(canvas, /** @type {any} */ (null), () => {});
-    this.live = new Live(trial, (facts, picture) => {
-      this.facts = facts;
-      this.monitor?.show(facts, picture);
-      this.changed();
-    }, () => {});
+    this.monitor = new Monitor(canvas, null, () => {});
+    // From now on the first waits for the second, and tells what that one has.
+    this.show(await call("POST", `/api/trials/${beside}/orders`, { order: "beside", trial }));
   }
 
   /** Follows one more target, which the first trial knows by this number. @param {number} target @param {number[]} box */
@@ -88,31 +85,39 @@ export class Comparison {
     await call("POST", `/api/trials/${this.trial}/orders`, { order, ...rest });
   }
 
-  /** How far both are apart in the frame that both show. @param {import("./api.js").Facts|null} first */
-  tell(first) {
-    if (!this.difference || !this.facts?.now || !first?.now) return;
-    const [a, b] = [first.now, this.facts.now];
-    if (a.frame !== b.frame) { this.difference.textContent = `Frame ${b.frame}; the other is at ${a.frame}.`; return; }
-    const lines = a.records.map((r) => {
-      const other = b.records.find((o) => o.target === this.numbers.get(r.target));
-      if (!r.box || !other?.box) return `Target ${r.target}: only one of them has it.`;
-      const [p, q] = [r.box, other.box];
-      const apart = Math.hypot(p[0] + p[2] / 2 - q[0] - q[2] / 2, p[1] + p[3] / 2 - q[1] - q[3] / 2);
-      return `Target ${r.target}: centres ${apart.toFixed(1)} px apart, overlap ${overlap(p, q).toFixed(2)}.`;
+  /** What the first was told, as far as it is meant for both: the second is at the same frame, or ahead. @param {string} order @param {Record<string, any>} rest @param {Facts|null} first */
+  async obey(order, rest, first) {
+    const frame = first?.now?.frame ?? 0;
+    if (order === "start" || order === "pause" || order === "stop") await this.order(order === "stop" ? "pause" : order);
+    else if (order === "step") await this.order("seek", { frame: frame + 1 });
+    else if (order === "seek") await this.order("seek", { frame: rest.frame });
+  }
+
+  /** Shows what the second has in the frame that the first shows. @param {Facts} first */
+  show(first) {
+    const { monitor, difference } = this;
+    if (!monitor || !difference || !first.now || !first.beside) return;
+    const { now, step_ms } = first.beside;
+    monitor.background = this.first.background;
+    monitor.selected = this.numbers.get(this.first.selected) ?? 0;
+    monitor.show({ ...first, now: now ?? { ...first.now, records: [] }, names: {}, proposals: [] }, null);
+    if (!now) { difference.textContent = `Frame ${first.now.frame} was not followed by ${this.tracker}.`; return; }
+    const lines = first.now.records.map((r) => {
+      const name = called(first, r.target);
+      const box = now.records.find((o) => o.target === this.numbers.get(r.target))?.box;
+      if (!r.box || !box) return `Target ${name}: only one of them has it.`;
+      const apart = Math.hypot(r.box[0] + r.box[2] / 2 - box[0] - box[2] / 2, r.box[1] + r.box[3] / 2 - box[1] - box[3] / 2);
+      return `Target ${name}: centres ${apart.toFixed(1)} px apart, overlap ${overlap(r.box, box).toFixed(2)}.`;
     });
-    this.difference.textContent = `Frame ${a.frame}. ${lines.join(" ")} ${first.tracker}: ${first.step_ms.toFixed(1)} ms a step, ${this.facts.tracker}: ${this.facts.step_ms.toFixed(1)} ms.`;
+    difference.textContent = `Frame ${now.frame}. ${lines.join(" ")} ${first.tracker}: ${first.step_ms.toFixed(1)} ms a frame, ${this.tracker}: ${step_ms.toFixed(1)} ms.`;
   }
 
   async close() {
-    this.live?.close();
-    const trial = this.trial;
-    this.live = null;
-    this.trial = null;
-    this.facts = null;
-    this.monitor = null;
-    this.difference = null;
+    const { trial, beside } = this;
+    [this.trial, this.beside, this.monitor, this.difference] = [null, null, null, null];
     this.place.hidden = true;
     this.place.replaceChildren();
+    if (beside !== null) await call("POST", `/api/trials/${beside}/orders`, { order: "beside", trial: null }).catch(() => {});
     if (trial !== null) await call("DELETE", `/api/trials/${trial}`).catch(() => {});
   }
 }

@@ -1,6 +1,6 @@
 // A detector shows boxes to begin from in the frame shown; without any box, Start lets it find the target.
 
-import { Parameters } from "./parameters.js";
+import { Parameters, fileWanted } from "./parameters.js";
 
 /** @typedef {import("./api.js").Facts} Facts */
 
@@ -34,6 +34,9 @@ export class Detecting {
     });
   }
 
+  /** The parameter of a file that the chosen one cannot do without. */
+  get wants() { return fileWanted(this.detectors.find((d) => d.name === this.name), this.changes); }
+
   get name() { return this.parts.select.value || null; }
 
   /** @param {any[]} detectors as the registry has them */
@@ -44,7 +47,7 @@ export class Detecting {
 
   /** What a source is opened with: a live one is searched from its first frame on. @param {string} source */
   atOnce(source) {
-    return this.name && /^(camera:|rtsps?:)/.test(source) ? { detector: this.name, detector_parameters: this.changes } : {};
+    return this.name && !this.wants && /^(camera:|rtsps?:)/.test(source) ? { detector: this.name, detector_parameters: this.changes } : {};
   }
 
   describe() {

@@ -146,6 +146,7 @@ export class Marks {
     const { factor, left, top } = this.monitor.place;
     const source = this.monitor.canvas;
     c?.drawImage(source, left * ratio, top * ratio, source.width * factor * ratio, source.height * factor * ratio);
+    c?.drawImage(this.monitor.over, 0, 0);
     c?.drawImage(this.canvas, 0, 0);
     return new Promise((done) => all.toBlob(done, "image/png"));
   }

@@ -11,7 +11,7 @@ import { Spots } from "./spots.js";
  * @typedef {[number, number]} XY
  * @typedef {import("./marks.js").Handle} Handle
  * @typedef {"stick"|"plane"|"origin"|"toward"} Tool
- * @typedef {{ $: (id: string) => any, monitor: import("./monitor.js").Monitor, then: (act: () => Promise<any>) => any, seek: (frame: number) => void,
+ * @typedef {{ $: (id: string) => any, monitor: import("./monitor.js").Monitor, panels: import("./panels.js").Panels, then: (act: () => Promise<any>) => any, seek: (frame: number) => void,
  *   fail: (error: unknown) => void }} Page */
 
 /** Fields of the panel and what they are in the model. */
@@ -53,11 +53,10 @@ export class Measuring {
     this.wire($);
   }
 
-  get active() { return this.page.$("measure-open").getAttribute("aria-pressed") === "true"; }
+  get active() { return this.page.panels.shown === "measure"; }
 
   /** @param {Page["$"]} $ */
   wire($) {
-    $("measure-open").addEventListener("click", () => this.page.then(() => this.toggle()));
     for (const [id, key] of Object.entries({ ...FIELDS, ...SWITCHES })) {
       $(`m-${id}`).addEventListener("change", () => this.change((m) => {
         const field = $(`m-${id}`);
@@ -65,8 +64,8 @@ export class Measuring {
       }));
     }
     for (const tool of TOOLS) $(`click-${tool}`).addEventListener("click", () => this.take(this.tool === tool ? null : tool));
-    $("undo").addEventListener("click", () => this.turn(this.past, this.future));
-    $("redo").addEventListener("click", () => this.turn(this.future, this.past));
+    $("measure-undo").addEventListener("click", () => this.turn(this.past, this.future));
+    $("measure-redo").addEventListener("click", () => this.turn(this.future, this.past));
     $("no-axes").addEventListener("click", () => this.change((m) => { [m.origin, m.toward, m.angle] = [null, null, ""]; }));
     $("lens-file").addEventListener("click", () => $("m-camera").click());
     $("no-lens").addEventListener("click", () => this.change((m) => { m.camera = null; }));
@@ -88,18 +87,21 @@ export class Measuring {
     $("png").addEventListener("click", () => this.marks.picture().then((picture) => { if (picture) save(picture, "measure-picture.png"); }));
   }
 
-  /** Shows the panel, or gives its place back. */
+  /** The panel was opened or closed. */
   async toggle() {
     const { $, monitor } = this.page;
-    const active = !this.active;
-    $("measure-open").setAttribute("aria-pressed", String(active));
-    document.querySelector("main")?.classList.toggle("measuring", active);
-    for (const id of ["measure", "plots"]) $(id).hidden = !active;
-    for (const id of ["parameters", "targets"]) $(id).hidden = active;
+    $("plots").hidden = !this.active;
     this.take(null);
-    this.marks.model = active ? this.model : null;
+    this.marks.model = this.active ? this.model : null;
     monitor.draw();
-    if (active) await this.load();
+    if (this.active) await this.load();
+  }
+
+  /** While it is measured, undo and redo are of the ruler. @param {string} order @returns {boolean} whether it is dealt with */
+  turnBack(order) {
+    if (!this.active || (order !== "undo" && order !== "redo")) return false;
+    if (order === "undo") this.turn(this.past, this.future); else this.turn(this.future, this.past);
+    return true;
   }
 
   /** Another trial is looked at. @param {number|null} trial */
@@ -160,8 +162,8 @@ export class Measuring {
     for (const part of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#measure [data-of]"))) part.hidden = !part.dataset.of?.split(" ").includes(ruler);
     $("lens-facts").textContent = camera ? `${camera.picture.join(" × ")}, focal ${camera.focal.map((/** @type {number} */ f) => f.toFixed(0)).join(", ")} px` : "";
     $("no-lens").hidden = !camera;
-    $("undo").disabled = !this.past.length;
-    $("redo").disabled = !this.future.length;
+    $("measure-undo").disabled = !this.past.length;
+    $("measure-redo").disabled = !this.future.length;
     this.spots.show(this.model);
     if (this.active) this.marks.model = this.model;
     this.marks.draw();
@@ -340,10 +342,8 @@ export class Measuring {
   key(event) {
     if (!this.active) return false;
     if (event.ctrlKey || event.metaKey) {
-      const acts = { z: () => this.turn(this.past, this.future), y: () => this.turn(this.future, this.past) };
-      const act = acts[/** @type {"z"} */ (event.key.toLowerCase())];
-      act?.();
-      return act !== undefined;
+      const order = { z: event.shiftKey ? "redo" : "undo", y: "redo" }[event.key.toLowerCase()];
+      return order !== undefined && this.turnBack(order);
     }
     const cross = this.marks.cross;
     if (this.tool === null || document.activeElement !== this.page.monitor.canvas) return false;
@@ -367,7 +367,7 @@ export class Measuring {
 const now = (facts) => `${facts.version} ${facts.head} ${facts.edits.length} ${facts.targets}`;
 
 /** @param {Blob} blob @param {string} name */
-function save(blob, name) {
+export function save(blob, name) {
   const link = document.createElement("a");
   [link.href, link.download] = [URL.createObjectURL(blob), name];
   link.click();

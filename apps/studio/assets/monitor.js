@@ -1,6 +1,7 @@
 // The picture with what is known drawn on it, and boxes that are dragged.
 
 import { proposalAt, snapped } from "./detecting.js";
+import { called, colorOf } from "./names.js";
 
 /** @typedef {import("./api.js").Facts} Facts */
 
@@ -10,12 +11,12 @@ export const LAYERS = [
   { name: "measured", label: "Measured", color: "#009e73", dash: [], on: true },
   { name: "predicted", label: "Predicted", color: "#ff5a36", dash: [6, 3], on: true },
   { name: "trail", label: "Trail", color: "#f0e442", dash: [], on: true },
-  { name: "search", label: "Search region", color: "#56b4e9", dash: [2, 4], on: false },
-  { name: "covariance", label: "Covariance", color: "#cc79a7", dash: [], on: true },
+  { name: "search", label: "Searched region", color: "#56b4e9", dash: [2, 4], on: false },
+  { name: "covariance", label: "Uncertainty", color: "#cc79a7", dash: [], on: true },
   { name: "truth", label: "Truth", color: "#e69f00", dash: [8, 4], on: true },
   { name: "judged", label: "", color: "#7fd6c2", dash: [1, 3], on: true },
   { name: "proposals", label: "Detected", color: "#c8b6ff", dash: [3, 2], on: true },
-  { name: "words", label: "State and score", color: "", dash: [], on: true },
+  { name: "words", label: "Names", color: "", dash: [], on: true },
 ];
 /** The words' colour by state, and the estimated box's dash. */
 const WORDS = { tracking: "#8fd0ff", unsure: "#f0a8d4", occluded: "#ffc04d", lost: "#ff9a6b" };
@@ -26,18 +27,27 @@ const TRAIL = 90;
 const CLICK = 3;
 /** Two standard deviations of a Gaussian in the plane hold 86 % of it. */
 const SIGMAS = 2;
+/** Small pictures are enlarged by this much at most to fill the page. */
+const MOST_FITTED = 6;
 
 export class Monitor {
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {(box: number[]) => void} picked called with left, top, width, height in pixels of the input
+   * @param {((box: number[], more: boolean) => void)|null} picked called with left, top, width, height in pixels of the input, and whether
+   *   it is one more target in any case; null where nothing can be picked
    * @param {(target: number) => void} chosen
    */
   constructor(canvas, picked, chosen) {
     this.canvas = canvas;
     this.picked = picked;
     this.chosen = chosen;
-    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    this.picture = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    /** What is known is drawn over the picture as sharp as the screen is. */
+    this.over = document.createElement("canvas");
+    this.over.className = "over";
+    this.over.setAttribute("aria-hidden", "true");
+    canvas.after(this.over);
+    this.context = /** @type {CanvasRenderingContext2D} */ (this.over.getContext("2d"));
     this.layers = Object.fromEntries(LAYERS.map((l) => [l.name, l.on]));
     /** @type {Facts|null} */
     this.facts = null;
@@ -50,6 +60,10 @@ export class Monitor {
     this.selected = 0;
     /** Where the pointer is that moves the picture. @type {number[]|null} */
     this.held = null;
+    /** Fingers on the picture: two of them move and enlarge it. @type {Map<number, { x: number, y: number }>} */
+    this.fingers = new Map();
+    /** The target under the pointer. */
+    this.hovered = 0;
     /** What an evaluation says of one frame. @type {import("./runs.js").Judged|null} */
     this.judged = null;
     /** Whether nothing can be changed: then a drag draws nothing. */
@@ -78,27 +92,34 @@ export class Monitor {
     this.canvas.addEventListener("pointerdown", (event) => {
       if (!this.facts || event.button > 1) return;
       this.canvas.setPointerCapture(event.pointerId);
-      this.canvas.focus();
-      if (event.button === 1) { event.preventDefault(); this.held = [event.clientX, event.clientY]; return; }
+      this.canvas.focus({ preventScroll: true });
+      if (event.pointerType === "touch") {
+        this.fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+        if (this.fingers.size > 1) { this.from = this.draft = null; this.tool?.leave(); return; }
+      }
+      if (event.button === 1 || event.ctrlKey || event.metaKey) { event.preventDefault(); this.held = [event.clientX, event.clientY]; return; }
       if (this.tool?.down(this.at(event), event)) return;
       this.from = this.at(event);
       this.draft = null;
     });
     this.canvas.addEventListener("pointermove", (event) => {
+      if (this.fingers.size > 1) { this.pinch(event); return; }
       if (this.held) {
-        const [x, y] = [event.clientX - this.held[0], event.clientY - this.held[1]];
+        this.move(event.clientX - this.held[0], event.clientY - this.held[1]);
         this.held = [event.clientX, event.clientY];
-        [this.zoom.x, this.zoom.y] = [this.zoom.x - x / this.place.factor, this.zoom.y - y / this.place.factor];
-        this.fit();
         return;
       }
       if (this.tool?.move(this.at(event))) return;
+      if (!this.from) this.hover(this.under(this.at(event)));
       if (!this.from || this.frozen) return;
       this.draft = this.meant(between(this.from, this.at(event)), event);
       this.draw();
     });
-    this.canvas.addEventListener("pointerleave", () => this.tool?.leave());
+    this.canvas.addEventListener("pointerleave", () => { this.tool?.leave(); this.hover(0); });
     this.canvas.addEventListener("pointerup", (event) => {
+      // The last finger of two draws nothing.
+      if (this.fingers.size > 1) { this.fingers.delete(event.pointerId); return; }
+      this.fingers.delete(event.pointerId);
       if (this.held) { this.held = null; return; }
       if (this.tool?.up(this.at(event), event)) return;
       if (!this.from) return;
@@ -106,32 +127,58 @@ export class Monitor {
       const to = this.at(event);
       this.from = null;
       this.draft = null;
-      if (box[2] >= CLICK && box[3] >= CLICK) { if (!this.frozen) this.picked(box); }
+      if (box[2] >= CLICK && box[3] >= CLICK) { if (!this.frozen) this.picked?.(box, event.shiftKey); }
       else {
         // A click on a box of the detector's takes it: for the chosen target, or where no target is.
         const under = this.under(to), proposal = this.frozen || !this.layers.proposals ? null : proposalAt(this.facts, to);
-        if (proposal && (this.selected ? under !== this.selected : under === 0)) this.picked(proposal);
+        if (proposal && (this.selected ? under !== this.selected : under === 0)) this.picked?.(proposal, event.shiftKey || !this.selected);
         else this.chosen(under);
       }
       this.draw();
     });
-    this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = this.held = null; this.draw(); });
+    this.canvas.addEventListener("pointercancel", () => { this.from = this.draft = this.held = null; this.fingers.clear(); this.draw(); });
   }
 
-  /** Makes the picture as large as there is room, small ones up to three times their size, and as much larger as it is zoomed. */
+  /** Moves the picture by pixels of the screen. @param {number} x @param {number} y */
+  move(x, y) {
+    [this.zoom.x, this.zoom.y] = [this.zoom.x - x / this.place.factor, this.zoom.y - y / this.place.factor];
+    this.fit();
+  }
+
+  /** Two fingers move the picture with their middle, and enlarge it as they go apart. @param {PointerEvent} event */
+  pinch(event) {
+    const span = () => {
+      const [a, b] = [...this.fingers.values()];
+      return { apart: Math.hypot(a.x - b.x, a.y - b.y), clientX: (a.x + b.x) / 2, clientY: (a.y + b.y) / 2 };
+    };
+    const before = span();
+    this.fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    const now = span();
+    this.move(now.clientX - before.clientX, now.clientY - before.clientY);
+    this.enlarge(now.apart / Math.max(before.apart, 1), this.at(now));
+  }
+
+  /** @param {number} target */
+  hover(target) {
+    if (target === this.hovered) return;
+    this.hovered = target;
+    this.draw();
+  }
+
+  /** Makes the picture as large as there is room, and as much larger as it is zoomed. */
   fit() {
     const room = this.canvas.parentElement;
     if (!room?.clientWidth || !room.clientHeight) return;
     const { width, height } = this.canvas;
     const [wide, high] = [room.clientWidth, room.clientHeight];
-    const factor = Math.min(wide / width, high / height, 3) * this.zoom.times;
+    const factor = Math.min(wide / width, high / height, MOST_FITTED) * this.zoom.times;
     // No further than that the picture's edge is at the stage's.
     const held = (/** @type {number} */ at, /** @type {number} */ side, /** @type {number} */ room) =>
       (side * factor <= room ? side / 2 : Math.min(Math.max(at, room / factor / 2), side - room / factor / 2));
     [this.zoom.x, this.zoom.y] = [held(this.zoom.x, width, wide), held(this.zoom.y, height, high)];
     this.place = { factor, left: wide / 2 - this.zoom.x * factor, top: high / 2 - this.zoom.y * factor };
     Object.assign(this.canvas.style, { width: `${width * factor}px`, height: `${height * factor}px`, left: `${this.place.left}px`, top: `${this.place.top}px` });
-    this.canvas.classList.toggle("enlarged", factor > 3);
+    this.canvas.classList.toggle("enlarged", this.zoom.times > 1 && factor > 3);
     this.draw();
   }
 
@@ -144,7 +191,7 @@ export class Monitor {
     this.fit();
   }
 
-  /** @param {MouseEvent} event @returns {{ x: number, y: number }} in pixels of the input, inside the picture */
+  /** @param {{ clientX: number, clientY: number }} event @returns {{ x: number, y: number }} in pixels of the input, inside the picture */
   at(event) {
     const place = this.canvas.getBoundingClientRect();
     const inside = (/** @type {number} */ v, /** @type {number} */ most) => Math.min(Math.max(v, 0), most);
@@ -187,6 +234,12 @@ export class Monitor {
     this.draw();
   }
 
+  /** Shows nothing any more. */
+  clear() {
+    this.facts = this.background = null;
+    this.draw();
+  }
+
   /** Ways to look at a frame, as far as its source has them. @param {HTMLSelectElement} select @param {Facts} facts */
   offer(select, facts) {
     const words = { picture: "picture", depth: "depth, near red, far blue", foreground: "what moves" };
@@ -198,14 +251,20 @@ export class Monitor {
   }
 
   draw() {
-    const c = this.context;
-    c.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (this.background) c.drawImage(this.background, 0, 0);
+    this.picture.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    if (this.background) this.picture.drawImage(this.background, 0, 0);
+    const ratio = window.devicePixelRatio || 1;
+    const size = [this.over.clientWidth, this.over.clientHeight].map((side) => Math.round(side * ratio));
+    if (this.over.width !== size[0] || this.over.height !== size[1]) [this.over.width, this.over.height] = size;
+    const { factor, left, top } = this.place;
+    this.context.setTransform(1, 0, 0, 1, 0, 0);
+    this.context.clearRect(0, 0, size[0], size[1]);
+    // In pixels of the picture; lines are as thick on the screen whatever its size.
+    this.context.setTransform(ratio * factor, 0, 0, ratio * factor, ratio * left, ratio * top);
+    const unit = 1 / factor;
     this.drawn();
     const now = this.facts?.now;
     if (!now || !this.facts) return;
-    // Lines are as thick on the screen whatever the size of the picture.
-    const unit = Math.max(this.canvas.width / (this.canvas.clientWidth || this.canvas.width), .5);
     if (this.layers.truth && now.truth) this.box(now.truth, "truth", unit);
     if (this.judged?.frame === now.frame) {
       if (this.judged.box) this.box(this.judged.box, "judged", unit, [], true);
@@ -218,7 +277,8 @@ export class Monitor {
       if (this.layers.search && record.searched) this.box(record.searched, "search", unit);
       const believed = record.state !== "lost";
       // Below the others, which are thinner: where all agree, each can be seen.
-      if (this.layers.estimated) this.box(record.box, "estimated", unit, DASHES[/** @type {"lost"} */ (record.state)] ?? [], record.target === this.selected);
+      const several = now.records.length > 1 || this.facts.names?.[record.target]?.color;
+      if (this.layers.estimated) this.box(record.box, "estimated", unit, DASHES[/** @type {"lost"} */ (record.state)] ?? [], record.target === this.selected, several ? colorOf(this.facts, record.target) : undefined);
       if (this.layers.predicted && record.predicted && believed) this.box(record.predicted, "predicted", unit);
       if (this.layers.measured && record.measured && believed) this.box(record.measured, "measured", unit);
       if (this.layers.covariance && record.covariance && believed) this.ellipse(record.box, record.covariance, unit);
@@ -227,10 +287,10 @@ export class Monitor {
     if (this.draft) this.box(this.draft, "estimated", unit, [5, 3], true);
   }
 
-  /** @param {number[]} box @param {string} layer @param {number} unit @param {number[]} [dash] @param {boolean} [strong] */
-  box([l, t, w, h], layer, unit, dash, strong = false) {
+  /** @param {number[]} box @param {string} layer @param {number} unit @param {number[]} [dash] @param {boolean} [strong] @param {string} [color] */
+  box([l, t, w, h], layer, unit, dash, strong = false, color = undefined) {
     const look = /** @type {typeof LAYERS[0]} */ (LAYERS.find((one) => one.name === layer));
-    this.stroke(look.color, unit, dash?.length ? dash : look.dash, strong ? 5 : layer === "estimated" ? 3.4 : 1.5, () => this.context.rect(l, t, w, h));
+    this.stroke(color ?? look.color, unit, dash?.length ? dash : look.dash, strong ? 5 : layer === "estimated" ? 3.4 : 1.5, () => this.context.rect(l, t, w, h));
   }
 
   /** A line with a dark edge, which shows on every ground.
@@ -262,11 +322,14 @@ export class Monitor {
     this.stroke("#cc79a7", unit, [], 1.4, () => this.context.ellipse(l + w / 2, t + h / 2, Math.max(a, .5), Math.max(b, .5), angle, 0, 2 * Math.PI));
   }
 
-  /** @param {import("./api.js").TargetRecord} record @param {number} unit */
+  /** What a target is called; its state where that is not the best; all of the chosen one and of the one under the pointer. So labels hide little.
+   * @param {import("./api.js").TargetRecord} record @param {number} unit */
   words(record, unit) {
     const [c, size] = [this.context, 13 * unit];
     const [l, t, , h] = /** @type {number[]} */ (record.box);
-    const text = `${record.target} ${record.state} ${(record.score ?? 0).toFixed(2)}`;
+    const whole = record.target === this.selected || record.target === this.hovered;
+    const name = called(this.facts, record.target);
+    const text = whole ? `${name} ${record.state} ${(record.score ?? 0).toFixed(2)}` : record.state === "tracking" ? name : `${name} ${record.state}`;
     c.font = `600 ${size}px system-ui, "DejaVu Sans", sans-serif`;
     const wide = c.measureText(text).width + size * .6;
     const x = Math.min(Math.max(l, 0), Math.max(this.canvas.width - wide, 0));

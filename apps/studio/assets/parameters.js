@@ -206,6 +206,14 @@ export function flatten(values, path = "") {
   return flat;
 }
 
+/** The file that something of the registry cannot do without and that nobody has named yet: its parameter. @param {any} entry @param {Record<string, any>} changes what differs from the defaults
+ * @returns {string|null} */
+export function fileWanted(entry, changes) {
+  if (!entry?.needs_file) return null;
+  const files = entry.parameters.filter((/** @type {Parameter} */ p) => p.type === "file");
+  return files.some((/** @type {Parameter} */ p) => changes[p.name] || p.default) ? null : files[0]?.name ?? null;
+}
+
 /** @param {string} tag @param {string} [text] */
 function make(tag, text) {
   const element = document.createElement(tag);

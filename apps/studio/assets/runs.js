@@ -6,15 +6,17 @@ import { call } from "./api.js";
 
 export class Runs {
   /**
-   * @param {{ button: HTMLElement, dialog: HTMLDialogElement, list: HTMLElement, detail: HTMLElement, close: HTMLElement }} parts
+   * @param {{ button: HTMLElement, dialog: HTMLDialogElement, trials: HTMLElement, list: HTMLElement, detail: HTMLElement, close: HTMLElement }} parts
    * @param {(tracker: string, source: string, frame: number, judged: Judged) => void} look opens a source and goes to a frame of it
    * @param {(folder: string) => void} take opens a run of a tracker
+   * @param {{ own: () => number|null, look: (trial: number, source: string) => void, shut: (trial: number) => Promise<any> }} trials the one that is shown here, and what is done with others
    * @param {(error: unknown) => void} fail
    */
-  constructor(parts, look, take, fail) {
+  constructor(parts, look, take, trials, fail) {
     this.parts = parts;
     this.look = look;
     this.take = take;
+    this.trials = trials;
     this.fail = (/** @type {unknown} */ error) => { this.parts.dialog.close(); fail(error); };
     parts.button.addEventListener("click", () => this.open().catch(this.fail));
     parts.close.addEventListener("click", () => parts.dialog.close());
@@ -22,15 +24,35 @@ export class Runs {
 
   async open() {
     const { dialog, list, detail } = this.parts;
-    /** @type {{ path: string, kind: string }[]} */
-    const runs = await call("GET", "/api/runs");
+    /** @type {[{ path: string, kind: string, written_ms: number|null, tracker: string|null, edited: boolean }[], any]} */
+    const [runs] = await Promise.all([call("GET", "/api/runs"), this.listTrials()]);
     list.replaceChildren(...runs.map((run) => {
       const row = button(run.path || ".", () => this.show(run.path).catch(this.fail));
-      row.append(make("small", run.kind));
+      const what = { tracking: `followed by ${run.tracker ?? "?"}${run.edited ? " in the studio" : ""}`, evaluation: "evaluation", reproduction: "reproduction of a paper" };
+      const when = run.written_ms === null ? "" : new Date(run.written_ms).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+      row.append(make("small", `${what[/** @type {"tracking"} */ (run.kind)]} · ${when}`));
       return row;
     }));
-    detail.replaceChildren(make("p", runs.length ? "Choose a run." : "There are no results of “pursuit track”, “eval” or “reproduce” below the root.", "quiet"));
+    detail.replaceChildren(make("p", runs.length ? "Choose a run. What you follow here is kept by itself, and stands in this list." : "Nothing was followed, evaluated or reproduced below this folder yet. What you follow here is kept by itself, and will stand in this list.", "quiet"));
     if (!dialog.open) dialog.showModal();
+  }
+
+  /** What is open in this studio, in whatever tab. */
+  async listTrials() {
+    /** @type {{ trials: { trial: number, source: string, viewers: number, facts: any }[] }} */
+    const { trials } = await call("GET", "/api/trials");
+    const rows = trials.map(({ trial, source, viewers, facts }) => {
+      const row = make("div", "", "open-trial");
+      const own = trial === this.trials.own();
+      const look = button(source, () => { this.parts.dialog.close(); if (!own) this.trials.look(trial, source); });
+      const looked = own ? "shown here" : viewers ? "shown in another tab" : "nobody looks at it";
+      look.append(make("small", `${facts?.tracker ?? ""}, frame ${facts?.frame ?? 0}, ${looked}`));
+      const shut = button("Close", () => this.trials.shut(trial).then(() => this.open()).catch(this.fail));
+      shut.setAttribute("aria-label", `Close ${source}`);
+      row.append(look, shut);
+      return row;
+    });
+    this.parts.trials.replaceChildren(...(rows.length ? [make("h3", "Open now"), ...rows, make("h3", "Kept")] : []));
   }
 
   /** @param {string} folder */

@@ -6,8 +6,9 @@
 const COLORS = { tracking: "--tracking", unsure: "--unsure", occluded: "--occluded", lost: "--lost" };
 /** Share of the band's height that each state has: told apart without colours. */
 const TALL = { tracking: 1, unsure: .8, occluded: .6, lost: .35 };
-/** Height of the band that shows a target's state, and of the corrections' marks, in pixels. */
-const BAND = 7, MARKS = 12;
+/** Height of the band that shows a target's state, of all bands together, and of the corrections' marks, in pixels: the curve keeps its place
+ * whatever the number of targets. */
+const BAND = 7, BANDS = 22, MARKS = 10;
 
 export class Timeline {
   /** @param {HTMLCanvasElement} canvas @param {(frame: number) => void} seek */
@@ -20,6 +21,8 @@ export class Timeline {
     this.rival = [];
     /** @type {import("./api.js").Facts|null} */
     this.facts = null;
+    /** All targets that there are in any frame. @type {number[]} */
+    this.targets = [];
     this.quantity = "score";
     /** Whether nothing can be changed: then a click goes nowhere. */
     this.frozen = false;
@@ -69,19 +72,19 @@ export class Timeline {
     if (!this.facts) return;
     const [first, last] = this.range();
     const x = (/** @type {number} */ frame) => (frame - first) / (last - first) * (wide - 2) + 1;
-    const targets = [...new Set(this.rows.flatMap(([, , records]) => records.map((r) => r[0])))].sort((a, b) => a - b);
-    const bands = Math.min(targets.length, 6) * (BAND + 2);
-    const [top, bottom] = [MARKS + 2, high - bands - 16];
+    const targets = this.targets = [...new Set(this.rows.flatMap(([, , records]) => records.map((r) => r[0])))].sort((a, b) => a - b);
+    const each = Math.min(BAND + 2, BANDS / Math.max(targets.length, 1));
+    const [top, bottom] = [MARKS + 2, high - targets.length * each - 15];
     this.grid(c, ink, first, last, x, bottom, high);
     const [low, most] = this.extent();
     const y = (/** @type {number} */ v) => bottom - (v - low) / (most - low || 1) * (bottom - top);
     c.fillStyle = ink("--quiet");
     c.font = "11px system-ui, \"DejaVu Sans\", sans-serif";
-    c.fillText(label(most), 4, top + 9);
-    c.fillText(label(low), 4, bottom - 2);
+    c.fillText(label(most), 4, top + 8);
+    c.fillText(label(low), 4, bottom - 1);
     this.curves(c, this.rival, x, y, () => ink("--quiet"), [4, 3]);
     this.curves(c, this.rows, x, y, (state) => ink(COLORS[/** @type {"lost"} */ (state)] ?? "--ink"), []);
-    targets.slice(0, 6).forEach((target, i) => this.band(c, target, bottom + 3 + i * (BAND + 2), x, ink));
+    targets.forEach((target, i) => this.band(c, target, bottom + 3 + i * each, Math.max(each - 2, 1), x, ink));
     c.fillStyle = ink("--edit");
     for (const edit of this.facts.edits) {
       const at = x(edit.frame);
@@ -107,7 +110,9 @@ export class Timeline {
       c.fillStyle = ink("--edge");
       c.fillRect(x(frame), MARKS, 1, bottom - MARKS);
       c.fillStyle = ink("--quiet");
-      if (x(frame) < this.canvas.clientWidth - 30) c.fillText(String(Math.round(frame)), x(frame) + 3, high - 3);
+      const text = String(Math.round(frame));
+      const half = c.measureText(text).width / 2;
+      c.fillText(text, Math.min(Math.max(x(frame) - half, 2), this.canvas.clientWidth - 2 * half - 2), high - 3);
     }
   }
 
@@ -136,19 +141,19 @@ export class Timeline {
     c.setLineDash([]);
   }
 
-  /** @param {CanvasRenderingContext2D} c @param {number} target @param {number} top @param {(f: number) => number} x
+  /** @param {CanvasRenderingContext2D} c @param {number} target @param {number} top @param {number} height @param {(f: number) => number} x
    * @param {(name: string) => string} ink */
-  band(c, target, top, x, ink) {
+  band(c, target, top, height, x, ink) {
     for (const [frame, , records] of this.rows) {
       const record = records.find((r) => r[0] === target);
       if (!record) continue;
       c.fillStyle = ink(COLORS[/** @type {"lost"} */ (record[1])]);
-      const tall = BAND * (TALL[/** @type {"lost"} */ (record[1])] ?? 1);
+      const tall = height * (TALL[/** @type {"lost"} */ (record[1])] ?? 1);
       const wide = Math.max(x(frame + 1) - x(frame) + .5, 1);
-      c.fillRect(x(frame), top + BAND - tall, wide, tall);
+      c.fillRect(x(frame), top + height - tall, wide, tall);
       if (!record[5]) continue;
       c.fillStyle = ink("--edit");
-      c.fillRect(x(frame), top - 2, wide, 3);
+      c.fillRect(x(frame), top - 1, wide, 2);
     }
   }
 

@@ -4,23 +4,16 @@
 export function outlook(facts) {
   if (facts.phase === "ended") return "The run is over; its results are where the command in the terminal says.";
   if (facts.phase === "failed") return "The run broke off; the command in the terminal says why.";
-  return facts.now ? "You are watching a run of the command line: it can be looked at here, not changed." : "The run has not looked at a frame yet.";
+  return facts.now ? "You are watching a run of the command line, which is stopped in its terminal (Ctrl-C). To pick and correct, open the clip with “pursuit studio”." : "The run has not looked at a frame yet.";
 }
 
 /**
- * Puts the page into the state in which nothing can be changed.
- * @param {(id: string) => any} $ @param {{ frozen: boolean }[]} areas
+ * Leaves of the page what can be looked at: the picture and the table.
+ * @param {(id: string) => any} $ @param {{ frozen: boolean }[]} areas what could be changed
  */
 export function freeze($, areas) {
   document.body.classList.add("watching");
   for (const area of areas) area.frozen = true;
-  const words = document.createElement("p");
-  words.id = "read-only";
-  words.textContent = "Read-only: this page shows a run of “pursuit track” or “ptz follow” with “--watch”. It is stopped in its terminal (Ctrl-C). To pick, step and correct, open the clip with “pursuit studio”.";
-  $("open-form").before(words);
-  for (const id of ["source", "open", "browse", "upload", "speed", "keys", "runs", "measure-open"]) $(id).hidden = true;
-  for (const id of ["source", "speed"]) document.querySelector(`label[for=${id}]`)?.setAttribute("hidden", "");
-  for (const id of ["tracker", "motion", "detector", "start", "pause", "stop", "back", "step", "seek", "rival"]) $(id).disabled = true;
   $("line").setAttribute("aria-disabled", "true");
   $("picture").setAttribute("aria-label", "Picture");
 }

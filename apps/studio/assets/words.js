@@ -1,22 +1,38 @@
 // What the page says in sentences.
 
-/** What can be done next. @param {import("./api.js").Facts} facts @param {number} selected the chosen target, 0 for none @param {boolean} picking */
-export function advice(facts, selected, picking) {
-  const { backward, now, head } = facts;
+import { called } from "./names.js";
+
+/** @typedef {import("./api.js").Facts} Facts */
+
+/** What can be done next.
+ * @param {Facts} facts @param {{ selected: number, picking: boolean, adding: boolean }} page the chosen target, 0 for none; whether a command waits for a box; whether the next box is one more target */
+export function advice(facts, { selected, picking, adding }) {
+  const { backward, now, head, phase } = facts;
   if (picking) return "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
-  if (backward && (!backward.end || now?.frame === backward.from)) return wayBack(backward);
-  if (facts.recorded && !facts.targets.length) return "A recorded run, to be looked at: Start plays it.";
-  if (facts.recorded && !selected) return "A recorded run: Start plays it; click on a target to correct it, and it is followed again from there.";
-  if (!facts.targets.length && facts.detector) return "Click on a box of the detector's, or drag one; or press Start: then the detector finds the target.";
+  if (backward && (!backward.end || now?.frame === backward.from)) return wayBack(facts, backward);
+  if (adding) return "Drag a box around one more target.";
+  if (facts.recorded && !facts.targets.length) return "A run from a folder, to be looked at: Start plays it.";
+  if (!facts.targets.length && facts.detector) return "Click on one of the detector's boxes, or drag one; or press Start: then the detector finds the target.";
   if (!facts.targets.length) return "Drag a box around the target; then press Start.";
-  const again = now && head !== null && now.frame < head && !facts.input.live ? "; what comes after is followed again" : "";
-  if (selected) return `Target ${selected} is chosen: drag a box to put it right in this frame${again}.`;
-  return "Click on a target, or on its number, to correct it; drag a box for one more.";
+  if (selected) return `Target ${called(facts, selected)} is chosen: drag the right box in this frame${now && head !== null && now.frame < head && !facts.input.live ? "; what comes after is followed again" : ""}.`;
+  if (phase === "running") return "Following. Pause, or go to any frame in the time line, to put a box right.";
+  if (begunHere(facts)) return "Press Start. Another box replaces this one; with Shift held, or after Add target, it is one more.";
+  if (now && head !== null && now.frame < head) return "Start goes on from here. Is a box wrong? Click on it, then drag the right one.";
+  if (phase === "ended") return "Followed to the end. Is a box wrong? Go there, click on it, drag the right one. Files: under Targets.";
+  return "Press Start to go on. Is a box wrong? Click on it, then drag the right one.";
 }
 
-/** How the way back from a corrected frame ended. @param {NonNullable<import("./api.js").Facts["backward"]>} way */
-function wayBack({ target, from, to, end }) {
-  if (!end) return `Target ${target} is followed backward from frame ${from}: frame ${to} …`;
+/** The target that was begun in the frame shown, and that nothing was followed of yet: a box drawn now is meant for it; 0 for none. @param {Facts} facts */
+export function begunHere({ edits, head, now, phase, targets, recorded }) {
+  const last = edits.at(-1);
+  const here = !recorded && phase !== "running" && now !== null && now.frame === head && last?.frame === head && last.what === "add";
+  return here && last.target !== null && targets.includes(last.target) ? last.target : 0;
+}
+
+/** How the way back from a corrected frame ended. @param {Facts} facts @param {NonNullable<Facts["backward"]>} way */
+function wayBack(facts, { target: number, from, to, end, goes_on }) {
+  const target = called(facts, number);
+  if (!end) return `Target ${target} is followed backward from frame ${from}: frame ${to} … ${goes_on ? "Then it goes on forward." : ""}`;
   const ends = { met: "where it meets the earlier track", lost: "where it is not seen any more", drawn: "as far as it is more probable than the earlier track", gone: "where the pictures begin",
     stopped: "where you broke it off" };
   if (to === from) return `Target ${target} was put right in frame ${from}; ${end === "met" ? "the track before it agrees" : "nothing better was found before it"}. Start goes on from here.`;

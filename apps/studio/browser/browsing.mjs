@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { LONG, returning, writeClipWithLoss } from "./clip.mjs";
 
 /** @param {{ page: import("playwright-core").Page, pursuit: string, folder: string, [name: string]: any }} parts */
-export async function browsing({ page, button, pursuit, folder, until, frame, status, shot }) {
+export async function browsing({ page, button, set, panel, pursuit, folder, until, frame, status, shot }) {
   const data = join(folder, "data");
   mkdirSync(data);
   writeClipWithLoss(join(data, "returning.y4m"));
@@ -36,7 +36,7 @@ export async function browsing({ page, button, pursuit, folder, until, frame, st
   assert.ok(wanted >= 140, `frame ${wanted} is the worst`);
   await worst.first().click();
   await until(async () => (await frame()) === wanted && (await status()).includes("returning.y4m"), "the worst frame is not shown");
-  assert.equal(await page.getByLabel("Tracker", { exact: true }).inputValue(), "mosse");
+  assert.equal(await page.locator("#tracker").inputValue(), "mosse");
   await shot("worst-frame");
   // A run of a tracker is opened with what it said, and gone on with after a correction.
   await button("Runs").click();
@@ -46,10 +46,11 @@ export async function browsing({ page, button, pursuit, folder, until, frame, st
   await dialog.getByRole("button", { name: "Open this run" }).click();
   await until(async () => (await status()).includes("paused") && (await frame()) === 0, "the run is not opened");
   const told = readFileSync(join(folder, "out", "tracked", "trajectory.csv"), "utf8");
+  await panel("Targets");
   const link = await page.getByRole("link", { name: "CSV" }).getAttribute("href");
   const shown = await page.evaluate(async (address) => (await fetch(address)).text(), String(link));
   assert.equal(shown, told, "what is shown is not what was recorded");
-  assert.equal(await page.getByLabel("Tracker", { exact: true }).inputValue(), "kcf");
+  assert.equal(await page.locator("#tracker").inputValue(), "kcf");
   await page.getByLabel("Frame", { exact: true }).fill("60");
   await page.getByLabel("Frame", { exact: true }).press("Enter");
   await until(async () => (await frame()) === 60, "a recorded frame is not shown");

@@ -19,7 +19,7 @@ async function facts(page) {
 }
 
 /** @param {{ page: import("playwright-core").Page, patch: (k: number) => number[], [name: string]: any }} parts */
-export async function detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch, complaints }) {
+export async function detecting({ page, button, region, set, menu, panel, target, drag, at, until, frame, says, shot, download, patch, complaints }) {
   const seek = async (/** @type {number} */ k) => {
     await page.getByLabel("Frame", { exact: true }).fill(String(k));
     await page.getByLabel("Frame", { exact: true }).press("Enter");
@@ -32,11 +32,12 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
     await button("Open").click();
     await until(async () => (await frame()) === 0 && (await facts(page)).targets.length === 0, "not opened");
   };
+  await panel("Settings");
   const names = await page.getByRole("combobox", { name: "Detector", exact: true }).locator("option").allInnerTexts();
   const known = await page.evaluate(async () => (await (await fetch("/api/trackers")).json()).detectors.map((/** @type {any} */ d) => d.name));
   assert.deepEqual(names, ["none", ...known]);
   await open();
-  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("motion");
+  await set("Detector", "motion");
   await seek(60);
   const near = (/** @type {number[][]} */ boxes, /** @type {number} */ k) => boxes.find((box) => overlap(box, patch(k)) > .5);
   const box = near((await facts(page)).proposals, 60);
@@ -45,15 +46,17 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
   // A click takes it as it is; a box drawn roughly around another snaps to it.
   const place = await at();
   await page.mouse.click(...place(box[0] + box[2] / 2, box[1] + box[3] / 2));
-  await region("Targets").getByRole("row").nth(1).waitFor();
+  await target(1).waitFor();
   assert.deepEqual((await facts(page)).now.records[0].box, box.slice(0, 4));
   await seek(70);
   const second = /** @type {number[]} */ (near((await facts(page)).proposals, 70));
-  await button("Choose target 1").click();
+  await target(1).click();
+  await menu();
   await page.getByLabel("Snap to the detector", { exact: true }).check();
   await drag([second[0] - 6, second[1] - 5, second[2] + 9, second[3] + 12].map(Math.round));
   await until(async () => (await facts(page)).backward?.end && (await facts(page)).now.frame === 70, "not corrected");
   assert.deepEqual((await facts(page)).now.records[0].box, second.slice(0, 4));
+  await menu();
   await page.getByLabel("Snap to the detector", { exact: true }).uncheck();
   // By the keyboard.
   await region("Monitor").locator("canvas").first().focus();
@@ -69,14 +72,17 @@ export async function detecting({ page, button, region, drag, at, until, frame, 
   console.log(`    found by the detector: tracked in ${found.length} frames, right in ${right}`);
   assert.ok(right > 60, `${right} of ${found.length}`);
   await shot("detected");
-  // One that needs a file of the user's is refused and stays chosen, so that the file can be named.
-  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("objects");
-  await page.getByText("names no network").waitFor();
+  // One that needs a file of the user's says where that is named, and stays chosen.
+  await set("Detector", "objects");
+  await page.getByText("“objects” needs a file with its network.").waitFor();
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "d-model");
+  await page.keyboard.type("nowhere.onnx");
+  await page.keyboard.press("Enter");
+  await page.getByText("there is no such file or folder below the root").waitFor();
   await button("Step back").click();
   await until(async () => (await frame()) < FRAMES - 1, "no step back");
   assert.equal(await page.getByRole("combobox", { name: "Detector", exact: true }).inputValue(), "objects");
-  assert.ok(await region("Parameters").getByLabel("model", { exact: true }).first().isVisible());
   complaints.length = 0; // the browser writes refused requests into its console
-  await page.getByRole("combobox", { name: "Detector", exact: true }).selectOption("");
+  await set("Detector", "");
   await until(async () => (await facts(page)).detector === null, "the detector is still there");
 }

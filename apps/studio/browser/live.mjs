@@ -65,10 +65,11 @@ export async function watched({ browser, pursuit, folder, shot }) {
     await page.waitForFunction(() => /frame \d+/.test(document.getElementById("status")?.textContent ?? ""));
     const first = await frame();
     await page.waitForFunction((n) => Number(/frame (\d+)/.exec(document.getElementById("status")?.textContent ?? "")?.[1]) > n, first + 5);
-    assert.ok(await page.getByText("Read-only: this page shows a run of").isVisible());
-    for (const name of ["Start", "Pause", "Step", "Step back", "Stop"]) assert.ok(await page.getByRole("button", { name, exact: true }).isDisabled(), name);
-    for (const name of ["Tracker", "Motion model"]) assert.ok(await page.getByLabel(name, { exact: true }).isDisabled(), name);
-    assert.equal(await page.getByLabel("Tracker", { exact: true }).inputValue(), "kcf");
+    assert.ok(await page.getByText("You are watching a run of the command line").isVisible());
+    // The picture and the table, and nothing to set.
+    assert.deepEqual(await page.getByRole("button").evaluateAll((all) => all.map((b) => b.getAttribute("aria-label")?.replace(/,.*/, ""))), ["Choose target 1"]);
+    assert.equal(await page.locator("input:visible, select:visible, summary:visible").count(), 0);
+    assert.ok(await page.getByRole("region", { name: "Targets", exact: true }).getByRole("row").nth(1).isVisible());
     assert.equal(await page.getByRole("button", { name: "Remove target 1" }).count(), 0);
     const refused = await page.evaluate(async () => {
       const { trials } = await (await fetch("/api/info")).json();

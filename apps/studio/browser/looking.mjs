@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 
 /** @param {{ page: import("playwright-core").Page, canvas: import("playwright-core").Locator, patch: (k: number) => number[], [name: string]: any }} parts */
-export async function looking({ page, button, canvas, until, frame, shot, patch }) {
+export async function looking({ page, button, menu, canvas, until, frame, shot, patch }) {
   const view = page.getByLabel("View", { exact: true });
   const pixel = (/** @type {number} */ x, /** @type {number} */ y) => canvas.evaluate((c, at) =>
     [.../** @type {CanvasRenderingContext2D} */ (/** @type {HTMLCanvasElement} */ (c).getContext("2d")).getImageData(at[0], at[1], 1, 1).data], [x, y]);
@@ -15,6 +15,7 @@ export async function looking({ page, button, canvas, until, frame, shot, patch 
   };
   await open("scene:depth-occluder?duration=2");
   assert.deepEqual(await view.locator("option").evaluateAll((all) => all.map((o) => /** @type {HTMLOptionElement} */ (o).value)), ["picture", "depth", "foreground"]);
+  await menu();
   await view.selectOption("depth");
   // Far is blue, which the picture nowhere is.
   await until(async () => { const [r, , b] = await pixel(3, 3); return b > 150 && r < 90; }, "the depth is not shown");
@@ -25,10 +26,12 @@ export async function looking({ page, button, canvas, until, frame, shot, patch 
   await page.getByLabel("Frame", { exact: true }).fill("60");
   await page.getByLabel("Frame", { exact: true }).press("Enter");
   await until(async () => (await frame()) === 60, "not gone to frame 60");
+  await menu();
   await view.selectOption("foreground");
   const [l, t, w, h] = patch(60);
   await until(async () => (await pixel(l + w - 4, t + h - 4))[0] > 180 && (await pixel(l + w + 60, t - 20))[0] < 60, "what moves is not shown");
   await shot("foreground");
+  await menu();
   await view.selectOption("picture");
   await until(async () => (await pixel(l + w + 60, t - 20))[0] > 20, "the picture does not come back");
 }

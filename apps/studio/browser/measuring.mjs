@@ -7,10 +7,10 @@ import { join } from "node:path";
 import { ballBox, MARKED, PHONE, seen, THROWN, thrown, writePhoneClip } from "./phone.mjs";
 
 /** @param {{ page: import("playwright-core").Page, canvas: import("playwright-core").Locator, [name: string]: any }} parts */
-export async function measuring({ page, button, region, canvas, pursuit, folder, until, frame, says, shot, complaints }) {
+export async function measuring({ page, button, region, set, panel, target, canvas, pursuit, folder, until, frame, says, shot, complaints }) {
   mkdirSync(join(folder, "phone"));
   writePhoneClip(join(folder, "phone", "throw.y4m"));
-  const panel = region("Measuring"), plots = region("Plots");
+  const measure = region("Measuring"), plots = region("Plots");
   const problem = () => page.locator("#measure-problem").innerText();
   const api = async (/** @type {string} */ path) => page.evaluate(async (p) => {
     const { trials } = await (await fetch("/api/info")).json();
@@ -21,7 +21,7 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
     const place = /** @type {{ x: number, y: number, width: number, height: number }} */ (await canvas.boundingBox());
     return /** @type {[number, number]} */ ([place.x + x * place.width / PHONE.width, place.y + y * place.height / PHONE.height]);
   };
-  const field = (/** @type {string} */ label) => panel.getByLabel(label, { exact: true });
+  const field = (/** @type {string} */ label) => measure.getByLabel(label, { exact: true });
   const file = async (/** @type {() => Promise<void>} */ click) => {
     const [made] = await Promise.all([page.waitForEvent("download"), click()]);
     return readFileSync(/** @type {string} */ (await made.path()));
@@ -32,21 +32,21 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
     await button("Open").click();
     await page.waitForFunction(() => /^phone\/throw\.y4m .*frame 0 of/.test(document.getElementById("status")?.textContent ?? ""));
   };
-  await page.getByLabel("Tracker", { exact: true }).selectOption("kcf");
+  await set("Tracker", "kcf");
   await open();
   const [l, t, w, h] = ballBox(0);
   await page.mouse.move(...await on([l, t]));
   await page.mouse.down();
   await page.mouse.move(...await on([l + w, t + h]));
   await page.mouse.up();
-  await region("Targets").getByRole("row").nth(1).waitFor();
+  await target(1).waitFor();
   await page.getByLabel("Pace", { exact: true }).selectOption("max");
   await button("Start").click();
   await says("the end is reached");
 
   // A plane by four clicks, each a pixel or two off: the page puts them on the crossings.
   await button("Measure").click();
-  await panel.waitFor();
+  await measure.waitFor();
   await button("Click a plane").click();
   for (const [i, place] of MARKED.entries()) {
     const [x, y] = seen(place);
@@ -68,12 +68,12 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
   await button("Click a plane").click();
   await field("True frames/s").fill(String(PHONE.fps));
   await field("True frames/s").press("Enter");
-  await panel.getByText("Axes, lens, method, lines").click();
+  await measure.getByText("Axes, lens, method, lines").click();
   await page.locator("#m-camera").setInputFiles(join(folder, "phone", "throw.yml"));
-  await panel.getByText(`${PHONE.width} × ${PHONE.height}, focal 540`).waitFor();
-  await panel.getByText("Axes, lens, method, lines").click();
+  await measure.getByText(`${PHONE.width} × ${PHONE.height}, focal 540`).waitFor();
+  await measure.getByText("Axes, lens, method, lines").click();
   await field("Fit").selectOption("parabola");
-  await panel.locator("[data-fit=acceleration]").waitFor();
+  await measure.locator("[data-fit=acceleration]").waitFor();
   await until(async () => (await api("measurement")).fits?.length === 1, "not fitted");
   assert.equal(await problem(), "");
   const found = await api("measurement");
@@ -161,10 +161,10 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
   // The calibration is kept beside the clip, and the command measures by it what the page does.
   const kept = join(folder, "phone", "calibration.toml");
   await button("Keep the calibration").click();
-  await panel.getByText("Kept as phone/calibration.toml").waitFor();
-  assert.equal((await file(() => panel.getByRole("link", { name: "Download it" }).click())).toString(), readFileSync(kept, "utf8"));
+  await measure.getByText("Kept as phone/calibration.toml").waitFor();
+  assert.equal((await file(() => measure.getByRole("link", { name: "Download it" }).click())).toString(), readFileSync(kept, "utf8"));
   const table = (await file(() => plots.getByRole("link", { name: "Table (CSV)" }).click())).toString();
-  await button("Measure").click();
+  await panel("Targets");
   const trajectory = await file(() => page.getByRole("link", { name: "CSV", exact: true }).click());
   await button("Measure").click();
   const run = join(folder, "phone", "run");
@@ -184,10 +184,10 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
   assert.equal((await file(() => button("Picture (PNG)").click())).subarray(1, 4).toString(), "PNG");
   assert.equal((await file(() => plots.getByRole("link", { name: "Spreadsheet" }).click())).subarray(0, 2).toString(), "PK");
   await button("Keep the calibration").click();
-  await panel.getByText("there is a calibration already").waitFor();
+  await measure.getByText("there is a calibration already").waitFor();
   complaints.length = 0;
   await button("Replace it").click();
-  await panel.getByText("Kept as phone/calibration.toml").waitFor();
+  await measure.getByText("Kept as phone/calibration.toml").waitFor();
 
   // The picture is enlarged where the pointer is.
   const wide = async () => (await canvas.boundingBox())?.width ?? 0;
@@ -211,9 +211,9 @@ export async function measuring({ page, button, region, canvas, pursuit, folder,
 
   // Opened again, the clip has its ruler.
   await open();
-  await panel.getByText("Read from phone/calibration.toml").waitFor();
+  await measure.getByText("Read from phone/calibration.toml").waitFor();
   assert.equal(await field("Point 3, second place").inputValue(), String(MARKED[2][1]));
   assert.ok(existsSync(kept));
   await button("Measure").click();
-  await region("Parameters").waitFor();
+  await measure.waitFor({ state: "hidden" });
 }

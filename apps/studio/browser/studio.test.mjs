@@ -9,6 +9,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { browsing } from "./browsing.mjs";
 import { detecting } from "./detecting.mjs";
+import { keeping } from "./keeping.mjs";
+import { layout } from "./layout.mjs";
 import { listen, lookAt, watched } from "./live.mjs";
 import { looking } from "./looking.mjs";
 import { measuring } from "./measuring.mjs";
@@ -45,6 +47,21 @@ page.on("console", (message) => { if (message.type() === "error") complaints.pus
 
 const button = (/** @type {string} */ name) => page.getByRole("button", { name, exact: true });
 const region = (/** @type {string} */ name) => page.getByRole("region", { name, exact: true });
+/** The chip of a target. @param {number} n */
+const target = (n) => page.getByRole("button", { name: new RegExp(`^Target ${n}, `) });
+/** Opens a panel beside the picture. @param {string} name */
+async function panel(name) {
+  if (await button(name).getAttribute("aria-pressed") !== "true") await button(name).click();
+}
+/** Chooses in the panel of settings. @param {string} label @param {string} value */
+async function set(label, value) {
+  await panel("Settings");
+  await region("Settings").getByLabel(label, { exact: true }).selectOption(value);
+}
+/** Opens the menu of what is shown. */
+async function menu() {
+  if (!(await page.locator("#layers").isVisible())) await page.locator("#view summary").click();
+}
 const status = () => page.getByRole("status").innerText();
 const canvas = region("Monitor").locator("canvas").first();
 const frame = async () => Number(/frame (\d+)/.exec(await status())?.[1]);
@@ -89,6 +106,7 @@ async function shot(name, of = page) {
 
 /** @param {string} name */
 async function download(name) {
+  await panel("Targets");
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("link", { name, exact: true }).click()]);
   return readFileSync(/** @type {string} */ (await file.path()), "utf8");
 }
@@ -98,7 +116,8 @@ const checks = {
     await page.goto(url);
     await says("No source is open");
     assert.ok(await page.getByText("No source is open. Name a clip").isVisible());
-    for (const name of ["Parameters", "Control", "Monitor", "Targets", "Timeline"]) assert.ok(await region(name).isVisible(), name);
+    for (const name of ["Control", "Monitor", "Timeline"]) assert.ok(await region(name).isVisible(), name);
+    for (const name of ["Targets", "Settings", "Measuring"]) assert.equal(await region(name).count(), 0, `${name} is not folded away`);
     await shot("empty");
   },
   async "a source that is not there is said, not swallowed"() {
@@ -110,7 +129,7 @@ const checks = {
   },
   async "a clip is opened and its first frame shown"() {
     await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
-    await page.getByLabel("Tracker", { exact: true }).selectOption("kcf");
+    await set("Tracker", "kcf");
     const begun = Date.now();
     await button("Open").click();
     await until(async () => (await frame()) === 0, "no first frame");
@@ -119,9 +138,8 @@ const checks = {
   },
   async "a box is dragged in picture coordinates and followed"() {
     await drag(patch(0));
-    const row = region("Targets").getByRole("row").nth(1);
-    await row.waitFor();
-    assert.match(await row.innerText(), /tracking/);
+    await target(1).waitFor();
+    assert.equal(await target(1).getAttribute("aria-label"), "Target 1, tracking");
     // Slowly, so that a machine that has much else to do looks at it while it runs.
     await page.getByLabel("Pace", { exact: true }).selectOption("0.25");
     await button("Start").click();
@@ -137,7 +155,7 @@ const checks = {
     await button("Pause").click();
     await says("paused");
     // What is used all the time is on the screen, and the time line is painted in colours that can be told apart.
-    for (const name of ["Start", "Pause", "Stop", "Step", "Step back"]) {
+    for (const name of ["Start", "Stop", "Step", "Step back", "Undo"]) {
       const place = await button(name).boundingBox();
       assert.ok(place && place.y + place.height <= 720, `${name} is not on the screen`);
     }
@@ -164,21 +182,24 @@ const checks = {
     await shot("paused");
   },
   async "the connection is lost and comes back"() {
+    const was = await frame();
     await ended(child);
     await page.getByText("connection lost, trying again").waitFor();
     await shot("disconnected");
     ({ child, url } = await studio(port));
-    await page.getByText("Open the source once more").waitFor({ timeout: 30_000 });
+    // What was followed is there again by itself, in the frame that was looked at.
+    await until(async () => (await page.locator("#connection").innerText()) === "live" && (await frame()) === was, "what was followed is not there again");
+    await target(1).waitFor();
     complaints.length = 0;
     await button("Open").click();
     await until(async () => (await frame()) === 0, "not opened again");
     await page.getByText("live", { exact: true }).waitFor();
   },
   async "a parameter is changed, a run goes to its end, and its trajectory is that of the command line"() {
-    await page.getByLabel("Motion model", { exact: true }).selectOption("imm");
+    await set("Motion model", "imm");
     await page.getByLabel("Pace", { exact: true }).selectOption("max");
     await drag(patch(0));
-    await region("Targets").getByRole("row").nth(1).waitFor();
+    await target(1).waitFor();
     await button("Start").click();
     await says("the end is reached");
     assert.equal(await frame(), FRAMES - 1);
@@ -199,7 +220,7 @@ const checks = {
     await page.getByLabel("Frame", { exact: true }).fill("60");
     await page.getByLabel("Frame", { exact: true }).press("Enter");
     await until(async () => (await frame()) === 60, "not gone to frame 60");
-    await button("Choose target 1").click();
+    await target(1).click();
     const [l, t, w, h] = patch(60);
     await drag([l + 2, t + 1, w, h]);
     await until(async () => (await page.getByLabel("Version", { exact: true }).locator("option").count()) === 2, "no version kept");
@@ -212,25 +233,40 @@ const checks = {
     const x = Number(csv.split("\n")[61].split(",")[4]);
     assert.ok(Math.abs(x - l - 2) < 1, `${x} at frame 60`);
   },
-  async "two trackers are compared in step"() {
+  async "what was done is undone and done again, kept, and found again"() {
+    await keeping({ page, button, target, panel, drag, until, frame, says, status, shot, download, patch, folder, complaints,
+      restart: async () => { await ended(child); ({ child, url } = await studio(port)); } });
+  },
+  async "two trackers are compared in the same frame"() {
     await page.getByLabel("Frame", { exact: true }).fill("0");
     await page.getByLabel("Frame", { exact: true }).press("Enter");
     await until(async () => (await frame()) === 0, "not gone to the first frame");
-    await page.getByLabel("Compare with", { exact: true }).selectOption("mosse");
+    await set("Compare with", "mosse");
     await region("Comparison").getByText(/Target 1: centres/).waitFor();
     for (let i = 0; i < 4; i += 1) await button("Step").click();
-    await until(async () => /^Frame 4\. Target 1/.test(await region("Comparison").getByText(/^Frame/).innerText()), "not in step");
+    const compared = async () => /** @type {RegExpExecArray} */ (/^Frame (\d+)\. Target 1/.exec(await region("Comparison").getByText(/^Frame/).innerText()));
+    await until(async () => (await compared())?.[1] === "4", "not in step");
     await shot("compared");
-    await page.getByLabel("Compare with", { exact: true }).selectOption("");
+    // However different they are in speed, what is shown is of the same frame.
+    await page.getByLabel("Pace", { exact: true }).selectOption("max");
+    await button("Start").click();
+    for (let i = 0; i < 12; i += 1) {
+      const [own, other] = await page.evaluate(() => ["status", "comparison"].map((id) => Number(/frame (\d+)/i.exec(document.getElementById(id)?.textContent ?? "")?.[1])));
+      assert.equal(own, other, "two moments are shown beside each other");
+      await page.waitForTimeout(40);
+    }
+    await says("the end is reached");
+    await until(async () => (await compared())?.[1] === String(FRAMES - 1), "the other is not at the end");
+    await set("Compare with", "");
     await region("Comparison").waitFor({ state: "hidden" });
   },
   async "a clip with one loss is annotated with two boxes"() {
-    await page.getByLabel("Tracker", { exact: true }).selectOption("mosse");
+    await set("Tracker", "mosse");
     await page.getByLabel("Source", { exact: true }).fill("loss.y4m");
     await button("Open").click();
     await until(async () => (await status()).includes(`of ${LONG}`) && (await frame()) === 0, "not opened");
     await drag(returning(0));
-    await region("Targets").getByRole("row").nth(1).waitFor();
+    await target(1).waitFor();
     await button("Start").click();
     await says("the end is reached");
     const right = (/** @type {string} */ csv) => csv.trim().split("\n").slice(1).filter((line) => {
@@ -244,7 +280,8 @@ const checks = {
     await page.getByLabel("Frame", { exact: true }).press("Enter");
     await until(async () => (await frame()) === bad, "not gone to the bad frame");
     await shot("before-repair");
-    await button("Choose target 1").click();
+    await target(1).click();
+    await menu();
     assert.ok(await page.getByLabel("Correct backward too", { exact: true }).isChecked());
     await drag(returning(bad));
     await page.getByText(/Target 1 was followed backward from frame 230 to 1[4-6]\d/).waitFor();
@@ -255,30 +292,30 @@ const checks = {
     console.log(`    frames that are right: ${before} with one box, ${after} with two, of ${LONG}`);
     assert.ok(before < LONG - 60 && after > LONG - 30, `${before} before, ${after} after`);
     await shot("repaired");
-    await page.getByLabel("Tracker", { exact: true }).selectOption("kcf");
+    await set("Tracker", "kcf");
     await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
     await button("Open").click();
     await until(async () => (await status()).includes(`of ${FRAMES}`) && (await frame()) === 0, "not opened again");
     await drag(patch(0));
-    await region("Targets").getByRole("row").nth(1).waitFor();
+    await target(1).waitFor();
   },
   async "a detector shows boxes, one is taken by a click, and without a box it finds the target"() {
-    await detecting({ page, button, region, drag, at, until, frame, says, shot, download, patch, complaints });
+    await detecting({ page, button, region, set, menu, panel, target, drag, at, until, frame, says, shot, download, patch, complaints });
   },
   async "depth and what moves are looked at in place of the picture"() {
-    await looking({ page, button, canvas, until, frame, shot, patch });
+    await looking({ page, button, menu, canvas, until, frame, shot, patch });
   },
   async "a phone's clip is measured in metres, in the page alone"() {
-    await measuring({ page, button, region, canvas, pursuit, folder, until, frame, says, shot, complaints });
+    await measuring({ page, button, region, set, panel, target, canvas, pursuit, folder, until, frame, says, shot, complaints });
   },
   async "evaluations and reproductions are browsed, and worst frames opened"() {
-    await browsing({ page, button, pursuit, folder, until, frame, status, shot });
+    await browsing({ page, button, set, panel, pursuit, folder, until, frame, status, shot });
     await page.waitForTimeout(1600);
     await page.getByLabel("Source", { exact: true }).fill("clip.y4m");
     await button("Open").click();
     await until(async () => (await status()).includes(`of ${FRAMES}`) && (await frame()) === 0, "not opened again");
     await drag(patch(0));
-    await region("Targets").getByRole("row").nth(1).waitFor();
+    await target(1).waitFor();
   },
   async "a run is stopped"() {
     await button("Start").click();
@@ -287,6 +324,9 @@ const checks = {
   },
   async "the page complains of nothing"() {
     assert.deepEqual(complaints, []);
+  },
+  async "the picture is the page, on every screen"() {
+    await layout({ browser, url, shot, patch });
   },
   async "a browser that decodes no video is shown JPEG"() {
     const plain = await browser.newPage({ viewport: { width: 1280, height: 720 } });

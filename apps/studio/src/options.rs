@@ -1,5 +1,9 @@
 use pursuit::media::{Locator, OpenOptions};
 use std::path::PathBuf;
+use std::time::Duration;
+
+/// How long a trial that nobody looks at stays open, unless told otherwise.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A box that was drawn, for whoever asked for one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +27,8 @@ pub struct Options {
     pub root: PathBuf,
     /// Whether the first box that is drawn is all that is wanted; see [`Server::pick`](crate::Server::pick).
     pub pick: bool,
+    /// How long a trial stays open that nobody looks at; what was done in it is kept in its folder.
+    pub patience: Duration,
     /// How inputs are opened.
     pub open: OpenOptions,
 }
@@ -31,6 +37,6 @@ impl Default for Options {
     /// The loopback, a free port, files of the current folder.
     fn default() -> Self {
         let (host, root) = ("127.0.0.1".to_owned(), PathBuf::from("."));
-        Self { input: None, host, port: 0, root, pick: false, open: OpenOptions::default() }
+        Self { input: None, host, port: 0, root, pick: false, patience: PATIENCE, open: OpenOptions::default() }
     }
 }

@@ -7,12 +7,12 @@ use crate::trial::seeking;
 use pursuit::BBox;
 use pursuit::media::Locator;
 use pursuit::parameters::Parameters;
-use pursuit::revise::{ChosenDetector, Row};
+use pursuit::revise::{ChosenDetector, Edit, EditKind, Revised, Row, complete};
 use pursuit::sinks::read_trajectory;
 use pursuit::toml::Table;
 use pursuit::tracking::many::AcquisitionParams;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Trajectories that are longer are not read, bytes.
 const MOST_BYTES: u64 = 64 << 20;
@@ -26,13 +26,15 @@ pub(crate) struct Recording {
     pub parameters: Table,
     pub seeking: Option<ChosenDetector>,
     pub known: Known,
+    /// Its folder, where the studio wrote it: there it is gone on with.
+    pub own: Option<PathBuf>,
 }
 
 /// What came of it.
 pub(crate) struct Known {
     pub rows: Vec<Row>,
-    /// The boxes that it was started on, in its first frame.
-    pub boxes: Vec<BBox>,
+    /// What was done to it: of a run of the command line, the boxes that it was started on.
+    pub revised: Revised,
     /// Whether it went on to its end.
     pub is_whole: bool,
     /// Why it cannot be followed again from here, where it cannot.
@@ -42,13 +44,16 @@ pub(crate) struct Known {
 impl Recording {
     /// # Errors
     /// A folder without a run, a run whose input is not below the root, a method that there is not.
-    pub fn read(root: &Root, path: &str) -> Result<Self, Refusal> {
+    pub fn read(root: &Root, path: &str, given: Option<&Locator>) -> Result<Self, Refusal> {
         let folder = root.folder(path)?;
         let facts = read(root, &folder, TRACKED)?;
         let (input, recipe) = (&facts["input"], &facts["recipe"]);
         let damaged = || Refusal::unfit(format!("{TRACKED} does not say what a run's does"));
         let name = input["name"].as_str().ok_or_else(damaged)?;
-        let (source, locator) = locate(root, name)?;
+        let (source, locator) = match given.filter(|given| given.to_string() == name) {
+            Some(given) => (name.to_owned(), given.clone()),
+            None => locate(root, name)?,
+        };
         let table = |value: &Value| serde_json::from_value::<Table>(value.clone()).map_err(|_| damaged());
         let boxes: Vec<[f64; 4]> = serde_json::from_value(recipe["boxes"].clone()).map_err(|_| damaged())?;
         let boxes = boxes.into_iter().map(|[left, top, width, height]| BBox::from_ltwh(left, top, width, height));
@@ -79,7 +84,14 @@ impl Recording {
         if rows.is_empty() {
             return Err(Refusal::unfit("this run has followed nothing"));
         }
-        let is_strided = rows.len() > 1 && rows.windows(2).all(|pair| pair[1].frame > pair[0].frame + 1);
+        let revised = Revised::read(&folder)?;
+        let is_own = revised.is_some();
+        let first = rows[0].frame;
+        let added = (1..).zip(boxes);
+        let added = added.map(|(target, bbox)| Edit { frame: first, kind: EditKind::Add { target, bbox } });
+        let revised = revised.unwrap_or_else(|| Revised { edits: added.collect(), ..Revised::default() });
+        revised.mark(&mut rows);
+        let is_strided = !is_own && rows.len() > 1 && rows.windows(2).all(|pair| pair[1].frame > pair[0].frame + 1);
         Ok(Self {
             source,
             locator,
@@ -87,11 +99,12 @@ impl Recording {
             parameters: table(&recipe["parameters"])?,
             seeking,
             known: Known {
-                rows,
-                boxes: boxes.collect(),
+                rows: if is_own { complete(rows, facts["input"]["nominal_fps"].as_f64()) } else { rows },
+                revised,
                 is_whole: facts["status"] == "done",
                 fixed: fixed(&facts, is_strided),
             },
+            own: is_own.then_some(folder),
         })
     }
 }

@@ -99,6 +99,11 @@ impl Root {
         Ok(())
     }
 
+    /// Where trials are kept, as runs of the command are.
+    pub fn kept(&self) -> PathBuf {
+        self.0.join("pursuit-out")
+    }
+
     /// A folder below the root, or the root itself.
     pub fn folder(&self, path: &str) -> Result<PathBuf, Refusal> {
         let folder = self.inside(Path::new(path.trim()))?;
@@ -116,6 +121,11 @@ impl Root {
         let resolved = self.inside(path)?;
         let shown = resolved.strip_prefix(&self.0).ok().and_then(Path::to_str).map(str::to_owned);
         shown.ok_or_else(|| Refusal::missing("there is no such file or folder below the root"))
+    }
+
+    /// As a source names this input.
+    pub fn shown_as(&self, input: &Locator) -> String {
+        self.shown(input.path()).unwrap_or_else(|_| input.to_string())
     }
 
     /// The folder or video whose path ends with the name of a sequence, if there is exactly one; links are not followed.

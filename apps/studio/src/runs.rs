@@ -6,9 +6,11 @@ use pursuit::evaluation::metrics::accuracy::believed;
 use pursuit::evaluation::{Dataset, Footage, Trajectory};
 use pursuit::geometry::Truth;
 use pursuit::media::OpenOptions;
+use pursuit::revise::EDITS;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// The file that evaluations and reproductions leave.
 const RESULTS: &str = "results.json";
@@ -40,6 +42,12 @@ pub(crate) struct Run {
     /// Relative to the root.
     pub path: String,
     pub kind: Kind,
+    /// When it was written last, milliseconds since 1970.
+    pub written_ms: Option<u64>,
+    /// Of a run of a tracker, its name.
+    pub tracker: Option<String>,
+    /// Whether it was put right by hand.
+    pub edited: bool,
 }
 
 /// A frame in which a tracker's box was far from the truth.
@@ -54,7 +62,20 @@ struct Worst {
     truth: [f64; 4],
 }
 
-/// The folders of results below the root, by name. Links are not followed.
+impl Run {
+    fn of(root: &Root, folder: &Path, path: String, kind: Kind) -> Self {
+        let is_run = kind == Kind::Tracking;
+        let modified =
+            std::fs::metadata(folder.join(if is_run { TRACKED } else { RESULTS })).and_then(|m| m.modified());
+        let since = modified.ok().and_then(|time| time.duration_since(SystemTime::UNIX_EPOCH).ok());
+        let facts = if is_run { read(root, folder, TRACKED).ok() } else { None };
+        let tracker = facts.and_then(|facts| facts["recipe"]["tracker"].as_str().map(str::to_owned));
+        let written_ms = since.and_then(|time| u64::try_from(time.as_millis()).ok());
+        Self { path, kind, written_ms, tracker, edited: folder.join(EDITS).is_file() }
+    }
+}
+
+/// The folders of results below the root, the newest first. Links are not followed.
 pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
     let top = root.folder("")?;
     let (mut runs, mut seen, mut waiting) = (Vec::new(), 0, vec![(top.clone(), 0)]);
@@ -70,7 +91,7 @@ pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
         };
         if let Some(kind) = kind {
             let path = folder.strip_prefix(&top).ok().and_then(Path::to_str).map(str::to_owned);
-            runs.extend(path.map(|path| Run { path, kind }));
+            runs.extend(path.map(|path| Run::of(root, &folder, path, kind)));
             continue;
         }
         let Ok(entries) = std::fs::read_dir(&folder) else { continue };
@@ -79,7 +100,7 @@ pub(crate) fn list(root: &Root) -> Result<Vec<Run>, Refusal> {
         let inner = entries.flatten().filter(|e| depth < DEEPEST && is_folder(e) && shown(e));
         waiting.extend(inner.take(MOST_FOLDERS).map(|e| (e.path(), depth + 1)));
     }
-    runs.sort_by(|a, b| a.path.cmp(&b.path));
+    runs.sort_by(|a, b| b.written_ms.cmp(&a.written_ms).then_with(|| a.path.cmp(&b.path)));
     Ok(runs)
 }
 

@@ -32,6 +32,8 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const LONGEST_HEAD: usize = 32 << 10;
 /// From a box that was drawn to the end of a studio that was opened for it.
 const FAREWELL: Duration = Duration::from_millis(400);
+/// How long trials may take to write down what they know when the studio ends.
+const LAST_WORDS: Duration = Duration::from_secs(10);
 /// Threads that answer requests; trials have their own.
 const THREADS: usize = 2;
 
@@ -58,7 +60,7 @@ impl Server {
     }
 
     fn listen(options: Options, root: Option<Root>, trials: impl FnOnce(u32) -> Trials) -> Result<Self, StudioError> {
-        let Options { input, host, port, pick, open, .. } = options;
+        let Options { input, host, port, pick, patience, open, .. } = options;
         let at = || format!("{host}:{port}");
         let listen = |source| StudioError::Listen { address: at(), source };
         let name = host.trim_start_matches('[').trim_end_matches(']');
@@ -82,6 +84,8 @@ impl Server {
             picking: pick,
             picked: OnceLock::new(),
             wrong_tokens: tokio::sync::Mutex::new(()),
+            filming: tokio::sync::Mutex::new(()),
+            patience,
             trials: Mutex::new(trials(chance)),
         };
         Ok(Self { listener, address, studio: Arc::new(studio) })
@@ -157,12 +161,15 @@ impl Server {
             let watch = async {
                 while !stopped() {
                     tokio::time::sleep(Duration::from_millis(100)).await;
+                    studio.close_forgotten().await;
                 }
             };
             tokio::select! {
                 () = accept => {}
                 () = watch => {}
             }
+            // What they know is kept before the program ends.
+            let _ = tokio::time::timeout(LAST_WORDS, studio.close_all()).await;
             Ok::<_, StudioError>(())
         })?;
         runtime.shutdown_timeout(Duration::from_secs(1));

@@ -10,6 +10,8 @@ use tempfile::TempDir;
 pub(crate) const PREFIX: &str = "upload:";
 /// Uploads that are kept at most.
 const MOST: usize = 16;
+/// What is kept of a longer name is its end.
+const LONGEST_NAME: usize = 80;
 /// The largest, bytes.
 pub(crate) const LARGEST: u64 = 512 << 20;
 
@@ -29,7 +31,13 @@ struct Kept {
 pub(crate) struct Upload<'a> {
     uploads: &'a Uploads,
     file: Option<tempfile::NamedTempFile>,
-    extension: String,
+    name: String,
+}
+
+/// What the file was called that this source was made of: `upload:2-bees.mp4` of `bees.mp4`.
+pub(crate) fn name_of(source: &str) -> Option<&str> {
+    let (_, name) = source.strip_prefix(PREFIX)?.split_once('-')?;
+    (!name.is_empty()).then_some(name)
 }
 
 impl Uploads {
@@ -45,9 +53,10 @@ impl Uploads {
     /// Too many uploads, a disk that cannot be written.
     pub fn begin(&self, name: &str) -> Result<Upload<'_>, Refusal> {
         // What a file is, is decided by its content; its name only tells people.
-        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
-        let plain = extension.len() <= 8 && extension.bytes().all(|b| b.is_ascii_alphanumeric());
-        let extension = if plain { extension.to_ascii_lowercase() } else { String::new() };
+        let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+        let name: String = name.chars().map(safe).collect();
+        let name = name.trim_matches(['.', '-']).chars().rev().take(LONGEST_NAME).collect::<Vec<_>>();
+        let name: String = name.into_iter().rev().collect();
         let mut kept = self.kept();
         if kept.names.len() + kept.coming >= MOST {
             return Err(Refusal::too_many(format!("{MOST} files were uploaded already; start the studio again")));
@@ -55,7 +64,7 @@ impl Uploads {
         let file = tempfile::NamedTempFile::new_in(self.folder.path());
         let file = file.map_err(|e| Refusal::conflict(format!("the upload cannot be kept: {e}")))?;
         kept.coming += 1;
-        Ok(Upload { uploads: self, file: Some(file), extension })
+        Ok(Upload { uploads: self, file: Some(file), name })
     }
 
     /// The uploaded file called `name` by the page.
@@ -63,6 +72,15 @@ impl Uploads {
         let known = self.kept().names.iter().any(|n| n == name);
         let path: PathBuf = self.folder.path().join(name);
         if known { Ok(Locator::from(path)) } else { Err(Refusal::missing("there is no such upload")) }
+    }
+}
+
+impl Uploads {
+    /// Says in a message what the page calls an upload, in place of where it lies.
+    pub fn named(&self, mut refusal: Refusal) -> Refusal {
+        let folder = format!("{}/", self.folder.path().display());
+        refusal.message = refusal.message.replace(&folder, PREFIX);
+        refusal
     }
 }
 
@@ -77,8 +95,8 @@ impl Upload<'_> {
         let file = self.file.take().ok_or_else(|| failed("it is gone".to_owned()))?;
         let mut kept = self.uploads.kept();
         let number = kept.names.len() + 1;
-        let dot = if self.extension.is_empty() { "" } else { "." };
-        let name = format!("{number}{dot}{}", self.extension);
+        let dash = if self.name.is_empty() { "" } else { "-" };
+        let name = format!("{number}{dash}{}", self.name);
         file.persist(self.uploads.folder.path().join(&name)).map_err(|e| failed(e.to_string()))?;
         kept.names.push(name.clone());
         drop(kept);

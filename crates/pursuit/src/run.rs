@@ -4,6 +4,8 @@ use crate::publish::PublishFacts;
 pub use crate::timing::{Timing, TimingSummary};
 use crate::{ComparedFacts, RunError, SegmentFacts, View};
 pub use pursuit_evaluation::metrics::accuracy::{Accuracy, AccuracyMeter};
+use pursuit_geometry::Size;
+use pursuit_media::SourceInfo;
 use pursuit_media::depth::DepthFacts;
 use pursuit_media::wrappers::StreamCounts;
 use pursuit_tracking::TrackState;
@@ -226,15 +228,61 @@ pub struct TimingFacts {
     pub total_s: f64,
 }
 
+impl InputFacts {
+    /// Of an input that was opened.
+    pub fn of(info: &SourceInfo) -> Self {
+        let Size { width, height } = info.input_size();
+        Self {
+            name: info.name.clone(),
+            decoder: info.decoder.clone(),
+            width,
+            height,
+            view: info.view,
+            pixel_aspect: info.pixel_aspect,
+            nominal_fps: info.fps,
+            depth: info.depth.clone(),
+        }
+    }
+}
+
 impl RunFile {
+    /// Of a run that begins now.
+    pub fn begun(input: InputFacts, recipe: RecipeFacts) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            status: "running",
+            error: None,
+            input,
+            recipe,
+            host: HostFacts::here(),
+            resumed_at: None,
+            frame_count: 0,
+            dropped_frames: 0,
+            empty_depth_frames: None,
+            stream: None,
+            publish: None,
+            segments: None,
+            damage_count: 0,
+            damage: Vec::new(),
+            states: StateCounts::default(),
+            timing: TimingFacts::default(),
+            accuracy: None,
+            compared: Vec::new(),
+        }
+    }
+
+    pub(crate) fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+
     /// Writes the file in one step: whoever reads it sees the old one or the new one.
     ///
     /// # Errors
     /// [`RunError::Output`] when it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), RunError> {
-        let text = serde_json::to_string_pretty(self).map_err(|e| RunError::output(path)(e.into()))?;
+        let text = self.to_json().map_err(|e| RunError::output(path)(e.into()))?;
         let temporary = path.with_extension("json.part");
-        std::fs::write(&temporary, text + "\n").map_err(RunError::output(path))?;
+        std::fs::write(&temporary, text).map_err(RunError::output(path))?;
         std::fs::rename(&temporary, path).map_err(RunError::output(path))
     }
 }

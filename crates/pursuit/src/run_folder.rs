@@ -1,6 +1,7 @@
 //! Where a run writes: nothing of the user's is overwritten, and no two runs write into one folder.
 
 use crate::RunError;
+use crate::revise::EDITS;
 use crate::segments::{self, JOURNAL};
 use crate::sinks::Format;
 use crate::{measure, trajectory_plots};
@@ -103,8 +104,7 @@ impl Destination {
     /// # Errors
     /// When another run is writing into it.
     pub fn reopen(self) -> Result<RunFolder, RunError> {
-        let lock = lock(&self.path)?;
-        Ok(RunFolder { path: self.path, _lock: lock })
+        RunFolder::taken(&self.path)
     }
 
     /// Makes the folder, takes it, and removes what an earlier run left there.
@@ -113,10 +113,7 @@ impl Destination {
     /// When it cannot be made, or another run is writing into it.
     pub fn open(self) -> Result<RunFolder, RunError> {
         if self.numbered {
-            let path = new_folder(&self.path)?;
-            let lock = lock(&path)?;
-            link_latest(&path);
-            return Ok(RunFolder { path, _lock: lock });
+            return RunFolder::numbered(&self.path);
         }
         std::fs::create_dir_all(&self.path).map_err(RunError::output(&self.path))?;
         let lock = lock(&self.path)?;
@@ -134,6 +131,25 @@ impl Destination {
 }
 
 impl RunFolder {
+    /// The first of `base`, `base-2`, `base-3` … that is not there yet.
+    ///
+    /// # Errors
+    /// When it cannot be made.
+    pub fn numbered(base: &Path) -> Result<Self, RunError> {
+        let path = new_folder(base)?;
+        let lock = lock(&path)?;
+        link_latest(&path);
+        Ok(Self { path, _lock: lock })
+    }
+
+    /// A folder as it is.
+    ///
+    /// # Errors
+    /// When another run is writing into it.
+    pub fn taken(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { path: path.to_path_buf(), _lock: lock(path)? })
+    }
+
     /// The folder.
     pub fn path(&self) -> &Path {
         &self.path
@@ -163,7 +179,7 @@ pub(crate) fn earlier(out: Option<&Path>, overwrite: bool, input: &Locator) -> P
 /// The files in `folder` that have the names of a run's results; links that lead nowhere are there too, devices and pipes
 /// hold nothing that could be lost.
 fn results_in(folder: &Path) -> Vec<PathBuf> {
-    let fixed = [FACTS, OVERLAY, STATE, segments::EVENTS]
+    let fixed = [FACTS, OVERLAY, STATE, EDITS, segments::EVENTS]
         .into_iter()
         .chain(Format::ALL.iter().map(|f| f.file_name()))
         .map(|name| folder.join(name));

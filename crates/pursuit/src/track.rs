@@ -7,14 +7,14 @@ use crate::folder_sinks::{Place, create_sinks, formats, shelf};
 use crate::input::{self, OpenedInput};
 use crate::publish::Publication;
 use crate::resume::Earlier;
-use crate::run::{AccuracyMeter, HostFacts, InputFacts, RecipeFacts, RunFile, StateCounts, StreamFacts, TimingFacts};
+use crate::run::{AccuracyMeter, InputFacts, RecipeFacts, RunFile, StreamFacts};
 use crate::run_folder::{Destination, FACTS, PLOTS, RunFolder, STATE};
 use crate::segments::Shelf;
 use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{Format, Sink};
 use crate::start::{Start, StartFrom};
 use crate::{Fetched, RunError, measure, run_folder, trajectory_plots};
-use pursuit_geometry::{Size, Truth};
+use pursuit_geometry::Truth;
 use pursuit_imaging::{CameraPose, ImageView};
 use pursuit_media::wrappers::PrefetchStats;
 use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
@@ -290,41 +290,11 @@ impl Run {
     }
 
     fn input_facts(&self) -> InputFacts {
-        let Size { width, height } = self.info.input_size();
-        InputFacts {
-            name: self.info.name.clone(),
-            decoder: self.info.decoder.clone(),
-            width,
-            height,
-            view: self.info.view,
-            pixel_aspect: self.info.pixel_aspect,
-            nominal_fps: self.info.fps,
-            depth: self.info.depth.clone(),
-        }
+        InputFacts::of(&self.info)
     }
 
     fn facts(&self) -> RunFile {
-        RunFile {
-            version: env!("CARGO_PKG_VERSION"),
-            status: "running",
-            error: None,
-            input: self.input_facts(),
-            recipe: self.recipe.clone(),
-            host: HostFacts::here(),
-            resumed_at: None,
-            frame_count: 0,
-            dropped_frames: 0,
-            empty_depth_frames: None,
-            stream: None,
-            publish: None,
-            segments: None,
-            damage_count: 0,
-            damage: Vec::new(),
-            states: StateCounts::default(),
-            timing: TimingFacts::default(),
-            accuracy: None,
-            compared: Vec::new(),
-        }
+        RunFile::begun(self.input_facts(), self.recipe.clone())
     }
 }
 

@@ -15,8 +15,14 @@ pub fn run(args: &Studio) -> anyhow::Result<ExitCode> {
     if let Some(input) = &input {
         check(input, &open)?;
     }
-    let options =
-        Options { input, host: args.host.clone(), port: args.port, root: args.root.clone(), pick: false, open };
+    let options = Options {
+        input,
+        host: args.host.clone(),
+        port: args.port,
+        root: args.root.clone(),
+        open,
+        ..Options::default()
+    };
     let server = Server::open(options).map_err(|error| match error {
         StudioError::System(_) => anyhow::Error::from(error),
         wrong => RunError::usage(wrong.to_string()).into(),

@@ -22,6 +22,9 @@ const DESCRIPTION: &str = include_str!("openapi.json");
 /// The longest body of a request that is no upload, bytes.
 const LONGEST_BODY: usize = 64 << 10;
 
+/// The largest file of a trajectory that is read back, bytes.
+const LARGEST_IMPORT: usize = 128 << 20;
+
 /// Every call, watched by the guard.
 pub(crate) fn router(studio: Arc<Studio>) -> Router {
     let trial = Router::new()
@@ -29,12 +32,16 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/orders", post(trials::order))
         .route("/targets", post(trials::add))
         .route("/targets/{target}", put(trials::correct).delete(trials::remove))
+        .route("/targets/{target}/label", put(trials::label))
+        .route("/targets/{target}/identity", put(trials::identify))
+        .route("/import", post(trials::import).layer(DefaultBodyLimit::max(LARGEST_IMPORT)))
         .route("/parameters", put(trials::change))
         .route("/method", put(trials::method))
         .route("/detector", put(trials::detect))
         .route("/rows", get(results::rows))
         .route("/trajectory", get(results::trajectory))
         .route("/picture", get(results::picture))
+        .route("/video", get(results::film))
         .route("/measuring", get(measuring::setting).put(measuring::set))
         .route("/measuring/calibration", get(measuring::calibration).post(measuring::keep))
         .route("/measurement", get(measuring::measurement))

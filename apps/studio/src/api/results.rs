@@ -12,9 +12,48 @@ use pursuit::sinks::Format;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Rows that one answer holds at most.
 const MOST_ROWS: usize = 2000;
+
+/// The largest video that is sent, bytes.
+const LARGEST_FILM: u64 = 1 << 30;
+
+/// Says that nobody waits any more when it is dropped.
+struct Waiting(Arc<AtomicBool>);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The input with all that is known drawn in, as MP4. It is made when it is asked for, one at a time, and given up when whoever asked
+/// has gone.
+pub(crate) async fn film(State(studio): State<Arc<Studio>>, Path(trial): Path<u64>) -> Result<Response, Refusal> {
+    let busy = |_| Refusal::conflict("another video is being made; ask again when it is done");
+    let _turn = studio.filming.try_lock().map_err(busy)?;
+    let trial = studio.trial(trial)?;
+    let (rows, input) = (trial.version(None).await?.version.rows, trial.input()?.clone());
+    let gone = Arc::new(AtomicBool::new(false));
+    let _waiting = Waiting(gone.clone());
+    let made = tokio::task::spawn_blocking(move || {
+        let failed = |e: std::io::Error| Refusal::conflict(format!("the video cannot be made: {e}"));
+        let file = tempfile::Builder::new().suffix(".mp4").tempfile().map_err(failed)?;
+        pursuit::revise::film(&input, &rows, file.path(), || gone.load(Ordering::Relaxed))?;
+        if file.path().metadata().map_err(failed)?.len() > LARGEST_FILM {
+            return Err(Refusal::conflict(
+                "the video is larger than 1 GiB; `pursuit track` writes such ones to the disk",
+            ));
+        }
+        std::fs::read(file.path()).map_err(failed)
+    });
+    let bytes = made.await.unwrap_or_else(|_| Err(Refusal::unfit("the video cannot be made; please report it")))?;
+    let headers =
+        [(header::CONTENT_TYPE, "video/mp4"), (header::CONTENT_DISPOSITION, "attachment; filename=\"overlay.mp4\"")];
+    Ok((headers, bytes).into_response())
+}
 
 #[derive(Deserialize)]
 pub(crate) struct Part {

@@ -1,4 +1,4 @@
-use super::engine::Engine;
+use super::engine::{Engine, Place};
 use super::job::{Job, read_only};
 use super::looks::Look;
 use super::screen::{Screen, Viewer, Wish};
@@ -7,12 +7,15 @@ use crate::measuring::Bench;
 use crate::recording::Known;
 use crate::root::Root;
 use pursuit::media::{Locator, OpenOptions, SourceInfo};
-use pursuit::revise::{ChosenDetector, Edit, Version};
+use pursuit::revise::{ChosenDetector, Edit, Input, Label, Row, Trajectory, Version};
 use pursuit::toml::Table;
 use pursuit::{BBox, Frame, Remote};
 use serde_json::Value;
+use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
@@ -35,6 +38,78 @@ pub(crate) struct Setup {
     pub known: Option<Known>,
     /// What it is measured with.
     pub bench: Bench,
+    /// Where it is kept; nowhere without.
+    pub place: Option<Place>,
+    /// The name of the file that was uploaded, where it was.
+    pub called: Option<String>,
+}
+
+/// How far a trial is and what it knows, for another that waits for it and is shown beside it.
+#[derive(Default)]
+pub(crate) struct Progress {
+    /// One more than the frame followed last; 0 before the first.
+    followed: AtomicU64,
+    running: AtomicBool,
+    /// Whether another trial waits for this one: for nobody, rows are not shared.
+    wanted: AtomicBool,
+    rows: Mutex<Rows>,
+}
+
+/// A trajectory as it was told last.
+#[derive(Default)]
+struct Rows {
+    revision: Option<u64>,
+    rows: Vec<Arc<Row>>,
+    step_ms: f64,
+}
+
+impl Progress {
+    /// The trial is there now.
+    pub fn tell(&self, trajectory: &Trajectory, running: bool, step_ms: f64) {
+        if self.wanted.load(Ordering::Relaxed) {
+            self.share(trajectory, step_ms);
+        }
+        self.followed.store(trajectory.last().map_or(0, |row| row.frame + 1), Ordering::Release);
+        self.running.store(running, Ordering::Relaxed);
+    }
+
+    /// From now on what is known is shared.
+    pub fn want(&self) {
+        self.wanted.store(true, Ordering::Relaxed);
+    }
+
+    /// Nothing more comes.
+    pub fn end(&self) {
+        self.running.store(false, Ordering::Relaxed);
+    }
+
+    pub fn is_running(&self) -> bool {
+        self.running.load(Ordering::Relaxed)
+    }
+
+    /// Whether it runs and has not come to this frame yet.
+    pub fn is_behind(&self, frame: u64) -> bool {
+        self.is_running() && self.followed.load(Ordering::Acquire) <= frame
+    }
+
+    /// What is known of this frame, and how long a frame takes, milliseconds.
+    pub fn row(&self, frame: u64) -> (Option<Arc<Row>>, f64) {
+        let shared = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = shared.rows.binary_search_by_key(&frame, |row| row.frame).ok();
+        (at.and_then(|at| shared.rows.get(at)).cloned(), shared.step_ms)
+    }
+
+    fn share(&self, trajectory: &Trajectory, step_ms: f64) {
+        let mut shared = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        if shared.revision != Some(trajectory.revision()) {
+            shared.rows = trajectory.rows().cloned().collect();
+        } else {
+            let last = shared.rows.last().map(|row| row.frame);
+            let new: Vec<_> = trajectory.rows().rev().take_while(|row| Some(row.frame) > last).cloned().collect();
+            shared.rows.extend(new.into_iter().rev());
+        }
+        (shared.revision, shared.step_ms) = (Some(trajectory.revision()), step_ms);
+    }
 }
 
 /// What a trial can be told.
@@ -58,6 +133,20 @@ pub(crate) enum Order {
     Detect(Option<ChosenDetector>),
     /// Look at frames in this way.
     Look(Look),
+    Undo,
+    Redo,
+    /// Takes the trajectory in this file, whose form is seen by its content.
+    Import(Vec<u8>),
+    /// Names a target.
+    Label(u64, Label),
+    /// The first is the same target as the second, and is called so.
+    Merge(u64, u64),
+    /// From the frame shown on this is another target.
+    Split(u64),
+    /// In these frames each was taken for the other.
+    Swap([u64; 2], RangeInclusive<u64>),
+    /// Never goes ahead of this trial, while that one runs.
+    Beside(Option<Arc<Progress>>),
     /// Says where it is.
     Tell,
 }
@@ -95,6 +184,9 @@ enum Kind {
         /// Of a live input, which is never opened a second time.
         remote: Remote,
         bench: Box<Mutex<Bench>>,
+        progress: Arc<Progress>,
+        input: Input,
+        thread: Mutex<Option<JoinHandle<()>>>,
     },
     Job(Arc<Job>),
 }
@@ -124,14 +216,17 @@ impl Trial {
     /// An input that cannot be read or says nothing, a method that there is not.
     pub async fn open(mut setup: Setup) -> Result<Self, Refusal> {
         let bench = Box::new(Mutex::new(std::mem::take(&mut setup.bench)));
+        let input = Input::new(setup.locator.clone(), setup.options.clone());
         let system = |e: std::io::Error| Refusal::too_many(format!("the system gives no thread ({e}); close a trial"));
         let screen = Screen::open().map_err(system)?;
         let (messages, inbox) = channel();
         let (opened, told) = oneshot::channel();
         let painted = screen.clone();
+        let progress = Arc::new(Progress::default());
+        let told_of = progress.clone();
         let run = move || {
             let screen = Closing(painted);
-            match Engine::open(setup, screen.0.clone()) {
+            match Engine::open(setup, screen.0.clone(), told_of) {
                 Ok(engine) => {
                     if opened.send(Ok(engine.remote())).is_ok() {
                         engine.run(&inbox);
@@ -140,9 +235,11 @@ impl Trial {
                 Err(refusal) => drop(opened.send(Err(refusal))),
             }
         };
-        std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
+        let thread = std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
+        let thread = Mutex::new(Some(thread));
         match tokio::time::timeout(OPENING, told).await {
-            Ok(Ok(outcome)) => outcome.map(|remote| Self { kind: Kind::Own { messages, remote, bench }, screen }),
+            Ok(Ok(outcome)) => outcome
+                .map(|remote| Self { kind: Kind::Own { messages, remote, bench, progress, input, thread }, screen }),
             Ok(Err(_)) => Err(Refusal::unfit("this source cannot be opened; please report it")),
             Err(_) => Err(Refusal::unfit(format!("the source said nothing for {} s", OPENING.as_secs()))),
         }
@@ -166,6 +263,38 @@ impl Trial {
         match &self.kind {
             Kind::Own { messages, .. } => ask(messages, |answer| Message::Version(number, answer)).await,
             Kind::Job(job) => job.version(number),
+        }
+    }
+
+    /// What it follows in, to be read once more.
+    pub fn input(&self) -> Result<&Input, Refusal> {
+        match &self.kind {
+            Kind::Own { input, .. } => Ok(input),
+            Kind::Job(_) => Err(read_only()),
+        }
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> Option<Arc<Progress>> {
+        match &self.kind {
+            Kind::Own { progress, .. } => Some(progress.clone()),
+            Kind::Job(_) => None,
+        }
+    }
+
+    /// Whether it is following, or playing.
+    pub fn is_running(&self) -> bool {
+        self.progress().is_some_and(|progress| progress.is_running())
+    }
+
+    /// Ends it, and waits until all that it knows is kept.
+    pub fn end(&self) {
+        if let Kind::Own { messages, remote, thread, .. } = &self.kind {
+            let _ = messages.send(Message::Quit);
+            remote.stop();
+            let thread = thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+            // A thread that panicked has said so.
+            let _ = thread.map(JoinHandle::join);
         }
     }
 

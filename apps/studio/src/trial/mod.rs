@@ -10,6 +10,7 @@ mod report;
 mod run_up;
 mod screen;
 
+pub(crate) use engine::Place;
 pub(crate) use handle::{Order, Setup, Told, Trial};
 pub(crate) use job::{Job, read_only};
 pub(crate) use looks::Look;

@@ -45,12 +45,12 @@ fn record(record: &Record, backward: bool, truth: &Truth) -> Value {
     })
 }
 
-/// What is known of an input.
-pub(crate) fn input(info: &SourceInfo) -> Value {
+/// What is known of an input; its length in frames, and whether that is about so.
+pub(crate) fn input(info: &SourceInfo, (frame_count, about): (Option<u64>, bool)) -> Value {
     let size = info.input_size();
     json!({
         "name": info.name, "width": size.width, "height": size.height, "region": info.view.map(|view| view.region), "fps": info.fps,
-        "frame_count": info.frame_count, "live": info.live, "decoder": info.decoder, "truth": info.truth.is_some(),
+        "frame_count": frame_count, "about": about, "live": info.live, "decoder": info.decoder, "truth": info.truth.is_some(),
     })
 }
 

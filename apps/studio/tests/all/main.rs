@@ -6,6 +6,7 @@ mod calls;
 mod common;
 mod detector;
 mod flood;
+mod keeping;
 mod live;
 mod looks;
 mod measuring;

@@ -38,7 +38,11 @@ fn an_evaluation_is_listed_shown_and_its_worst_frames_can_be_opened() {
     let mut options = EvalOptions::new(vec![data], vec![recipe.into()], out.clone());
     options.report = false;
     let results = evaluate(&options, &|_| {}, &AtomicBool::new(false)).unwrap();
-    assert_eq!(studio.get("/api/runs").json(), json!([{ "path": "out/eval", "kind": "evaluation" }]));
+    let listed = studio.get("/api/runs").json();
+    assert_eq!(
+        (&listed[0]["path"], &listed[0]["kind"], &listed[1]),
+        (&json!("out/eval"), &json!("evaluation"), &json!(null))
+    );
     let run = studio.get("/api/runs/results?folder=out/eval").json();
     let shown = &run["trackers"][0];
     assert_eq!(
@@ -94,7 +98,10 @@ fn tracked(root: &Path, change: impl FnOnce(&mut RunConfig)) -> String {
 fn a_run_of_a_tracker_is_opened_with_what_it_said_and_followed_again_from_a_correction() {
     let (studio, root) = studio();
     let told = tracked(root.path(), |_| {});
-    assert_eq!(studio.get("/api/runs").json(), json!([{ "path": "out/run", "kind": "tracking" }]));
+    let listed = studio.get("/api/runs").json();
+    let run = json!({ "path": "out/run", "kind": "tracking", "tracker": "kcf", "edited": false, "written_ms": listed[0]["written_ms"] });
+    assert_eq!(listed, json!([run]));
+    assert!(listed[0]["written_ms"].as_u64().is_some_and(|ms| ms > 1_700_000_000_000));
     let run = studio.get("/api/runs/results?folder=out/run").json();
     assert_eq!((&run["kind"], &run["run"]["recipe"]["tracker"]), (&json!("tracking"), &json!("kcf")));
     let opened = studio.ok("POST", "/api/trials", &json!({ "run": "out/run" }));
@@ -125,6 +132,9 @@ fn a_run_of_a_tracker_is_opened_with_what_it_said_and_followed_again_from_a_corr
     assert_eq!(without_times(&csv(&trial)), without_times(&csv(&own)));
     let before = studio.get(&format!("{trial}/trajectory?format=csv&version=1")).text();
     assert_eq!(before, told, "the recorded version is kept");
+    // The folder of the command's run is left as it was: what is done to it here has one of its own.
+    assert_eq!(std::fs::read_to_string(root.path().join("out/run/trajectory.csv")).unwrap(), told);
+    assert!(studio.get(&trial).json()["folder"].as_str().is_some_and(|f| f.starts_with("pursuit-out/mover")));
 }
 
 #[test]

@@ -148,24 +148,33 @@ fn trials_and_uploads_are_bounded() {
     let (studio, _root) = studio();
     let opening = json!({ "source": "scene:drift?duration=1", "tracker": "mosse" });
     let trials: Vec<String> = (0..8).map(|_| studio.trial(&opening)).collect();
-    assert_eq!(studio.send("POST", "/api/trials", &opening).status, 429);
+    let look = |trial: &String| tungstenite::connect(format!("ws://{}{trial}/live", studio.host())).unwrap().0;
+    let mut looking: Vec<_> = trials.iter().map(look).collect();
+    // Those that somebody looks at stay.
+    let refused = studio.send("POST", "/api/trials", &opening);
+    assert!(refused.status == 429 && refused.text().contains("close one under Runs"), "{}", refused.text());
     studio.ok("DELETE", &trials[3], &json!({}));
     studio.trial(&opening);
     assert_eq!(studio.get(&trials[3]).status, 404);
+    // Of those that nobody looks at any more, the one that was left first makes room; the newest is given time to be looked at.
+    looking.remove(5).close(None).unwrap();
+    std::thread::sleep(Duration::from_millis(2500));
+    studio.trial(&opening);
+    assert_eq!((studio.get(&trials[5]).status, studio.get(&trials[0]).status), (404, 200));
     for (i, _) in (0..16).enumerate() {
         let answer = studio.request("POST", "/api/uploads?name=../../x.y4m", &[], b"nothing");
-        assert_eq!(answer.json()["source"], format!("upload:{}.y4m", i + 1));
+        assert_eq!(answer.json()["source"], format!("upload:{}-x.y4m", i + 1));
     }
     assert_eq!(studio.request("POST", "/api/uploads?name=x.y4m", &[], b"nothing").status, 429);
     studio.ok("DELETE", &trials[0], &json!({}));
-    for name in ["upload:1.y4m", "upload:17.y4m", "upload:../1.y4m"] {
+    for name in ["upload:1-x.y4m", "upload:17-x.y4m", "upload:../1-x.y4m"] {
         assert!([404, 422].contains(&studio.send("POST", "/api/trials", &json!({ "source": name })).status), "{name}");
     }
 }
 
 #[test]
-fn what_is_uploaded_can_be_followed() {
-    let (studio, _root) = studio();
+fn what_is_uploaded_can_be_followed_and_is_kept() {
+    let (studio, root) = studio();
     let mut y4m = b"YUV4MPEG2 W64 H48 F25:1 Ip A1:1 Cmono\n".to_vec();
     for frame in 0..5_u8 {
         y4m.extend_from_slice(b"FRAME\n");
@@ -178,6 +187,12 @@ fn what_is_uploaded_can_be_followed() {
     studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": [10, 10, 16, 20] }));
     let facts = studio.follow_to_the_end(&trial);
     assert_eq!(facts["head"], 4);
+    // The upload goes with the studio: a copy is kept beside what was made of it, so that it can be opened again.
+    let folder = facts["folder"].as_str().unwrap();
+    assert_eq!((folder, std::fs::read(root.path().join(folder).join("clip.y4m")).unwrap()), ("pursuit-out/clip", y4m));
+    studio.ok("DELETE", &trial, &json!({}));
+    let again = studio.ok("POST", "/api/trials", &json!({ "run": folder }));
+    assert_eq!((&again["source"], &again["facts"]["head"]), (&json!("pursuit-out/clip/clip.y4m"), &json!(4)));
 }
 
 #[test]

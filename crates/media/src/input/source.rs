@@ -94,6 +94,8 @@ pub struct SourceInfo {
     pub fps: Option<f64>,
     /// How many frames there will be, where that is known beforehand.
     pub frame_count: Option<u64>,
+    /// How long the file says that it is, in seconds, where its frames are not counted: they may be a few more or fewer.
+    pub duration_s: Option<f64>,
     /// Whether frames come in real time and cannot wait (cameras, streams).
     pub live: bool,
     /// How it is decoded, in words: `H.264 in MP4 (built in)`, `ffmpeg: vp9`.
@@ -121,6 +123,7 @@ impl SourceInfo {
             size,
             fps: None,
             frame_count: None,
+            duration_s: None,
             live: false,
             decoder: decoder.into(),
             truth: None,

@@ -20,7 +20,8 @@ impl<S: Source> Trimmed<S> {
     /// [`MediaError::Unreadable`] when the part is known to be empty.
     pub fn new(source: S, from: u64, to: Option<u64>) -> Result<Self> {
         let to = to.unwrap_or(u64::MAX);
-        let mut info = source.info().clone();
+        // How long the whole is says nothing of a part.
+        let mut info = SourceInfo { duration_s: None, ..source.info().clone() };
         if from > to {
             let reason = format!("frames {from} to {to} are none; the first must not come after the last");
             return Err(MediaError::unreadable(&info.name, reason));

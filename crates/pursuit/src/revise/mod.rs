@@ -3,7 +3,8 @@
 //!
 //! A trajectory is a function of the recipe and of the edits. An [`EditedSession`] follows with them, and goes back to an
 //! earlier frame by a snapshot; a [`Trajectory`] holds what came of it, with its earlier versions; [`Backward`] shows the
-//! frames before a corrected one to a tracker, the latest first.
+//! frames before a corrected one to a tracker, the latest first. A [`RunWriter`] keeps all of it in the folder of a run;
+//! an [`Imported`] comes from files of other programs.
 //!
 //! ```
 //! use pursuit::revise::{Backward, EditKind, EditedSession, Frames, Input, Trajectory};
@@ -38,17 +39,29 @@
 
 mod backward;
 mod edit;
+mod edits_file;
+mod film;
 mod frames;
+mod identity;
+mod import;
 mod input;
+mod label;
 mod row;
+mod run_writer;
 mod session;
 mod snapshots;
 mod trajectory;
 
 pub use backward::{Backward, End};
 pub use edit::{Edit, EditKind};
+pub use edits_file::{EDITS, Revised};
+pub use film::film;
 pub use frames::Frames;
+pub use identity::Identity;
+pub use import::{Imported, complete};
 pub use input::Input;
+pub use label::Label;
 pub use row::{Row, Version};
+pub use run_writer::RunWriter;
 pub use session::{ChosenDetector, EditedSession};
 pub use trajectory::Trajectory;

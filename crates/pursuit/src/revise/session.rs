@@ -3,6 +3,7 @@
 use super::snapshots::{Snapshot, Snapshots};
 use super::{Edit, EditKind, Input, Row};
 use crate::{Command, Remote, RunError, Session};
+use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_media::SourceInfo;
 use pursuit_trackers::registry;
@@ -67,6 +68,8 @@ pub struct EditedSession {
     /// How many of them have been obeyed.
     obeyed: usize,
     snapshots: Snapshots,
+    /// The frame looked at last.
+    at: Option<u64>,
 }
 
 impl EditedSession {
@@ -87,7 +90,7 @@ impl EditedSession {
         }
         let numbers = session.targets().ids().into_iter().map(|id| (id, id.0)).collect();
         let (base, snapshots) = (recipe.boxed_clone(), Snapshots::default());
-        Ok(Self { input, info, base, seeking, recipe, session, numbers, edits, obeyed: 0, snapshots })
+        Ok(Self { input, info, base, seeking, recipe, session, numbers, edits, obeyed: 0, snapshots, at: None })
     }
 
     /// From the first frame again, with this method and all edits.
@@ -106,6 +109,48 @@ impl EditedSession {
     pub fn seek(&mut self, seeking: ChosenDetector) -> Result<(), RunError> {
         *self = Self::new(self.input.clone(), self.base.boxed_clone(), Some(seeking), self.edits.clone())?;
         Ok(())
+    }
+
+    /// Takes other edits, as after an undo, and goes back to before the first that differs, where it has come past it: what was
+    /// known there, or nearest before, is gone on from. With another method or another way to find the first target it begins anew.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); nothing has changed then.
+    pub fn revise(
+        &mut self,
+        recipe: Box<dyn Recipe>,
+        seeking: Option<ChosenDetector>,
+        edits: Vec<Edit>,
+    ) -> Result<(), RunError> {
+        let same = self.base.name() == recipe.name()
+            && self.base.parameters()? == recipe.parameters()?
+            && self.seeking.as_ref().map(|s| (s.name(), s.values()))
+                == seeking.as_ref().map(|s| (s.name(), s.values()));
+        if !same || self.info.live {
+            *self = Self::new(self.input.clone(), recipe, seeking, edits)?;
+            return Ok(());
+        }
+        let equal = self.edits.iter().zip(&edits).take_while(|(old, new)| old == new).count();
+        let parts = [self.edits.get(equal), edits.get(equal)].into_iter().flatten().map(|e| e.frame).min();
+        let before = std::mem::replace(&mut self.edits, edits);
+        let Some(parts) = parts else { return Ok(()) };
+        self.snapshots.forget_from(parts);
+        if self.at.is_none_or(|at| at < parts) {
+            return Ok(());
+        }
+        let back = match self.snapshots.last() {
+            Some(snapshot) => self.resume(snapshot),
+            None => self.restart(recipe, self.edits.clone()),
+        };
+        if back.is_err() {
+            self.edits = before;
+        }
+        back
+    }
+
+    /// The frame looked at last; none before the first.
+    pub const fn at(&self) -> Option<u64> {
+        self.at
     }
 
     /// What finds the first target.
@@ -150,6 +195,7 @@ impl EditedSession {
     pub fn step(&mut self) -> Result<Option<(Arc<Frame>, Row)>, RunError> {
         let Some(progress) = self.session.step()? else { return Ok(None) };
         let (frame, mut records) = (progress.frame.clone(), progress.records.to_vec());
+        self.at = Some(frame.index());
         for record in &mut records {
             if let Some(number) = self.numbers.get(&record.target) {
                 record.target = TargetId(*number);
@@ -199,6 +245,42 @@ impl EditedSession {
         }
     }
 
+    /// Goes back to frame `at`, in which the target was added, and adds it on another box in place of that one.
+    ///
+    /// # Errors
+    /// A box that cannot be used, a target that was not added there, an input that cannot be read a second time; nothing has
+    /// changed then.
+    pub fn begin_elsewhere(&mut self, at: u64, target: u64, bbox: BBox) -> Result<(Arc<Frame>, Row), RunError> {
+        let before = self.edits.clone();
+        // Corrections of the same frame were of the box that is given up.
+        self.edits
+            .retain(|e| e.frame != at || !matches!(e.kind, EditKind::Correct { target: other, .. } if other == target));
+        let added = self.edits.iter_mut().find_map(|e| match &mut e.kind {
+            EditKind::Add { target: other, bbox } if *other == target && e.frame == at => Some(bbox),
+            _ => None,
+        });
+        let Some(own) = added else {
+            self.edits = before;
+            return Err(RunError::usage(format!("target {target} was not added in frame {at}")));
+        };
+        *own = bbox;
+        match self.go_back(at) {
+            Ok(found) => Ok(found),
+            Err(error) => {
+                self.edits = before;
+                self.go_back(at)?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Whether the target was added in this frame.
+    pub fn began(&self, at: u64, target: u64) -> bool {
+        let added =
+            |e: &&Edit| e.frame == at && matches!(e.kind, EditKind::Add { target: other, .. } if other == target);
+        self.edits.iter().any(|e| added(&e))
+    }
+
     /// Follows again up to frame `at`, from the nearest frame before it whose state is known.
     fn go_back(&mut self, at: u64) -> Result<(Arc<Frame>, Row), RunError> {
         self.snapshots.forget_from(at);
@@ -220,6 +302,7 @@ impl EditedSession {
         let targets = TargetSet::restore(&snapshot.state, &recipe_of)?;
         self.session = Session::new(source, snapshot.recipe.boxed_clone()).following(Box::new(targets));
         (self.info, self.numbers, self.obeyed) = (info, snapshot.numbers, snapshot.obeyed);
+        self.at = Some(snapshot.frame);
         self.recipe = snapshot.recipe;
         Ok(())
     }

@@ -8,10 +8,12 @@ const MOST_RECORDS: usize = 100_000;
 const MOST_VERSIONS: usize = 8;
 
 /// What is known of every frame followed so far, and the versions before the last correction.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Trajectory {
     /// Records that are kept.
     most: usize,
+    /// How often anything but its end has changed.
+    revision: u64,
     rows: VecDeque<Arc<Row>>,
     records: usize,
     versions: Vec<Version>,
@@ -27,7 +29,7 @@ impl Default for Trajectory {
 impl Trajectory {
     /// A trajectory of so many records at most; of longer ones the oldest frames are dropped.
     pub const fn holding(most: usize) -> Self {
-        Self { most, rows: VecDeque::new(), records: 0, versions: Vec::new(), replaced: 0 }
+        Self { most, revision: 0, rows: VecDeque::new(), records: 0, versions: Vec::new(), replaced: 0 }
     }
 
     /// Adds the row of the frame after the last.
@@ -80,6 +82,7 @@ impl Trajectory {
         if let Some(old) = self.rows.pop_back() {
             self.records -= old.records.len();
         }
+        self.revision += 1;
         self.push(row);
     }
 
@@ -88,6 +91,7 @@ impl Trajectory {
         let at = self.rows.partition_point(|r| r.frame < row.frame);
         if let Some(old) = self.rows.get_mut(at).filter(|old| old.frame == row.frame) {
             self.records = self.records + row.records.len() - old.records.len();
+            self.revision += 1;
             *old = row;
         }
     }
@@ -103,8 +107,24 @@ impl Trajectory {
                 self.versions.remove(0);
             }
         }
+        self.revision += 1;
         self.rows.truncate(self.rows.partition_point(|r| r.frame < from));
         self.records = self.rows.iter().map(|r| r.records.len()).sum();
+    }
+
+    /// Takes the place of what there is, as after an undo: whoever has seen this one is told by a new revision.
+    pub fn restore(&mut self, other: Self) {
+        *self = Self { revision: self.revision.max(other.revision) + 1, ..other };
+    }
+
+    /// A number that grows whenever anything but the end of the trajectory changes: rows that were read before may be others.
+    pub const fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// All rows, in order of their frames.
+    pub fn rows(&self) -> impl DoubleEndedIterator<Item = &Arc<Row>> + ExactSizeIterator {
+        self.rows.iter()
     }
 
     /// The number of the version that is being made.
@@ -148,6 +168,20 @@ mod tests {
             all.branch(100, "again", "kcf");
         }
         assert_eq!((all.versions().len(), all.number()), (MOST_VERSIONS, 22));
+    }
+
+    #[test]
+    fn every_change_but_a_row_at_the_end_is_a_new_revision() {
+        let mut all = Trajectory::default();
+        (0..4).for_each(|frame| all.push(row(frame, 1)));
+        let before = all.clone();
+        assert_eq!(all.revision(), 0);
+        all.replace(Arc::new(row(2, 1)));
+        all.replace_last(row(3, 1));
+        all.branch(2, "corrected", "kcf");
+        assert_eq!((all.revision(), all.len()), (3, 2));
+        all.restore(before);
+        assert_eq!((all.revision(), all.rows().len(), all.versions().len()), (4, 4, 0));
     }
 
     #[test]

@@ -3,6 +3,8 @@ use super::text::{Text, TextRow};
 use crate::Record;
 use pursuit_geometry::BBox;
 use pursuit_tracking::{Class, Doubt, Estimate, TargetId, TrackState};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 /// The columns of `trajectory.csv`.
@@ -95,7 +97,15 @@ impl Dialect {
 /// # Errors
 /// A file that cannot be read or has other columns, in words.
 pub fn read_trajectory(path: &Path) -> Result<impl Iterator<Item = Record>, String> {
-    let mut reader = csv::Reader::from_path(path).map_err(|e| e.to_string())?;
+    parse_trajectory(File::open(path).map_err(|e| e.to_string())?)
+}
+
+/// The same of anything that can be read.
+///
+/// # Errors
+/// As [`read_trajectory`].
+pub fn parse_trajectory<R: Read>(text: R) -> Result<impl Iterator<Item = Record> + use<R>, String> {
+    let mut reader = csv::Reader::from_reader(text);
     let columns = reader.headers().map_err(|e| e.to_string())?;
     let known = columns.len() == TRAJECTORY_COLUMNS.len() || columns.len() == COLUMNS_BEFORE;
     if !known || columns.iter().zip(TRAJECTORY_COLUMNS).any(|(theirs, ours)| theirs != ours) {

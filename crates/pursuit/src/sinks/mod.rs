@@ -20,7 +20,7 @@ mod text;
 mod xlsx;
 
 pub(crate) use csv::can_be_added_to;
-pub use csv::{TRAJECTORY_COLUMNS, read_trajectory};
+pub use csv::{TRAJECTORY_COLUMNS, parse_trajectory, read_trajectory};
 pub use format::Format;
 pub(crate) use format::Lines;
 #[cfg(any(feature = "mcap", all(test, feature = "publish")))]

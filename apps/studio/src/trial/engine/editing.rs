@@ -5,7 +5,7 @@ use super::super::{MOST_EDITS, MOST_TARGETS};
 use super::Engine;
 use crate::error::Refusal;
 use pursuit::parameters::nested;
-use pursuit::revise::{Edit, EditKind, Row};
+use pursuit::revise::{Edit, EditKind, Label, Row};
 use pursuit::toml::Table;
 use pursuit::tracking::TrackerEntry;
 use pursuit::{BBox, RunError};
@@ -16,7 +16,7 @@ const WHILE_RUNNING: [&str; 3] = ["motion", "policy", "search"];
 
 impl Engine {
     pub(super) fn add(&mut self, bbox: BBox) -> Result<(), Refusal> {
-        if self.follower.targets().len() >= MOST_TARGETS {
+        if self.targets().len() >= MOST_TARGETS {
             return Err(Refusal::too_many(format!("{MOST_TARGETS} targets are followed already; remove one")));
         }
         let target = self.last_target + 1;
@@ -30,8 +30,24 @@ impl Engine {
         if backward && self.follower.info().live {
             return Err(Refusal::conflict("a live source cannot be followed backward; correct it without"));
         }
+        let at = self.shown.index();
+        if !self.follower.info().live && self.follower.began(at, target) {
+            return self.begin_elsewhere(at, target, bbox);
+        }
         self.edit(EditKind::Correct { target, bbox, backward }, &format!("target {target} corrected"))?;
         if backward { self.begin_return(target, bbox) } else { Ok(()) }
+    }
+
+    /// The target was begun here, and begins on this box instead.
+    fn begin_elsewhere(&mut self, at: u64, target: u64, bbox: BBox) -> Result<(), Refusal> {
+        self.may_follow()?;
+        let (frame, row) = self.follower.begin_elsewhere(at, target, bbox)?;
+        self.trajectory.branch(at, &format!("target {target} begun elsewhere"), self.tracker.name);
+        self.trajectory.push(row);
+        self.pictures.keep(&frame);
+        let phase = if self.trajectory.len() > 1 { Phase::Paused } else { self.phase };
+        (self.shown, self.phase, self.message, self.recorded) = (frame, phase, None, None);
+        Ok(())
     }
 
     /// Does this in the frame that is shown; what was followed after it is followed again.
@@ -60,6 +76,23 @@ impl Engine {
         self.trajectory.push(row);
         self.pictures.keep(&frame);
         (self.shown, self.phase, self.message, self.recorded) = (frame, Phase::Paused, None, None);
+        Ok(())
+    }
+
+    /// Names a target, and chooses its colour.
+    pub(super) fn label(&mut self, target: u64, label: Label) -> Result<(), Refusal> {
+        if !self.trajectory.rows().any(|row| row.records.iter().any(|r| r.target.0 == target)) {
+            return Err(Refusal::missing(format!("there is no target {target}")));
+        }
+        let taken = |(other, own): (&u64, &Label)| *other != target && own.name.is_some() && own.name == label.name;
+        if self.labels.iter().any(taken) {
+            return Err(Refusal::conflict("another target has this name already"));
+        }
+        if label == Label::default() {
+            self.labels.remove(&target)
+        } else {
+            self.labels.insert(target, label)
+        };
         Ok(())
     }
 

@@ -1,29 +1,38 @@
 //! The thread of a trial: obeys orders, follows, shows.
 
 mod editing;
+mod history;
+mod keeping;
 mod recorded;
 mod returning;
 mod seeking;
 mod telling;
 
-use super::handle::{Answer, Message, Order, Setup};
+use super::handle::{Answer, Message, Order, Progress, Setup};
 use super::looks::Looks;
 use super::phase::Phase;
 use super::proposer::Proposer;
 use super::screen::{PICTURE_EVERY, Screen};
 use crate::error::Refusal;
 use crate::root::Root;
+use history::History;
+use keeping::Keeping;
+pub(crate) use keeping::Place;
 use pursuit::parameters::nested;
-use pursuit::revise::{EditKind, EditedSession, Frames, Input, Trajectory};
+use pursuit::revise::{EditKind, EditedSession, Frames, Identity, Input, Label, Trajectory};
 use pursuit::trackers::registry;
 use pursuit::tracking::TrackerEntry;
 use pursuit::{Frame, Remote, RunError};
 use recorded::Recorded;
 use returning::Return;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
+
+/// How long it waits before it looks again how far another trial is.
+const WAIT: Duration = Duration::from_millis(2);
 
 pub(super) struct Engine {
     tracker: &'static TrackerEntry,
@@ -53,13 +62,26 @@ pub(super) struct Engine {
     proposer: Option<Proposer>,
     /// How frames are looked at.
     looks: Looks,
-    /// Of a trajectory that is known and was not followed here.
+    /// Of a trajectory that is known and was not followed here, or not again since it was undone.
     recorded: Option<Recorded>,
+    /// What can be undone.
+    history: History,
+    /// What targets are called.
+    labels: BTreeMap<u64, Label>,
+    /// Where all of it is kept.
+    keeping: Option<Keeping>,
+    /// Whether anything was changed since the trial was opened.
+    touched: bool,
+    /// How far it is, for a trial that waits for this one.
+    progress: Arc<Progress>,
+    /// The trial that this one waits for, so that both can be looked at in the same frame.
+    beside: Option<Arc<Progress>>,
 }
 
 impl Engine {
-    pub fn open(setup: Setup, screen: Arc<Screen>) -> Result<Self, Refusal> {
-        let Setup { locator, options, root, tracker, parameters, seeking, known, bench: _ } = setup;
+    pub fn open(setup: Setup, screen: Arc<Screen>, progress: Arc<Progress>) -> Result<Self, Refusal> {
+        let Setup { locator, options, root, tracker, parameters, seeking, known, bench: _, place, called } = setup;
+        let keeping = place.map(|place| Keeping::new(place, locator.clone(), called));
         let input = Input::new(locator, options);
         let tracker = registry::tracker(&tracker).map_err(RunError::from)?;
         let mut parameters = nested(&parameters);
@@ -93,6 +115,12 @@ impl Engine {
             proposer: seeking.map(Proposer::new).transpose()?,
             looks: Looks::default(),
             recorded: None,
+            history: History::default(),
+            labels: BTreeMap::new(),
+            keeping,
+            touched: false,
+            progress,
+            beside: None,
         };
         if let Some(known) = known {
             engine.take_over(known)?;
@@ -106,8 +134,14 @@ impl Engine {
         self.follower.remote()
     }
 
-    /// Until it is told to quit, or nobody can tell it anything.
+    /// Until it is told to quit, or nobody can tell it anything; what is known then is kept.
     pub fn run(mut self, inbox: &Receiver<Message>) {
+        self.obey_all(inbox);
+        self.keep_at_last();
+        self.progress.end();
+    }
+
+    fn obey_all(&mut self, inbox: &Receiver<Message>) {
         loop {
             let message = if self.phase == Phase::Running {
                 match inbox.recv_timeout(self.due.saturating_duration_since(Instant::now())) {
@@ -125,20 +159,29 @@ impl Engine {
                 Some(Message::Version(number, answer)) => drop(answer.send(self.version(number))),
                 Some(Message::Picture(frame, answer)) => drop(answer.send(self.picture(frame))),
                 Some(Message::Shown(answer)) => drop(answer.send(Ok(self.shown.clone()))),
+                // Both are to be looked at in the same frame: the other one goes first.
+                None if self.is_ahead() => self.due = Instant::now() + WAIT,
                 None => {
                     self.go_on();
+                    self.keep();
                     // Nobody sees more pictures than a screen shows; the last one is always shown.
                     if self.phase != Phase::Running || self.shown_at.elapsed() >= PICTURE_EVERY {
                         self.show();
                     }
                 }
             }
+            self.progress.tell(&self.trajectory, self.phase == Phase::Running, self.step_ms);
         }
+    }
+
+    /// Whether the trial that this one waits for has yet to follow the frame that comes next.
+    fn is_ahead(&self) -> bool {
+        self.returning.is_none() && self.beside.as_ref().is_some_and(|other| other.is_behind(self.shown.index() + 1))
     }
 
     /// Obeys, and says where the trial is then: of a frame that has not been followed yet, once it has.
     fn answer(&mut self, order: Order, answer: Answer) {
-        if !matches!(order, Order::Tell | Order::Speed(_) | Order::Detect(_) | Order::Look(_)) {
+        if !matches!(order, Order::Tell | Order::Speed(_) | Order::Detect(_) | Order::Look(_) | Order::Beside(_)) {
             self.give_up_goal();
             if !(matches!(order, Order::Start) && self.start_after_return()) {
                 self.break_off_return();
@@ -151,7 +194,8 @@ impl Engine {
             _ => None,
         };
         let beyond = beyond.filter(|frame| self.is_beyond(*frame));
-        let outcome = self.obey(order);
+        let outcome = self.obey_and_remember(order);
+        self.keep();
         self.show();
         match (outcome, beyond) {
             (Ok(()), Some(frame)) => {
@@ -180,6 +224,32 @@ impl Engine {
             self.show();
             drop(answer.send(Ok(self.facts())));
         }
+    }
+
+    /// What changes the trial can be undone; what a live source has shown does not come again.
+    fn obey_and_remember(&mut self, order: Order) -> Result<(), Refusal> {
+        let what = match &order {
+            Order::Add(_) => "a target",
+            Order::Correct(..) => "a box",
+            Order::Remove(_) => "a target removed",
+            Order::Change(_) => "a parameter",
+            Order::Tracker(..) => "another tracker",
+            Order::Import(_) => "a file read",
+            Order::Label(..) => "a name or a colour",
+            Order::Merge(..) => "two targets merged",
+            Order::Split(_) => "a target split",
+            Order::Swap(..) => "two targets swapped",
+            // Without a box it begins by itself.
+            Order::Start => "the start",
+            _ => return self.obey(order),
+        };
+        let before = self.moment(what);
+        self.obey(order)?;
+        if !self.follower.info().live && before.differs(self) {
+            self.touched = true;
+            self.history.push(before);
+        }
+        Ok(())
     }
 
     fn obey(&mut self, order: Order) -> Result<(), Refusal> {
@@ -219,6 +289,30 @@ impl Engine {
             }
             Order::Detect(seeking) => self.proposer = seeking.map(Proposer::new).transpose()?,
             Order::Look(look) => self.look(look)?,
+            Order::Undo => {
+                self.pause();
+                self.undo()?;
+                self.touched = true;
+            }
+            Order::Redo => {
+                self.pause();
+                self.redo()?;
+                self.touched = true;
+            }
+            Order::Import(text) => self.import(&text)?,
+            Order::Label(target, label) => self.label(target, label)?,
+            Order::Merge(target, into) => self.identify(&Identity::Merge { target, into })?,
+            Order::Split(target) => {
+                let (at, new) = (self.shown.index(), self.last_target + 1);
+                self.identify(&Identity::Split { target, at, new })?;
+            }
+            Order::Swap(targets, frames) => self.identify(&Identity::Swap { targets, frames })?,
+            Order::Beside(other) => {
+                if let Some(other) = &other {
+                    other.want();
+                }
+                self.beside = other;
+            }
             Order::Tell => {}
         }
         Ok(())

@@ -82,7 +82,7 @@ impl Engine {
     /// The way back that is gone, or else the last one.
     pub(super) fn way_back(&self) -> Value {
         let going = self.returning.as_ref().map(
-            |Return { way, .. }| json!({ "target": way.target(), "from": way.from(), "to": way.at(), "end": null }),
+            |Return { way, then }| json!({ "target": way.target(), "from": way.from(), "to": way.at(), "end": null, "goes_on": *then == Phase::Running }),
         );
         going.or_else(|| self.returned.clone()).unwrap_or_default()
     }

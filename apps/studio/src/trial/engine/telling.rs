@@ -37,6 +37,27 @@ impl Engine {
         self.screen.show(Box::new(move || facts), seen, self.phase == Phase::Running);
     }
 
+    /// The targets that are followed: of what was not followed here, those that the last frame has.
+    pub(super) fn targets(&self) -> Vec<u64> {
+        match (&self.recorded, self.trajectory.last()) {
+            (Some(_), Some(last)) => last.records.iter().map(|r| r.target.0).collect(),
+            _ => self.follower.targets(),
+        }
+    }
+
+    /// How many frames the input has, and whether that is known for certain.
+    fn length(&self) -> (Option<u64>, bool) {
+        let info = self.follower.info();
+        let head = self.trajectory.last().map_or(0, |row| row.frame + 1);
+        match (info.frame_count, info.duration_s.zip(info.fps)) {
+            (Some(count), _) => (Some(count), false),
+            // At its end one knows.
+            (None, _) if self.phase == Phase::Ended => (Some(head), false),
+            (None, Some((seconds, fps))) => (Some(((seconds * fps).round() as u64).max(head)), true),
+            (None, None) => (None, false),
+        }
+    }
+
     /// Where the trial is.
     pub(super) fn facts(&self) -> Value {
         let info = self.follower.info();
@@ -45,16 +66,22 @@ impl Engine {
         let versions =
             versions.map(|v| json!({ "number": v.number, "why": v.why, "tracker": v.tracker, "frames": v.rows.len() }));
         let (detector, proposals) = self.proposals();
+        let [undo, redo] = self.history.names();
+        let kept = self.keeping.as_ref().and_then(|keeping| keeping.folder());
+        let beside = self.beside.as_ref().map(|other| {
+            let (row, step_ms) = other.row(self.shown.index());
+            json!({ "now": row.map(|row| report::row(&row, info)), "step_ms": step_ms })
+        });
         json!({
             "phase": self.phase,
             "message": self.message,
-            "input": report::input(info),
+            "input": report::input(info, self.length()),
             "tracker": self.tracker.name,
             "parameters": self.follower.recipe().parameters().unwrap_or_default(),
             "now": row,
             "first": self.trajectory.first().map(|r| r.frame),
             "head": self.trajectory.last().map(|r| r.frame),
-            "targets": self.follower.targets(),
+            "targets": self.targets(),
             "edits": self.follower.edits().iter().map(report::edit).collect::<Vec<_>>(),
             "speed": self.speed,
             "look": self.looks.look,
@@ -63,7 +90,13 @@ impl Engine {
             "proposals": proposals,
             "seeking": self.follower.seeking().map(|s| json!({ "name": s.name(), "parameters": s.values() })),
             "backward": self.way_back(),
-            "recorded": self.recorded.is_some(),
+            "beside": beside,
+            "recorded": self.recorded.as_ref().is_some_and(|recorded| recorded.from_folder),
+            "revision": self.trajectory.revision(),
+            "undo": undo,
+            "redo": redo,
+            "names": self.labels,
+            "folder": kept.and_then(|folder| self.root.shown(folder).ok()),
             "version": self.trajectory.number(),
             "versions": versions.collect::<Vec<_>>(),
             "step_ms": self.step_ms,

@@ -152,6 +152,11 @@ impl LogState {
         }
     }
 
+    /// How long the file says that it is, seconds: with its sound, where it says nothing of the video alone.
+    pub fn announced_s(&self) -> Option<f64> {
+        self.announcement.video_s.or(self.announcement.whole_s)
+    }
+
     /// How long the video is, seconds, as far as the file says.
     pub fn length_s(&self) -> Option<f64> {
         self.announcement.seconds()

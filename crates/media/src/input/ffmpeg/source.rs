@@ -74,10 +74,12 @@ impl FfmpegSource {
         let codec = said.codec.clone().unwrap_or_else(|| "unknown codec".to_owned());
         let live = target.is_live_stream(said.format.as_deref(), said.codec.as_deref(), said.has_duration);
         let never_ends = target.never_ends(said.format.as_deref(), live);
+        let duration_s = said.announced_s().filter(|_| !live);
         drop(said);
         let size = Size::new(reader.header.size.width, reader.header.size.height);
         let info = SourceInfo {
             fps: reader.header.fps,
+            duration_s,
             live: options.live.unwrap_or(live),
             pixel_aspect: not_square(reader.header.pixel_aspect),
             ..SourceInfo::new(name, size, format!("ffmpeg: {codec}"))

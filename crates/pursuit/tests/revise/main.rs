@@ -1,6 +1,10 @@
 //! Trajectories put right by hand.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
+mod identity;
+mod importing;
+mod keeping;
+
 use pursuit::media::OpenOptions;
 use pursuit::revise::{Backward, EditKind, EditedSession, End, Frames, Input, Row, Trajectory};
 use pursuit::{BBox, Recipe};
