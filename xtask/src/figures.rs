@@ -50,7 +50,7 @@ impl Figures {
         Ok(Self(serde_json::from_str(&text).context(FILE)?))
     }
 
-    /// Each measurement has a command, a day, what it is of, and a commit that the history knows.
+    /// Each measurement has a command, a day, what it is of, and a commit.
     fn check_origins(&self) -> Result<()> {
         let measurements = self.0["measurements"].as_object().context("no `measurements`")?;
         for (name, measurement) in measurements {
@@ -60,10 +60,9 @@ impl Figures {
                 }
             }
             let commit = measurement["commit"].as_str().unwrap_or_default();
-            let shallow = run::program("git").args(["rev-parse", "--is-shallow-repository"]).said();
-            let is_whole = shallow.is_none_or(|said| said != "true");
-            if is_whole && !run::program("git").args(["cat-file", "-e", &format!("{commit}^{{commit}}")]).works() {
-                bail!("{FILE}: `{name}` was measured at {commit}, which is no commit of this history");
+            // Whether the history has it cannot be asked: many checkouts have none.
+            if !(7..=40).contains(&commit.len()) || !commit.bytes().all(|b| b.is_ascii_hexdigit()) {
+                bail!("{FILE}: `{name}` was measured at `{commit}`, which is no commit");
             }
         }
         Ok(())

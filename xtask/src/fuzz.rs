@@ -39,6 +39,14 @@ pub fn run(seconds: u32, only: Option<&str>) -> Result<()> {
     Ok(())
 }
 
+/// Whether every target compiles.
+pub fn check() -> Result<()> {
+    run::cargo("check")
+        .args(["--locked", "--manifest-path", "fuzz/Cargo.toml", "--bins"])
+        .env("CARGO_TARGET_DIR", run::target_dir().join("fuzz"))
+        .run()
+}
+
 /// Whether the targets' lock file, which no build of the workspace looks at, names what they use.
 pub fn check_lock() -> Result<()> {
     let arguments = ["--locked", "--format-version", "1", "--manifest-path", "fuzz/Cargo.toml"];
