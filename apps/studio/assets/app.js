@@ -186,6 +186,8 @@ async function again() {
   const frame = state.facts?.now?.frame;
   if (!folder) { await open(state.source); return; }
   await open(folder, { run: folder });
+  // Whoever wants to open it anew now means it.
+  opened = -Infinity;
   if (frame !== undefined) await order("seek", { frame });
 }
 

@@ -172,7 +172,7 @@ fn the_folder_holds_everything_after_every_frame_and_is_gone_on_with() {
 #[test]
 fn trials_that_nobody_looks_at_are_closed_and_kept() {
     let root = tempfile::tempdir().unwrap();
-    let patience = Duration::from_millis(300);
+    let patience = Duration::from_millis(2000);
     let studio = open(Options { root: root.path().to_owned(), patience, ..Options::default() });
     let (forgotten, seen) = (begun(&studio, "mosse"), begun(&studio, "mosse"));
     let folder = studio.order(&forgotten, "step")["folder"].as_str().unwrap().to_owned();
@@ -180,8 +180,8 @@ fn trials_that_nobody_looks_at_are_closed_and_kept() {
     let listed = || studio.get("/api/trials").json()["trials"].as_array().unwrap().len();
     let began = Instant::now();
     while listed() > 1 {
-        assert!(began.elapsed() < Duration::from_secs(20), "it stays open");
-        std::thread::sleep(Duration::from_millis(400));
+        assert!(began.elapsed() < Duration::from_secs(60), "it stays open");
+        std::thread::sleep(Duration::from_millis(100));
     }
     assert_eq!((studio.get(&forgotten).status, studio.get(&seen).status), (404, 200));
     assert_eq!(studio.ok("POST", "/api/trials", &json!({ "run": folder }))["facts"]["head"], 1);
