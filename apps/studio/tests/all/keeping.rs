@@ -227,7 +227,8 @@ fn who_is_who_is_said_afterwards_and_followed_so() {
     // The same target once more, as if it had been lost and found.
     studio.ok("POST", &format!("{trial}/targets"), &json!({ "box": truth(30) }));
     seek(&studio, &trial, 40);
-    let identity = |target: u64, change: Value| studio.send("PUT", &format!("{trial}/targets/{target}/identity"), &change);
+    let identity =
+        |target: u64, change: Value| studio.send("PUT", &format!("{trial}/targets/{target}/identity"), &change);
     let before = csv(&studio, &trial);
     for (target, change, status) in [
         (1, json!({ "change": "merge", "into": 1 }), 422),
