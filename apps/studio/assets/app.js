@@ -186,6 +186,8 @@ async function again() {
   const frame = state.facts?.now?.frame;
   if (!folder) { await open(state.source); return; }
   await open(folder, { run: folder });
+  // Whoever wants to open it anew now means it.
+  opened = -Infinity;
   if (frame !== undefined) await order("seek", { frame });
 }
 
@@ -392,6 +394,8 @@ async function refresh() {
       timeline.rows = [...timeline.rows.filter((r) => r[0] >= first && r[0] < (fresh[0]?.[0] ?? Infinity)), ...fresh];
       if (comparison.trial !== null) timeline.rival = await allRows(comparison.trial, 0);
       timeline.draw();
+      // Which targets there are is known by their rows.
+      files.show(state.facts, state.selected);
     }
   } catch { /* said by whatever the user does next */ } finally { refreshing = false; }
 }

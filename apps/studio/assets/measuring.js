@@ -64,8 +64,6 @@ export class Measuring {
       }));
     }
     for (const tool of TOOLS) $(`click-${tool}`).addEventListener("click", () => this.take(this.tool === tool ? null : tool));
-    $("measure-undo").addEventListener("click", () => this.turn(this.past, this.future));
-    $("measure-redo").addEventListener("click", () => this.turn(this.future, this.past));
     $("no-axes").addEventListener("click", () => this.change((m) => { [m.origin, m.toward, m.angle] = [null, null, ""]; }));
     $("lens-file").addEventListener("click", () => $("m-camera").click());
     $("no-lens").addEventListener("click", () => this.change((m) => { m.camera = null; }));
@@ -162,8 +160,6 @@ export class Measuring {
     for (const part of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#measure [data-of]"))) part.hidden = !part.dataset.of?.split(" ").includes(ruler);
     $("lens-facts").textContent = camera ? `${camera.picture.join(" × ")}, focal ${camera.focal.map((/** @type {number} */ f) => f.toFixed(0)).join(", ")} px` : "";
     $("no-lens").hidden = !camera;
-    $("measure-undo").disabled = !this.past.length;
-    $("measure-redo").disabled = !this.future.length;
     this.spots.show(this.model);
     if (this.active) this.marks.model = this.model;
     this.marks.draw();

@@ -17,6 +17,13 @@ export class Panels {
     // A menu closes when something else is used, and with Escape.
     for (const menu of /** @type {NodeListOf<HTMLDetailsElement>} */ (document.querySelectorAll(".menu"))) {
       addEventListener("pointerdown", (event) => { if (!menu.contains(/** @type {Node} */ (event.target))) menu.open = false; });
+      // It is on the screen wherever its button stands.
+      menu.addEventListener("toggle", () => {
+        const shown = /** @type {HTMLElement} */ (menu.lastElementChild);
+        shown.style.right = "";
+        const { left } = shown.getBoundingClientRect();
+        if (menu.open && left < 4) shown.style.right = `${left - 4}px`;
+      });
       menu.addEventListener("keydown", (event) => { if (event.key === "Escape" && menu.open) { menu.open = false; menu.querySelector("summary")?.focus(); event.stopPropagation(); } });
     }
   }

@@ -4,7 +4,7 @@
 export function outlook(facts) {
   if (facts.phase === "ended") return "The run is over; its results are where the command in the terminal says.";
   if (facts.phase === "failed") return "The run broke off; the command in the terminal says why.";
-  return facts.now ? "You are watching a run of the command line, which is stopped in its terminal (Ctrl-C). To pick and correct, open the clip with “pursuit studio”." : "The run has not looked at a frame yet.";
+  return facts.now ? "You are watching a run of the command line. Ctrl-C in its terminal stops it; “pursuit studio” opens the clip to pick and correct." : "The run has not looked at a frame yet.";
 }
 
 /**

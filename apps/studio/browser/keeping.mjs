@@ -151,6 +151,39 @@ export async function keeping({ page, button, target, panel, drag, until, frame,
   await until(async () => (await status()).includes("No source is open"), "not closed");
   await button("Close the runs").click();
   assert.ok(existsSync(join(folder, own, "edits.json")));
+
+  // Who is who: one target becomes two, two become one, and two that were mistaken are swapped.
+  await open();
+  await drag(patch(0));
+  await target(1).waitFor();
+  await page.keyboard.down("Shift");
+  await drag([200, 20, 30, 30]);
+  await page.keyboard.up("Shift");
+  await target(2).waitFor();
+  await seek(20);
+  await panel("Targets");
+  await target(1).click();
+  await page.getByText("Who is who", { exact: true }).click();
+  const boxes = async () => Object.fromEntries((await facts()).now.records.map((/** @type {any} */ r) => [r.target, r.box]));
+  const before = await boxes();
+  await button("Split here").click();
+  await target(3).waitFor();
+  assert.deepEqual(await boxes(), { 2: before[2], 3: before[1] });
+  await button("Undo").click();
+  await target(1).waitFor();
+  await target(1).click();
+  await page.getByLabel("The other target", { exact: true }).selectOption("2");
+  await page.getByLabel("Swap from frame", { exact: true }).fill("10");
+  await page.getByLabel("Swap to frame", { exact: true }).fill("20");
+  await button("Swap").click();
+  await until(async () => (await boxes())[1]?.[0] === before[2][0], "not swapped");
+  assert.deepEqual(await boxes(), { 1: before[2], 2: before[1] });
+  await shot("identity");
+  await button("Undo").click();
+  await until(async () => (await boxes())[1]?.[0] === before[1][0], "not swapped back");
+  await button("Merge with it").click();
+  await target(1).waitFor({ state: "detached" });
+  assert.equal((await facts()).undo, "two targets merged");
   // As the checks that follow want it.
   await open();
   await drag(patch(0));

@@ -11,6 +11,7 @@ use pursuit::revise::{ChosenDetector, Edit, Input, Label, Row, Trajectory, Versi
 use pursuit::toml::Table;
 use pursuit::{BBox, Frame, Remote};
 use serde_json::Value;
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -50,8 +51,6 @@ pub(crate) struct Progress {
     /// One more than the frame followed last; 0 before the first.
     followed: AtomicU64,
     running: AtomicBool,
-    /// Whether another trial waits for this one: for nobody, rows are not shared.
-    wanted: AtomicBool,
     rows: Mutex<Rows>,
 }
 
@@ -59,23 +58,16 @@ pub(crate) struct Progress {
 #[derive(Default)]
 struct Rows {
     revision: Option<u64>,
-    rows: Vec<Arc<Row>>,
+    rows: VecDeque<Arc<Row>>,
     step_ms: f64,
 }
 
 impl Progress {
     /// The trial is there now.
     pub fn tell(&self, trajectory: &Trajectory, running: bool, step_ms: f64) {
-        if self.wanted.load(Ordering::Relaxed) {
-            self.share(trajectory, step_ms);
-        }
+        self.share(trajectory, step_ms);
         self.followed.store(trajectory.last().map_or(0, |row| row.frame + 1), Ordering::Release);
         self.running.store(running, Ordering::Relaxed);
-    }
-
-    /// From now on what is known is shared.
-    pub fn want(&self) {
-        self.wanted.store(true, Ordering::Relaxed);
     }
 
     /// Nothing more comes.
@@ -104,9 +96,12 @@ impl Progress {
         if shared.revision != Some(trajectory.revision()) {
             shared.rows = trajectory.rows().cloned().collect();
         } else {
-            let last = shared.rows.last().map(|row| row.frame);
+            let last = shared.rows.back().map(|row| row.frame);
             let new: Vec<_> = trajectory.rows().rev().take_while(|row| Some(row.frame) > last).cloned().collect();
             shared.rows.extend(new.into_iter().rev());
+            // Of a long trajectory the oldest are dropped.
+            let excess = shared.rows.len().saturating_sub(trajectory.len());
+            shared.rows.drain(..excess);
         }
         (shared.revision, shared.step_ms) = (Some(trajectory.revision()), step_ms);
     }

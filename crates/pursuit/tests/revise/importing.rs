@@ -77,7 +77,10 @@ fn what_is_none_of_them_is_said() {
         ("hello", "line 1"),
         ("1,2,3\n", "line 1"),
         ("{\"images\": 3}", "COCO"),
-        ("{\"images\": [], \"annotations\": [{\"id\": 1, \"image_id\": 1, \"bbox\": [1,2,3,4]}]}", "track_id"),
+        (
+            "{\"images\": [{\"id\": 1}], \"annotations\": [{\"id\": 1, \"image_id\": 1, \"bbox\": [1,2,3,4]}]}",
+            "track_id",
+        ),
         ("<annotations><image/></annotations>", "says nothing"),
         ("<annotations><track id=\"x\">", "CVAT"),
         ("13,1,1,1,5,5,1,-1,-1,-1\n", "beyond the end"),

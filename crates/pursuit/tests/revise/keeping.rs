@@ -12,7 +12,8 @@ fn row(frame: u64, left: f64) -> Row {
 }
 
 fn lefts(folder: &Path) -> Vec<(u64, f64)> {
-    let records = read_trajectory(&folder.join("trajectory.csv")).unwrap();
+    let path = folder.join("trajectory.csv");
+    let records = read_trajectory(&path).unwrap();
     records.map(|r| (r.frame, r.estimate.unwrap().bbox.left())).collect()
 }
 

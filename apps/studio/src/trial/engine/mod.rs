@@ -143,6 +143,7 @@ impl Engine {
 
     fn obey_all(&mut self, inbox: &Receiver<Message>) {
         loop {
+            self.share();
             let message = if self.phase == Phase::Running {
                 match inbox.recv_timeout(self.due.saturating_duration_since(Instant::now())) {
                     Err(RecvTimeoutError::Timeout) => None,
@@ -170,8 +171,12 @@ impl Engine {
                     }
                 }
             }
-            self.progress.tell(&self.trajectory, self.phase == Phase::Running, self.step_ms);
         }
+    }
+
+    /// Lets a trial that waits for this one know how far it is.
+    fn share(&self) {
+        self.progress.tell(&self.trajectory, self.phase == Phase::Running, self.step_ms);
     }
 
     /// Whether the trial that this one waits for has yet to follow the frame that comes next.
@@ -196,6 +201,7 @@ impl Engine {
         let beyond = beyond.filter(|frame| self.is_beyond(*frame));
         let outcome = self.obey_and_remember(order);
         self.keep();
+        self.share();
         self.show();
         match (outcome, beyond) {
             (Ok(()), Some(frame)) => {
@@ -221,6 +227,8 @@ impl Engine {
                 self.phase = Phase::Paused;
             }
             // What stands still has boxes of the detector, which belong to the answer.
+            self.keep();
+            self.share();
             self.show();
             drop(answer.send(Ok(self.facts())));
         }
@@ -307,12 +315,7 @@ impl Engine {
                 self.identify(&Identity::Split { target, at, new })?;
             }
             Order::Swap(targets, frames) => self.identify(&Identity::Swap { targets, frames })?,
-            Order::Beside(other) => {
-                if let Some(other) = &other {
-                    other.want();
-                }
-                self.beside = other;
-            }
+            Order::Beside(other) => self.beside = other,
             Order::Tell => {}
         }
         Ok(())
