@@ -274,6 +274,16 @@ mod tests {
     }
 
     #[test]
+    fn a_file_with_sound_says_about_how_long_it_is() {
+        let video = "[info]   Duration: 01:01:20.50, start: 0.000000\n[info]   Stream #0:0: Video: h264\n";
+        let sound = "[info]   Stream #0:1: Audio: aac\n";
+        let log = Log::follow(std::io::Cursor::new(format!("{video}{sound}")), None).unwrap();
+        log.errors();
+        assert_eq!(log.said().announced_s(), Some(3680.5));
+        assert_eq!(log.said().length_s(), None);
+    }
+
+    #[test]
     fn every_complaint_is_damage_but_those_of_sound_files() {
         for (line, damaged) in [
             ("[in#0/matroska,webm @ 0x5] [error] File ended prematurely", true),
