@@ -377,6 +377,7 @@ fn all_facts() -> SourceInfo {
         size: Size::new(4, 3),
         fps: Some(50.0),
         frame_count: Some(10),
+        duration_s: Some(0.2),
         live: true,
         decoder: "test".to_owned(),
         truth: Some(vec![Truth::Absent; 10]),
@@ -424,7 +425,7 @@ fn wrappers_change_only_their_own_facts() {
         (
             "trimmed",
             Box::new(Trimmed::new(knowing(), 2, Some(5)).unwrap()),
-            SourceInfo { frame_count: Some(4), ..all.clone() },
+            SourceInfo { frame_count: Some(4), duration_s: None, ..all.clone() },
         ),
         (
             "strided",

@@ -31,8 +31,12 @@ fn files(out: &Path, start: &str, end: &str) -> Vec<PathBuf> {
 fn rows<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Vec<String> {
     let of = |file: &PathBuf| {
         let text = std::fs::read_to_string(file).unwrap();
-        let rows = text.lines().skip(1).map(|row| row.rsplit_once(',').unwrap().0.to_owned());
-        rows.collect::<Vec<_>>()
+        let untimed = |row: &str| {
+            let mut cells: Vec<&str> = row.split(',').collect();
+            cells.remove(17);
+            cells.join(",")
+        };
+        text.lines().skip(1).map(untimed).collect::<Vec<_>>()
     };
     files.into_iter().flat_map(of).collect()
 }

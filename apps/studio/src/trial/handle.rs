@@ -180,7 +180,7 @@ enum Kind {
         remote: Remote,
         bench: Box<Mutex<Bench>>,
         progress: Arc<Progress>,
-        input: Input,
+        input: Box<Input>,
         thread: Mutex<Option<JoinHandle<()>>>,
     },
     Job(Arc<Job>),
@@ -231,7 +231,7 @@ impl Trial {
             }
         };
         let thread = std::thread::Builder::new().name("trial".to_owned()).spawn(run).map_err(system)?;
-        let thread = Mutex::new(Some(thread));
+        let (thread, input) = (Mutex::new(Some(thread)), Box::new(input));
         match tokio::time::timeout(OPENING, told).await {
             Ok(Ok(outcome)) => outcome
                 .map(|remote| Self { kind: Kind::Own { messages, remote, bench, progress, input, thread }, screen }),

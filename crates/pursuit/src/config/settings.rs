@@ -148,17 +148,17 @@ fn unknown(path: &str, who: &Participants<'_>) -> String {
     let mut message = match who.trackers {
         [tracker] => {
             let names = names(&tracker.default_recipe().schema(), path);
-            format!("tracker `{}` has no parameter `{path}`{meant}; it has: {names}", tracker.name)
+            format!("tracker `{}` has no parameter `{path}`; it has: {names}", tracker.name)
         }
         trackers => {
             let names: Vec<_> = trackers.iter().map(|t| t.name).collect();
-            format!("none of the trackers {} has a parameter `{path}`{meant}", names.join(", "))
+            format!("none of the trackers {} has a parameter `{path}`", names.join(", "))
         }
     };
     if let Some(d) = who.detector {
         message += &format!("; detector `{}` has: {}", d.name, names(&d.schema(), path));
     }
-    message
+    message + &meant
 }
 
 #[cfg(test)]
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn who_remembers_the_last_part_is_told_the_whole() {
         let error = split("paddin = 3", &["kcf"], None, false).err().unwrap().to_string();
-        assert!(error.contains("did you mean `filter.window.padding`?"), "{error}");
+        assert!(error.contains("did you mean `window.padding`?"), "{error}");
         let error = split("nothing_like_it = 3", &["kcf"], None, false).err().unwrap().to_string();
         assert!(!error.contains("did you mean"), "{error}");
     }

@@ -15,7 +15,7 @@ fn recorded(folder: &Path) {
             let state = if k == 20 { "occluded" } else { "tracking" };
             let seen = if k == 20 { ",,," } else { bbox.as_str() };
             let time = f64::from(k) / 25.0;
-            writeln!(text, "{k},{time:.6},{target},{state},{bbox},0.9000,,,,,{seen},0.1").unwrap();
+            writeln!(text, "{k},{time:.6},{target},{state},{bbox},0.9000,,,,,{seen},0.1,,").unwrap();
         }
     }
     std::fs::write(folder.join("trajectory.csv"), text).unwrap();

@@ -208,14 +208,18 @@ mod tests {
             match format.to_string().parse::<Format>() {
                 Ok(read) => assert_eq!(read, *format),
                 Err(error) => {
-                    let optional = [("mcap", cfg!(feature = "mcap")), ("parquet", cfg!(feature = "parquet"))];
+                    let optional = [
+                        ("mcap", cfg!(feature = "mcap")),
+                        ("parquet", cfg!(feature = "parquet")),
+                        ("xlsx", cfg!(feature = "xlsx")),
+                    ];
                     assert!(optional.contains(&(format.name(), false)), "{error}");
                     assert!(error.to_string().contains(&format!("--features {format}")), "{error}");
                 }
             }
         }
         let error = "xml".parse::<Format>().unwrap_err();
-        let names = "csv, jsonl, mot, parquet, predictions, coco, cvat, mcap";
+        let names = "csv, csv-semicolon, xlsx, jsonl, mot, parquet, predictions, coco, cvat, mcap";
         assert!(error.to_string().contains("`xml`") && error.to_string().contains(names), "{error}");
         assert_eq!(error.exit_code(), 2);
     }

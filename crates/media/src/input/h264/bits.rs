@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((bits.unsigned(5), bits.flag()), (Some(0b1011), Some(true)));
         let mut zeros = BitWriter::default();
         zeros.unsigned(0, 32);
-        assert_eq!(zeros.unit(0x68), [0x68, 0, 0, 3, 0, 0, 3, 0x80].map(|b| b)[..].to_vec());
+        assert_eq!(zeros.unit(0x68), [0x68, 0, 0, 3, 0, 0, 0x80]);
     }
 
     #[test]

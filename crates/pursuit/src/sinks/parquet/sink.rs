@@ -82,8 +82,10 @@ const NUMBERS: [(&str, Cell); 14] = [
     ("update_ms", |r| r.update_ms),
 ];
 
-/// Words that may be missing.
-const WORDS: [(&str, fn(&Record) -> Option<&str>); 2] = [
+/// A word that may be missing.
+type Word = fn(&Record) -> Option<&str>;
+
+const WORDS: [(&str, Word); 2] = [
     ("class", |r| r.class.as_ref().map(Class::as_str)),
     ("doubt", |r| r.estimate.as_ref().and_then(|e| e.doubt).map(Doubt::as_str)),
 ];
