@@ -234,7 +234,7 @@ mod tests {
         let message = refusal("motion.modle = 'x'", &["kcf"], None);
         assert!(message.contains("`motion.modle`; it has: in `motion` model, camera, acceleration"), "{message}");
         let message = refusal("colour = 'x'", &["kcf", "mosse"], None);
-        assert_eq!(message, "none of the trackers kcf, mosse has a parameter `colour`");
+        assert_eq!(message, "none of the trackers kcf, mosse has a parameter `colour`; did you mean `score.color`?");
         for (settings, words) in [
             ("mosse.motion.model = 'imm'", "tracker `mosse` takes no part, only kcf"),
             ("detect.color = 'green'", "no detector takes part"),
