@@ -8,24 +8,25 @@ import pytest
 
 import pursuit
 from conftest import moving_square
+from pursuit._picture import png
 
 
 @pytest.fixture
 def data(tmp_path):
-    """Two sequences of ten frames, as `frames.csv` with pictures written by hand (PGM, PPM)."""
-    for name, color in (("gray", False), ("color", True)):
-        folder = tmp_path / "data" / name
-        folder.mkdir(parents=True)
-        images, boxes = moving_square(frames=10, color=color)
-        lines = ["index,image,x,y,w,h"]
-        for k, (image, box) in enumerate(zip(images, boxes)):
-            if color:
-                image = image.copy()
-                image[..., 2] //= 2
-            head = f"P{6 if color else 5}\n{image.shape[1]} {image.shape[0]}\n255\n".encode()
-            (folder / f"{k}.pnm").write_bytes(head + image.tobytes())
-            lines.append(f"{k},{k}.pnm," + ",".join(map(str, box)))
-        (folder / "frames.csv").write_text("\n".join(lines) + "\n")
+    """Two sequences of ten frames: a grey film with its truth, and a folder of pictures in colour."""
+    folder = tmp_path / "data" / "color"
+    folder.mkdir(parents=True)
+    images, boxes = moving_square(frames=10)
+    film = b"YUV4MPEG2 W160 H120 F25:1 Cmono\n" + b"".join(b"FRAME\n" + image.tobytes() for image in images)
+    (tmp_path / "data" / "gray.y4m").write_bytes(film)
+    rows = [f"{k}," + ",".join(map(str, box)) for k, box in enumerate(boxes)]
+    (tmp_path / "data" / "gray.csv").write_text("\n".join(["index,x,y,w,h", *rows]) + "\n")
+    lines = ["index,image,x,y,w,h"]
+    for k, (image, box) in enumerate(zip(moving_square(frames=10, color=True)[0], boxes)):
+        image[..., 2] //= 2
+        (folder / f"{k}.png").write_bytes(png(image))
+        lines.append(f"{k},{k}.png," + ",".join(map(str, box)))
+    (folder / "frames.csv").write_text("\n".join(lines) + "\n")
     return tmp_path / "data"
 
 
