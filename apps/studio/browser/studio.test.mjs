@@ -209,7 +209,7 @@ const checks = {
     assert.deepEqual(box.map(Number), patch(0));
     const out = join(folder, "by-command-line");
     execFileSync(pursuit, ["track", join(folder, "clip.y4m"), "--tracker", "kcf", "--set", "motion.model=imm", "--box", box.join(","), "--no-video", "--out", out], { stdio: "ignore" });
-    const own = (/** @type {string} */ text) => text.trim().split("\n").map((line) => line.slice(0, line.lastIndexOf(",")));
+    const own = (/** @type {string} */ text) => text.trim().split("\n").map((line) => line.split(",").toSpliced(17, 1).join(","));
     assert.deepEqual(own(csv), own(readFileSync(join(out, "trajectory.csv"), "utf8")));
     const table = await download("Download table");
     assert.equal(table.trim().split("\n").length, FRAMES + 1);

@@ -47,10 +47,16 @@ def scenes(count, duration=1):
     return [{"name": f"clip-{k}", "input": f"scene:drift?seed={k}&duration={duration}"} for k in range(count)]
 
 
+def untimed(line):
+    """A line of a trajectory without the time that an update took."""
+    cells = line.split(",")
+    return ",".join(cells[:17] + cells[18:])
+
+
 def without_times(path):
     """What a file of a batch holds, but for times and the machine."""
     if path.suffix == ".csv":
-        return [line.rsplit(",", 1)[0] for line in path.read_text().splitlines()]
+        return [untimed(line) for line in path.read_text().splitlines()]
     if path.suffix == ".json":
         known = json.loads(path.read_text())
         for key in ("timing", "host", "seconds"):
@@ -232,7 +238,7 @@ def test_results_and_inputs_of_an_object_store(tmp_path):
     near = pursuit.track(tmp_path / "square.y4m", box, tracker="kcf", out=tmp_path / "near", video=False).run()
     assert near.facts["frame_count"] == 20
     far = memory.cat_file("/bucket/out/clips/square/trajectory.csv").decode().splitlines()
-    assert [line.rsplit(",", 1)[0] for line in far] == without_times(tmp_path / "near/trajectory.csv")
+    assert [untimed(line) for line in far] == without_times(tmp_path / "near/trajectory.csv")
     at = memory.modified("/bucket/out/clips/square/finished.json")
     assert track(clip)[0] == "earlier" and memory.modified("/bucket/out/clips/square/finished.json") == at
     memory.rm("/bucket/out/dataset", recursive=True)
