@@ -164,7 +164,7 @@ impl Confidences {
             read_numbers(&path, 0)?.iter().map(|l| l.values.first().copied().unwrap_or(f64::NAN)).collect();
         let known = || values.iter().copied().filter(|v| v.is_finite());
         let (low, high) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
-        let are_probabilities = low >= 0.0 && high <= 1.0;
+        let are_probabilities = low.is_finite() && low >= 0.0 && high <= 1.0;
         // Any rising scale leaves the order, which the long-term figures go by.
         let scaled = |v: f64| if are_probabilities { v } else { (v - low) / (high - low).max(f64::MIN_POSITIVE) };
         Ok(Self { values: values.iter().map(|v| scaled(*v).clamp(0.0, 1.0)).collect(), are_probabilities })

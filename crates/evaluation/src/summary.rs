@@ -27,6 +27,15 @@ pub(crate) struct SequenceOutcome {
     forecasts: Vec<ScoreForecast>,
     judged: Vec<ScoredFrame>,
     supervised: Vec<Supervised>,
+    /// How many passes those are of.
+    repetitions: usize,
+}
+
+impl SequenceOutcome {
+    /// Frames of one supervised pass.
+    fn length(&self) -> f64 {
+        self.supervised.len() as f64 / self.repetitions.max(1) as f64
+    }
 }
 
 impl SequenceOutcome {
@@ -40,10 +49,9 @@ impl SequenceOutcome {
         let judged = scored.first().map(|s| s.judged.clone()).unwrap_or_default();
         let single_pass = matches!(protocol, Protocol::Ope | Protocol::LongTerm);
         let wants_long_term = single_pass && (protocol == Protocol::LongTerm || sequence.has_absence());
-        let frames = match (protocol, passes) {
-            (Protocol::Reset, [(trajectory, record), ..]) => supervised(sequence, trajectory, record),
-            _ => Vec::new(),
-        };
+        // Of several passes, which are repetitions then, one behind the other: each begins with a start.
+        let runs = if protocol == Protocol::Reset { passes } else { &[] };
+        let frames: Vec<Supervised> = runs.iter().flat_map(|(t, r)| supervised(sequence, t, r)).collect();
         let score = SequenceScore {
             auc: over(&|s| one_pass::success_auc(&s.overlaps)),
             precision20: over(&|s| one_pass::precision(&s.center_errors, 20.0)),
@@ -60,7 +68,7 @@ impl SequenceOutcome {
             init_ms: Some(mean(&passes.iter().map(|(_, r)| r.init_ms).collect::<Vec<_>>())),
             update: updates,
             long_term: wants_long_term.then(|| long_term(&[&judged])),
-            supervised: (protocol == Protocol::Reset).then(|| supervised_score(&frames)),
+            supervised: (protocol == Protocol::Reset).then(|| supervised_score(&frames, passes.len())),
             passes: (passes.len() > 1).then_some(passes.len()),
             error: passes.iter().find_map(|(_, r)| r.error.clone()),
         };
@@ -71,6 +79,7 @@ impl SequenceOutcome {
             forecasts,
             judged,
             supervised: frames,
+            repetitions: runs.len(),
         }
     }
 }
@@ -168,12 +177,14 @@ fn detection_score(sequences: &[&[ScoredFrame]], overlap: f64) -> DetectionScore
     DetectionScore { precision: point.precision, recall: point.recall, f }
 }
 
-fn supervised_score(frames: &[Supervised]) -> SupervisedScore {
-    let failures = vot::failures(frames) as f64;
+/// Of the frames of so many passes; failures are those of one.
+fn supervised_score(frames: &[Supervised], passes: usize) -> SupervisedScore {
+    let passes = passes.max(1) as f64;
+    let failures = vot::failures(frames) as f64 / passes;
     SupervisedScore {
         accuracy: vot::accuracy(frames, BURN_IN).0,
         failures,
-        robustness: vot::reliability(failures, frames.len() as f64, SENSITIVITY),
+        robustness: vot::reliability(failures, frames.len() as f64 / passes, SENSITIVITY),
         eao: None,
     }
 }
@@ -181,7 +192,7 @@ fn supervised_score(frames: &[Supervised]) -> SupervisedScore {
 /// Weighted by length, as the toolkit's average accuracy and robustness.
 fn supervised_mean(all: &[&SequenceOutcome], eao: &[f64]) -> Option<SupervisedScore> {
     let parts: Vec<(&SupervisedScore, f64)> =
-        all.iter().filter_map(|o| Some((o.score.supervised.as_ref()?, o.supervised.len() as f64))).collect();
+        all.iter().filter_map(|o| Some((o.score.supervised.as_ref()?, o.length()))).collect();
     let frames: f64 = parts.iter().map(|(_, length)| length).sum();
     let weighted = |figure: fn(&SupervisedScore) -> f64| {
         parts.iter().map(|(s, length)| figure(s) * length).sum::<f64>() / frames.max(1.0)

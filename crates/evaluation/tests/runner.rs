@@ -381,6 +381,13 @@ fn result_files_of_otb_got10k_and_vot_are_scored() {
     let vot = scored(root.path(), &folder, Protocol::Reset).unwrap();
     let supervised = vot.trackers["mine"].sequences["plain"].supervised.clone().unwrap();
     assert_eq!(supervised.failures, 1.0);
+    // A repetition without a failure: half a failure a run, and the overlaps of both.
+    write(&folder.join("plain/plain_002.txt"), &format!("1\n{}", "2,3,4,5\n".repeat(9)));
+    let both = scored(root.path(), &folder, Protocol::Reset).unwrap();
+    let repeated = both.trackers["mine"].sequences["plain"].supervised.clone().unwrap();
+    assert_eq!((repeated.failures, both.trackers["mine"].sequences["plain"].passes), (0.5, Some(2)));
+    assert!((repeated.robustness - (-30.0 * 0.5 / 10.0_f64).exp()).abs() < 1e-12, "{repeated:?}");
+    std::fs::remove_file(folder.join("plain/plain_002.txt")).unwrap();
     let error = scored(root.path(), &folder, Protocol::Ope).unwrap_err().to_string();
     assert!(error.contains("plain_001.txt:4") && error.contains("`reset`"), "{error}");
     let error = scored(root.path(), &root.path().join("otb"), Protocol::Reset).unwrap_err().to_string();

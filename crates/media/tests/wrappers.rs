@@ -420,7 +420,11 @@ fn wrappers_change_only_their_own_facts() {
         ("prefetch", Box::new(Prefetch::new(Box::new(knowing()), 2).unwrap()), all.clone()),
         ("depth", Box::new(WithDepth::new(knowing(), knowing()).unwrap()), all.clone()),
         // Frames get other times.
-        ("retimed", Box::new(Retimed::new(knowing(), 10.0).unwrap()), SourceInfo { fps: Some(10.0), ..all.clone() }),
+        (
+            "retimed",
+            Box::new(Retimed::new(knowing(), 10.0).unwrap()),
+            SourceInfo { fps: Some(10.0), duration_s: None, ..all.clone() },
+        ),
         // There are fewer frames; they keep their numbers, so the truth stays.
         (
             "trimmed",
@@ -444,7 +448,7 @@ fn wrappers_change_only_their_own_facts() {
         (
             "reconnecting",
             Box::new(reconnecting),
-            SourceInfo { frame_count: None, seekable: false, stream: counted, ..all.clone() },
+            SourceInfo { frame_count: None, duration_s: None, seekable: false, stream: counted, ..all.clone() },
         ),
     ];
     for (wrapper, source, wanted) in table {

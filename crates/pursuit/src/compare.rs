@@ -56,6 +56,7 @@ impl RunConfig {
 /// What is kept of one tracker while the run goes on.
 struct Line {
     name: String,
+    begun: bool,
     states: StateCounts,
     update: Timing,
     meter: AccuracyMeter,
@@ -71,6 +72,7 @@ impl Scoreboard {
     pub fn new(names: Vec<String>) -> Self {
         let line = |name| Line {
             name,
+            begun: false,
             states: StateCounts::default(),
             update: Timing::default(),
             meter: AccuracyMeter::default(),
@@ -87,8 +89,10 @@ impl Scoreboard {
         for (line, number) in self.0.iter_mut().zip(1..) {
             let Some(record) = records.iter().find(|r| r.target == TargetId(number)) else { continue };
             let Some(estimate) = &record.estimate else { continue };
+            // In its first frame it was started, which is no update.
+            record.update_ms.iter().filter(|_| line.begun).for_each(|ms| line.update.add(*ms));
+            line.begun = true;
             line.states.add(estimate.state);
-            record.update_ms.iter().for_each(|ms| line.update.add(*ms));
             truth.into_iter().for_each(|truth| line.meter.add(truth, Some(estimate)));
             if let (Some(first), Some(own)) = (first, held(record)) {
                 line.overlaps += own.iou(&first);

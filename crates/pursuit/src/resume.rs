@@ -82,6 +82,7 @@ impl Earlier {
             ("recipe", "acquire"),
             ("recipe", "many"),
             ("recipe", "boxes"),
+            ("recipe", "compared"),
         ] {
             let (then, now) = (&self.facts[part][key], &now[part][key]);
             if !same(then, now) {

@@ -53,7 +53,7 @@ impl DepthCoding {
     ///
     /// Numbers turned left by three bits have what was above 8 m in their lowest three bits: hardly ever anything. Whole
     /// metres are small numbers. Where the middle distance would be above 12 m in millimetres, or all numbers are multiples of
-    /// five, which of millimetres a fifth is, they are fifths of one. All else is millimetres.
+    /// five, which of millimetres a fifth is, and not of ten, which distances in centimetres are, they are fifths of one. All else is millimetres.
     pub fn detect(values: &[u16]) -> Option<Self> {
         let mut data: Vec<u16> = values.iter().copied().filter(|v| *v > 0).collect();
         if data.len() < LEAST_DATA {
@@ -63,7 +63,8 @@ impl DepthCoding {
         let middle = *data.select_nth_unstable(middle_at).1;
         let plausible = |mm: u16| (PLAUSIBLE_MM.0..=PLAUSIBLE_MM.1).contains(&mm);
         let turned = data.iter().filter(|v| **v & 7 <= 1).count() as f64 >= 0.999 * data.len() as f64;
-        let by_fives = data.iter().filter(|v| v.is_multiple_of(5)).count() as f64 >= 0.999 * data.len() as f64;
+        let share = |n: u16| data.iter().filter(|v| v.is_multiple_of(n)).count() as f64 / data.len() as f64;
+        let by_fives = share(5) >= 0.999 && share(10) < 0.9;
         let differing = data.iter().any(|v| *v & 0xff != middle & 0xff);
         Some(if turned && differing && plausible(Self::Princeton.millimetres(middle)) {
             Self::Princeton
@@ -120,6 +121,8 @@ mod tests {
             Some(DepthCoding::FifthMillimetres)
         );
         assert_eq!(DepthCoding::detect(&[1500; 500]), Some(DepthCoding::Millimetres));
+        // A camera that knows centimetres.
+        assert_eq!(DepthCoding::detect(&of(|v| v / 10 * 10)), Some(DepthCoding::Millimetres));
         // A wall at one distance that happens to be a multiple of eight, and no data at all.
         assert_eq!(DepthCoding::detect(&[2000; 500]), Some(DepthCoding::Millimetres));
         assert_eq!(DepthCoding::detect(&[0; 500]), None);

@@ -204,7 +204,10 @@ impl Mp4Source {
 
     /// The next sample that needs none before it; `None` where none comes that can be read.
     fn next_entry(&mut self) -> Option<usize> {
-        for at in self.next_sample..if self.may_enter { self.samples.len() } else { 0 } {
+        if !self.may_enter {
+            return None;
+        }
+        for at in self.next_sample..self.samples.len() {
             read_sample(&mut self.input, self.samples.get(at)?, &mut self.buffer).ok()?;
             if self.decoder.is_entry(&self.buffer) {
                 return Some(at);

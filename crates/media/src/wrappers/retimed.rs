@@ -19,7 +19,7 @@ impl<S: Source> Retimed<S> {
             let reason = format!("{fps} frames per second is no rate; give a number above zero");
             return Err(MediaError::unreadable(&source.info().name, reason));
         }
-        let info = SourceInfo { fps: Some(fps), ..source.info().clone() };
+        let info = SourceInfo { fps: Some(fps), duration_s: None, ..source.info().clone() };
         Ok(Self { source, info, fps })
     }
 }

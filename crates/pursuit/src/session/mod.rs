@@ -6,7 +6,9 @@ mod clocked;
 mod command;
 mod counts;
 mod damage;
+mod obeying;
 mod outcome;
+mod placing;
 mod story;
 
 pub(crate) use checkpoint::Checkpoint;
@@ -20,13 +22,11 @@ use crate::view::{estimate_in_input, forecast_in_input, pose_of_input};
 use crate::{Record, RunError};
 use command::Inbox;
 use counts::Counts;
-use pursuit_geometry::BBox;
+use placing::Placement;
 use pursuit_imaging::{CameraPose, Frame};
 use pursuit_media::{Source, View};
 use pursuit_tracking::many::{Acquiring, AcquisitionParams, Elapsed, WallClock};
-use pursuit_tracking::{
-    Class, Detector, Estimate, MultiTracker, Recipe, TargetId, TargetSet, Track, TrackingError, check_box,
-};
+use pursuit_tracking::{Class, Detector, MultiTracker, Recipe, TargetId, TargetSet, Track};
 use std::sync::Arc;
 use std::time::Instant;
 use story::Story;
@@ -96,12 +96,6 @@ enum Ended {
     Failed,
 }
 
-/// A box for the next frame, or, of a target to add, for the first frame of this number or a later one.
-enum Placement {
-    Add(Option<Box<dyn Recipe>>, BBox, u64),
-    Move(TargetId, BBox),
-}
-
 impl Session {
     /// A session without targets yet, whose trackers `recipe` makes.
     pub fn new(source: Box<dyn Source>, recipe: Box<dyn Recipe>) -> Self {
@@ -131,34 +125,6 @@ impl Session {
             poses: None,
             watcher: None,
         }
-    }
-
-    /// One target for each box, in the first frame.
-    #[must_use]
-    pub fn starting_on(self, boxes: Vec<BBox>) -> Self {
-        self.starting_at(0, boxes)
-    }
-
-    /// One target for each box, in the frame of this number; in the next one, where the input has no such frame.
-    #[must_use]
-    pub fn starting_at(mut self, frame: u64, boxes: Vec<BBox>) -> Self {
-        let view = self.view;
-        self.pending.extend(boxes.into_iter().map(|bbox| Placement::Add(None, of_input(view, bbox), frame)));
-        self
-    }
-
-    /// For each box a target of each of these trackers, whose name stands where else the class of the target does.
-    #[must_use]
-    pub(crate) fn comparing_at(mut self, frame: u64, boxes: Vec<BBox>, recipes: Vec<Box<dyn Recipe>>) -> Self {
-        let (view, mut number) = (self.view, 0);
-        for bbox in boxes {
-            for recipe in &recipes {
-                number += 1;
-                self.names.push((TargetId(number), recipe.name().into()));
-                self.pending.push(Placement::Add(Some(recipe.boxed_clone()), of_input(view, bbox), frame));
-            }
-        }
-        self
     }
 
     /// One target, which `detector` finds and which is made sure of while it is followed.
@@ -391,123 +357,8 @@ impl Session {
         Ok(())
     }
 
-    /// Starts or moves a target in this frame, and says so in place of what the step said of it.
-    fn place(&mut self, frame: &Frame, placement: Placement) -> Result<(), TrackingError> {
-        let (targets, own) = (&mut self.targets, &*self.recipe);
-        let (bbox, (id, elapsed)) = match placement {
-            Placement::Add(recipe, bbox, _) => {
-                let recipe = recipe.as_deref().unwrap_or(own);
-                (bbox, Elapsed::of(&WallClock::default(), || targets.add(recipe, frame, bbox)))
-            }
-            Placement::Move(id, bbox) => {
-                let moved = || targets.reinit(id, frame, bbox).map(|()| id);
-                (bbox, Elapsed::of(&WallClock::default(), moved))
-            }
-        };
-        let id = id?;
-        let estimate = Some(Estimate::started(frame.time_s(), bbox, 1.0));
-        self.tracks.retain(|t| t.id != id);
-        let at = self.tracks.partition_point(|t| t.id < id);
-        self.tracks.insert(at, Track { id, estimate, started: true, elapsed, class: None, detection: None });
-        Ok(())
-    }
-
     fn progress(&self) -> Option<Progress<'_>> {
         let frame = self.frame.as_ref()?;
         Some(Progress { frames: self.counts.frames, frame, records: &self.records })
     }
-
-    /// Obeys one command now, between two steps.
-    ///
-    /// A box, in pixels of the whole input, belongs to the frame looked at last. Before the first frame, and after [`Command::Seek`], it belongs to the
-    /// frame that comes next: then [`Command::Add`] has no id to return yet.
-    ///
-    /// # Errors
-    /// A target that there is not, a box or a parameter that cannot be used, a source that can only be read from front to
-    /// back; everything is then as before.
-    pub fn apply(&mut self, command: Command) -> Result<Option<TargetId>, RunError> {
-        match command {
-            Command::Add { bbox, recipe } => return self.add(recipe, of_input(self.view, bbox)),
-            Command::Remove(id) => self.targets.remove(id)?,
-            Command::Reinit { target, bbox } => self.reinit(target, of_input(self.view, bbox))?,
-            Command::Change { target, parameters } => self.change(target, &parameters)?,
-            Command::Pause => self.paused = true,
-            Command::Resume => self.paused = false,
-            Command::Seek(frame) => self.seek(frame)?,
-        }
-        Ok(None)
-    }
-
-    fn add(&mut self, recipe: Option<Box<dyn Recipe>>, bbox: BBox) -> Result<Option<TargetId>, RunError> {
-        let Some(frame) = &self.frame else {
-            self.pending.push(Placement::Add(recipe, bbox, 0));
-            return Ok(None);
-        };
-        let recipe = recipe.as_deref().unwrap_or(&*self.recipe);
-        Ok(Some(self.targets.add(recipe, frame, bbox)?))
-    }
-
-    fn reinit(&mut self, target: TargetId, bbox: BBox) -> Result<(), RunError> {
-        if !self.targets.ids().contains(&target) {
-            return Err(TrackingError::UnknownTarget { id: target.0 }.into());
-        }
-        match &self.frame {
-            Some(frame) => {
-                check_box(frame, bbox)?;
-                self.targets.reinit(target, frame, bbox)?;
-            }
-            None => self.pending.push(Placement::Move(target, bbox)),
-        }
-        Ok(())
-    }
-
-    fn change(&mut self, target: Option<TargetId>, parameters: &toml::Table) -> Result<(), RunError> {
-        // Targets added later are to have the changes too.
-        let recipe = match target {
-            None if self.by_recipe => Some(self.recipe.with(parameters)?),
-            _ => None,
-        };
-        self.targets.change(target, parameters)?;
-        if let Some(recipe) = recipe {
-            self.recipe = recipe;
-        }
-        Ok(())
-    }
-
-    fn seek(&mut self, frame: u64) -> Result<(), RunError> {
-        self.source.seek(frame)?;
-        self.frame = None;
-        self.ready = false;
-        if self.ended == Some(Ended::Input) {
-            self.ended = None;
-        }
-        Ok(())
-    }
-
-    /// Obeys everything that has come from elsewhere.
-    fn obey(&mut self) {
-        while let Some(request) = self.inbox.next() {
-            request.answer(|command| self.apply(command));
-        }
-        self.heed_stop();
-    }
-
-    /// Waits for a command from elsewhere, and obeys it.
-    fn wait(&mut self) {
-        if let Some(request) = self.inbox.wait() {
-            request.answer(|command| self.apply(command));
-        }
-        self.heed_stop();
-    }
-
-    fn heed_stop(&mut self) {
-        if self.remote.is_stopped() && self.ended.is_none() {
-            self.ended = Some(Ended::Stopped);
-        }
-    }
-}
-
-/// A box of the input in pixels of the frames.
-fn of_input(view: Option<View>, bbox: BBox) -> BBox {
-    view.map_or(bbox, |view| view.of_input(bbox))
 }

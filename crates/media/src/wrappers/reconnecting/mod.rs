@@ -89,7 +89,7 @@ impl Reconnecting {
     pub fn new(source: Box<dyn Source>, connect: Connect, patience: Patience) -> Result<Self> {
         let stats = StreamStats::default();
         let stream = Some(stats.clone());
-        let info = SourceInfo { frame_count: None, seekable: false, stream, ..source.info().clone() };
+        let info = SourceInfo { frame_count: None, duration_s: None, seekable: false, stream, ..source.info().clone() };
         let source = Self {
             connect,
             patience,

@@ -42,9 +42,9 @@ impl XlsxSink {
             let sheet = book.worksheet_from_index(last)?;
             for (cell, column) in cells(record).iter().zip(0_u16..) {
                 match cell.parse::<f64>() {
-                    Ok(number) => sheet.write(self.rows, column, number)?,
-                    Err(_) if cell.is_empty() => continue,
-                    Err(_) => sheet.write(self.rows, column, cell.as_str())?,
+                    Ok(number) if number.is_finite() => sheet.write(self.rows, column, number)?,
+                    _ if cell.is_empty() => continue,
+                    _ => sheet.write(self.rows, column, cell.as_str())?,
                 };
             }
         }
