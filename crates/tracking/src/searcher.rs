@@ -101,6 +101,7 @@ impl<L: Localizer> Searcher<L> {
             let mut best: Looked<L> = None;
             for search in &self.searches {
                 if let Some((measurement, finding)) = self.localizer.locate(frame, search)?
+                    && !self.proposer.refuses(situation, &measurement.bbox)
                     && best.as_ref().is_none_or(|b| measurement.strength > b.measurement.strength)
                 {
                     best = Some(Observation { search: search.clone(), measurement, finding });
@@ -134,6 +135,7 @@ impl<L: Localizer> Searcher<L> {
         let (seen, finding) = (found.as_ref().map(|f| &f.measurement), found.as_ref().map(|f| &f.finding));
         let measurement = told.map(|t| t.measurement).or(seen);
         let hidden = || self.localizer.doubt(frame, &prior.bbox, finding);
+        let on_probation = belief.policy.is_on_probation();
         let judgement = belief.judge(frame.size(), prior, measurement, told.is_none(), hidden);
         let verdict = judgement.0;
         match (told, &found) {
@@ -147,6 +149,7 @@ impl<L: Localizer> Searcher<L> {
             TrackState::Occluded if !verdict.follow && belief.policy.coasts() => {
                 self.proposer.settle(&belief.motion.bbox());
             }
+            TrackState::Lost if on_probation => self.proposer.refuse(&belief.last_believed),
             TrackState::Unsure | TrackState::Occluded | TrackState::Lost => {}
         }
         let mut estimate = belief.report(frame, prior, judgement, measurement);

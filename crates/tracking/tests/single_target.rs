@@ -144,6 +144,35 @@ fn a_lost_target_is_reported_where_it_was_believed_last_and_found_again_elsewher
 }
 
 #[test]
+fn a_find_doubted_on_probation_is_refused_for_a_while() {
+    // Frames are a tenth of a second apart.
+    let states = |settings: &str| {
+        let mut tracker = start(settings);
+        show(None, None);
+        let lost = (1..=11).map(|k| tracker.update(&frame(k)).unwrap().state).last();
+        assert_eq!(lost, Some(TrackState::Lost));
+        let (alike, target) = (Some((at(250.0, 60.0), 0.8)), Some((at(30.0, 150.0), 0.8)));
+        let mut states = Vec::new();
+        let script =
+            [(None, alike), (Some((at(250.0, 60.0), 0.1)), None), (None, alike), (None, alike), (None, target)];
+        for (k, (near, far)) in (12..).zip(script) {
+            show(near, far);
+            states.push(tracker.update(&frame(k)).unwrap().state == TrackState::Tracking);
+        }
+        // It is lost once more, and the time is over.
+        show(Some((at(30.0, 150.0), 0.1)), None);
+        tracker.update(&frame(17)).unwrap();
+        show(None, alike);
+        states.push((18..=25).map(|k| tracker.update(&frame(k)).unwrap().state).any(|s| s == TrackState::Tracking));
+        states
+    };
+    let settings = "policy.probation_s = 0.5\npolicy.occluded_below = 0.4\nsearch.refuse_s = ";
+    assert_eq!(states(&format!("{settings}1.0")), [true, false, false, false, true, true]);
+    assert_eq!(states(&format!("{settings}60.0")), [true, false, false, false, true, false]);
+    assert_eq!(states(&format!("{settings}0.0"))[..3], [true, false, true]);
+}
+
+#[test]
 fn a_target_seen_outside_its_neighbourhood_starts_its_motion_anew() {
     let mut tracker = start("");
     seen(&mut *tracker, 8, 5.0);

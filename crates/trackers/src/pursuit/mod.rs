@@ -47,7 +47,8 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             seen_from: 0.85,
             found_from: 0.83,
             learn_from: 0.77,
-            calibrated: CalibratedParams { lost_below: 0.25, probation_s: 0.5, ..CalibratedParams::default() },
+            probation_s: 0.5,
+            calibrated: CalibratedParams { lost_below: 0.25, ..CalibratedParams::default() },
             occluded_score: 1.0,
             ..PolicyParams::default()
         },

@@ -91,6 +91,11 @@ impl Policy {
         }
     }
 
+    /// Whether the target was found again so lately that a doubt loses it at once.
+    pub fn is_on_probation(&self) -> bool {
+        self.probation_s > 0.0
+    }
+
     /// Whether a target whose measurement is not followed is looked for where it is expected, and not where that was.
     pub fn coasts(&self) -> bool {
         match self.params.model {
@@ -113,15 +118,14 @@ impl Policy {
         if evidence.found.is_some_and(|found| self.believes(found, evidence.state)) {
             (self.unseen_s, self.doubt_s) = (0.0, 0.0);
             let found = evidence.state == TrackState::Lost;
-            self.probation_s = if found {
-                self.params.calibrated.probation_s
-            } else {
-                (self.probation_s - evidence.prior.dt_s).max(0.0)
-            };
+            self.probation_s =
+                if found { self.params.probation_s } else { (self.probation_s - evidence.prior.dt_s).max(0.0) };
             let learn = match self.params.model {
-                PolicyModel::Calibrated => confidence >= self.params.learn_from && self.probation_s == 0.0,
-                PolicyModel::Gated => confidence >= self.params.learn_from,
-                PolicyModel::Paper | PolicyModel::Always => true,
+                PolicyModel::Calibrated | PolicyModel::Gated => {
+                    confidence >= self.params.learn_from && self.probation_s == 0.0
+                }
+                PolicyModel::Paper => self.probation_s == 0.0,
+                PolicyModel::Always => true,
             };
             return Verdict { state: TrackState::Tracking, score: confidence, follow: true, learn };
         }

@@ -29,6 +29,8 @@ pursuit_parameters::parameters! {
         pub learn_from: f64 = 0.4, in 0.0..=1.0, source "ours", of BY_PROBABILITY;
         /// A target unsure or occluded for longer is lost, and searched for all over.
         pub lost_after_s: f64 = 1.0, in 0.0.., unit "s", source "ours", of LOSING;
+        /// For so long after it was found again nothing is learned of a target, and what is doubted is lost at once.
+        pub probation_s: f64 = 0.0, in 0.0.., unit "s", source "ours", of LOSING;
         /// Most that the score of an unsure or occluded target may be: what looks good enough to stay seen but not to be seen again is
         /// right less often than its probability says (14 to 47 % of such frames where the probability was 41 % on average).
         pub occluded_score: f64 = 0.35, in 0.0..=1.0, source "ours", of LOSING;
@@ -73,8 +75,6 @@ pursuit_parameters::parameters! {
         pub follow_from: f64 = 0.0, in 0.0..=1.0, source "ours";
         /// A target that was not sure for so long is looked for elsewhere as well, while the best guess is followed.
         pub elsewhere_after_s: f64 = 1e6, in 0.0.., unit "s", source "ours";
-        /// For so long after it was found again nothing is learned of a target, and what is doubted is lost at once.
-        pub probation_s: f64 = 0.0, in 0.0.., unit "s", source "ours";
     }
 }
 

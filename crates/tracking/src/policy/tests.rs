@@ -28,6 +28,7 @@ fn policy(model: PolicyModel) -> Policy {
         found_from: 0.6,
         learn_from: 0.25,
         lost_after_s: 0.15,
+        probation_s: 0.0,
         occluded_score: 0.15,
         calibrated: CalibratedParams { learn_unsure_from: 2.0, lost_below: 0.3, ..CalibratedParams::default() },
         gated: GatedParams { far_from: 0.9, outside_haste: 2.0 },
@@ -205,7 +206,9 @@ fn long_doubt_asks_for_a_look_elsewhere() {
 
 #[test]
 fn what_was_found_is_on_probation() {
-    let mut policy = calibrated(|p| p.probation_s = 0.25);
+    let mut params = calibrated(|_| {}).params().clone();
+    params.probation_s = 0.25;
+    let mut policy = Policy::new(params);
     let found = judge(&mut policy, TrackState::Lost, 0.9);
     assert_eq!((found.state, found.learn), (TrackState::Tracking, false));
     assert!(!judge(&mut policy, TrackState::Tracking, 0.9).learn);

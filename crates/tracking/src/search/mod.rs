@@ -1,6 +1,7 @@
 //! Where to look: near the prediction, elsewhere while unsure, all over the frame once the target is lost.
 
 mod params;
+mod refused;
 mod sweep;
 mod tentative;
 
@@ -8,6 +9,7 @@ pub use params::{GateParams, SearchModel, SearchParams, WideningParams};
 
 use crate::{BoxCovariance, Gate, Look, Measurement, Prior, Search, TrackState, ViewSize};
 use pursuit_geometry::{BBox, Point, Size};
+use refused::Refused;
 use serde::{Deserialize, Serialize};
 use sweep::Sweep;
 use tentative::{MOST, Tentatives};
@@ -57,6 +59,8 @@ pub struct Proposer {
     unseen_s: f64,
     /// Places that may show it.
     tentative: Tentatives,
+    /// Places that turned out not to.
+    refused: Refused,
 }
 
 /// How far the search of one frame has come, and what it found.
@@ -117,6 +121,7 @@ impl Proposer {
             sweep: Sweep::new(bbox),
             unseen_s: 0.0,
             tentative: Tentatives::default(),
+            refused: Refused::default(),
         };
         proposer.settle(bbox);
         proposer
@@ -151,6 +156,19 @@ impl Proposer {
     /// The camera's motion moved the picture by `(dx, dy)` pixels.
     pub fn carry(&mut self, (dx, dy): (f64, f64)) {
         self.last = (self.last.0 + dx, self.last.1 + dy);
+        self.refused.carry((dx, dy));
+    }
+
+    /// What was found at `bbox` turned out not to be the target.
+    pub fn refuse(&mut self, bbox: &BBox) {
+        if self.params.refuse_s > 0.0 {
+            self.refused.add(bbox, self.params.refuse_s);
+        }
+    }
+
+    /// Whether a find at `bbox`, all over the frame, is one that turned out not to be the target.
+    pub fn refuses(&self, situation: &Situation<'_>, bbox: &BBox) -> bool {
+        self.is_wide(situation.state) && self.refused.contains(bbox)
     }
 
     /// The part of the frame in which the target moves on; what is found outside of it came from elsewhere.
@@ -224,6 +242,7 @@ impl Proposer {
             swept
         };
         let seen = situation.state == TrackState::Tracking;
+        self.refused.age(situation.prior.dt_s);
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + situation.prior.dt_s };
         let mut found = if self.is_wide(situation.state) {
             swept

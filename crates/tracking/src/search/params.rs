@@ -48,6 +48,9 @@ pursuit_parameters::parameters! {
         pub neutral: f64 = 0.0, in -20.0..=20.0, unit "log odds", source "ours";
         /// Share of what one look says that is new beside the look of the frame before.
         pub news: f64 = 0.5, in above(0.0).at_most(1.0), source "ours";
+        /// A place whose find was doubted on probation (`policy.probation_s`) is not looked at again for so long, so that a look-alike
+        /// does not hide the target from the search; 0: it is.
+        pub refuse_s: f64 = 0.0, in 0.0..=3600.0, unit "s", source "ours", of WIDE;
         /// Whether a centre that is seen outside of the frame is moved to its border.
         pub keep_inside: bool = false, source "ours";
         /// A target that is not seen is expected no farther outside of the picture than that: it left where it left; 0: wherever it is
