@@ -3,12 +3,12 @@
 use crate::errors::{PursuitError, of_run, usage};
 use crate::estimate::Estimate;
 use crate::iterated::{self, Iterated};
+use crate::strip::Strip;
 use crate::values;
-use numpy::{PyArray3, PyArrayMethods};
 use pursuit::media::OpenOptions;
-use pursuit::{Frame, Progress, Record, Remote, Run, RunConfig, RunError, View};
+use pursuit::{Progress, Record, Remote, Run, RunConfig, RunError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use serde::Deserialize;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,9 +18,6 @@ use std::time::Duration;
 const AHEAD: usize = 64;
 /// How often a wait looks for Ctrl-C.
 const BREATH: Duration = Duration::from_millis(100);
-/// Columns of the small picture for notebooks.
-const THUMBNAIL_WIDTH: usize = 320;
-
 /// The estimates of one input, frame by frame; what `pursuit.track` iterates over.
 #[pyclass(frozen, module = "pursuit")]
 pub struct Clip {
@@ -30,28 +27,24 @@ pub struct Clip {
     remote: Remote,
     frame_count: Option<u64>,
     size: (usize, usize),
+    strip: Arc<Mutex<Strip>>,
     state: Mutex<State>,
 }
 
+/// Pictures of a clip: (frame, JPEG) each, and (left, top, x, y) of them all.
+type Pictures<'py> = (Vec<(u64, Bound<'py, PyBytes>)>, [f64; 4]);
+
 /// What the thread says.
 enum News {
-    Rows(Vec<Record>, Option<Thumbnail>),
+    Rows(Vec<Record>),
     /// The next frame is wanted.
     Wanted,
     Over(Box<Result<(String, Option<RunError>), RunError>>),
 }
 
-struct Thumbnail {
-    width: usize,
-    rgb: Vec<u8>,
-    /// Where its left top corner lies in the input, and how many of the input's pixels one of it is, along x and y.
-    place: [f64; 4],
-}
-
 #[derive(Default)]
 struct State {
     facts: Option<String>,
-    thumbnail: Option<Thumbnail>,
     /// What Python raised when it was asked for a frame.
     raised: Option<PyErr>,
     over: bool,
@@ -88,10 +81,12 @@ impl Clip {
         let run = py.detach(prepare).map_err(|e| of_run(&e))?;
         let run = if written { run } else { run.unwritten() };
         let (remote, frame_count, size) = (run.remote(), run.frame_count(), run.input().size);
-        let spawned = std::thread::Builder::new().name("pursuit".into()).spawn(move || follow(run, &speak));
+        let strip = Arc::new(Mutex::new(Strip::default()));
+        let kept = Arc::clone(&strip);
+        let spawned = std::thread::Builder::new().name("pursuit".into()).spawn(move || follow(run, &speak, &kept));
         spawned.map_err(|e| PursuitError::new_err(format!("no thread can be started: {e}")))?;
         let (news, iterated, state) = (Mutex::new(news), Mutex::new(iterated), Mutex::default());
-        Ok(Self { news, iterated, remote, frame_count, size: (size.width, size.height), state })
+        Ok(Self { news, iterated, remote, frame_count, size: (size.width, size.height), strip, state })
     }
 
     /// How many frames there will be, where the input knows.
@@ -112,16 +107,13 @@ impl Clip {
         self.state().facts.clone()
     }
 
-    /// A small picture of the first frame, uint8 (height, width, 3), and (left, top, x, y): where it lies in the input, and how
-    /// many pixels of the input one of it is.
+    /// Small pictures of frames spread evenly over what was followed so far, at most 48: their frames' numbers and JPEG files;
+    /// and (left, top, x, y): where they lie in the input, and how many pixels of the input one of theirs is.
     #[getter]
-    #[allow(clippy::type_complexity, reason = "a tuple of Python")]
-    fn thumbnail<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, [f64; 4])>> {
-        let state = self.state();
-        let Some(picture) = &state.thumbnail else { return Ok(None) };
-        let height = picture.rgb.len() / (3 * picture.width);
-        let flat = numpy::PyArray1::from_slice(py, &picture.rgb);
-        Ok(Some((flat.reshape([height, picture.width, 3])?, picture.place)))
+    fn pictures<'py>(&self, py: Python<'py>) -> Pictures<'py> {
+        let strip = self.strip.lock().unwrap_or_else(PoisonError::into_inner);
+        let pictures = strip.pictures().iter().map(|(frame, jpeg)| (*frame, PyBytes::new(py, jpeg)));
+        (pictures.collect(), strip.place())
     }
 
     /// The estimates of the next frame, in order of the targets' numbers; None after the last.
@@ -132,9 +124,7 @@ impl Clip {
             }
             let news = py.detach(|| self.news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(BREATH));
             match news {
-                Ok(News::Rows(rows, thumbnail)) => {
-                    let mut state = self.state();
-                    state.thumbnail = thumbnail.or(state.thumbnail.take());
+                Ok(News::Rows(rows)) => {
                     let known = rows.into_iter().filter_map(|row| {
                         Some(Estimate::new(row.frame, row.target.0, row.update_ms, row.estimate?).of_class(row.class))
                     });
@@ -193,12 +183,12 @@ impl Drop for Clip {
 }
 
 /// Runs to the end and says everything; where nobody listens, it was stopped.
-fn follow(run: Run, speak: &SyncSender<News>) {
-    let (view, mut first) = (run.input().view, true);
+fn follow(run: Run, speak: &SyncSender<News>, strip: &Mutex<Strip>) {
+    let view = run.input().view;
     let remote = run.remote();
     let finished = run.run(|Progress { frame, records, .. }| {
-        let picture = std::mem::take(&mut first).then(|| thumbnail(frame, view));
-        if speak.send(News::Rows(records.to_vec(), picture)).is_err() {
+        strip.lock().unwrap_or_else(PoisonError::into_inner).note(frame, view);
+        if speak.send(News::Rows(records.to_vec())).is_err() {
             remote.stop();
         }
     });
@@ -207,15 +197,4 @@ fn follow(run: Run, speak: &SyncSender<News>) {
         Ok((facts, finished.outcome.failure.take()))
     });
     let _ = speak.send(News::Over(Box::new(end)));
-}
-
-/// Every so many-th pixel of every so many-th row.
-fn thumbnail(frame: &Arc<Frame>, view: Option<View>) -> Thumbnail {
-    let color = frame.color();
-    let step = color.width().div_ceil(THUMBNAIL_WIDTH).max(1);
-    let rows = (0..color.height()).step_by(step);
-    let rgb: Vec<u8> = rows.flat_map(|y| color.row(y).iter().step_by(step).flatten().copied()).collect();
-    let ([x, y], [sx, sy]) = view.map_or(([0.0; 2], [1.0; 2]), |view| (view.origin(), view.scale()));
-    let place = [x, y, step as f64 / sx, step as f64 / sy];
-    Thumbnail { width: color.width().div_ceil(step), rgb, place }
 }

@@ -16,6 +16,7 @@ mod measure;
 mod pixels;
 mod registry;
 mod saved;
+mod strip;
 mod tracker;
 mod values;
 

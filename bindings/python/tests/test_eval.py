@@ -8,7 +8,7 @@ import pytest
 
 import pursuit
 from conftest import moving_square
-from pursuit._picture import png
+from pictures import png
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import numpy as np
 import pursuit
 import pytest
 from conftest import moving_square, overlap
-from pursuit._picture import png
+from pictures import png
 from pursuit.integrations import trax
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pursuit
 import pytest
 from conftest import ROOT, moving_square, overlap
-from pursuit._picture import png
+from pictures import png
 from test_integrations import VOT
 
 DATA = ROOT.parent / "shared" / "data"

@@ -11,7 +11,7 @@ import numpy as np
 import pursuit
 import pytest
 from conftest import ROOT, moving_square
-from pursuit._picture import png
+from pictures import png
 from pursuit._track import COLUMNS
 
 CLIPS = ROOT.parent / "shared" / "data"
@@ -82,9 +82,30 @@ def test_results_as_tables_and_pictures():
     assert track.boxes().shape == (30, 4)
     assert track.states() == {"tracking": 30, "unsure": 0, "occluded": 0, "lost": 0}
     html = track._repr_html_()
-    assert "data:image/png;base64," in html and "30 tracking" in html
+    assert html.count("data:image/jpeg;base64,") == html.count("<rect") == 30 and "30 tracking" in html
+    assert 'max="29"' in html and 'data-said="frame 0, 0.00 s: tracking, score 1.00"' in html
     pandas = pytest.importorskip("pandas")
     assert isinstance(track.to_pandas(), pandas.DataFrame)
+
+
+def test_pictures_for_notebooks_are_spread_over_the_clip():
+    def pictures(**part):
+        track = pursuit.track("scene:drift?duration=4", tracker="mosse", **part).run()
+        return track._clip.pictures
+
+    shown, place = pictures()
+    frames = [frame for frame, _ in shown]
+    assert frames == list(range(0, 120, 4)) and shown[0][1][:2] == b"\xff\xd8" and place == (0, 0, 1, 1)
+    _, place = pictures(region=(10, 20, 200, 150), resize=0.5)
+    assert place == pytest.approx((10, 20, 2, 2))
+
+
+def test_progress_is_said(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    pursuit.track("scene:drift?duration=1", tracker="mosse", progress=True).run()
+    assert capsys.readouterr().err.splitlines()[-1].startswith("scene:drift?duration=1: 30 of 30 frames, ")
+    pursuit.track("scene:drift?duration=1", tracker="mosse").run()
+    assert capsys.readouterr().err == ""
 
 
 def test_other_packages_tables():

@@ -242,11 +242,13 @@ def test_a_call_while_another_thread_is_in_the_tracker_waits(square):
 
 def test_opencv_s_interface(square):
     images, boxes = square
-    tracker = pursuit.cv2.TrackerPursuit_create("kcf")
+    tracker = pursuit.cv2.TrackerPursuit.create("kcf")
+    assert tracker.getTrackingScore() == 0.0
     tracker.init(images[0], boxes[0])
     for image, box in zip(images[1:], boxes[1:]):
         ok, found = tracker.update(image)
         assert ok is True and overlap(found, box) > 0.5 and all(isinstance(v, int) for v in found)
+        assert tracker.getTrackingScore() == tracker.estimate.score > 0.4
 
 
 def test_adapters(square):

@@ -17,44 +17,72 @@ __version__: str
 DEFAULT_TRACKER: str
 COCO: list[str]
 
-class PursuitError(Exception): ...
-class UsageError(PursuitError): ...
-class InputError(PursuitError): ...
-class OutputError(PursuitError): ...
-class StateError(PursuitError): ...
-class ComputationError(PursuitError): ...
+class PursuitError(Exception):
+    """Every error of this package."""
+
+class UsageError(PursuitError):
+    """A name, a parameter, a box or an option that cannot be."""
+
+class InputError(PursuitError):
+    """An input or a frame that cannot be read."""
+
+class OutputError(PursuitError):
+    """Results that cannot be written."""
+
+class StateError(PursuitError):
+    """A tracker that was not started, or saved bytes that are none."""
+
+class ComputationError(PursuitError):
+    """Arithmetic that came to no result."""
+
 
 class Estimate:
     """What a tracker says about one target in one frame. Boxes are (left, top, width, height) in pixels."""
 
     @property
-    def frame(self) -> int: ...
+    def frame(self) -> int:
+        """Number of the frame in the input, from 0."""
     @property
-    def target(self) -> int: ...
+    def target(self) -> int:
+        """Number of the target, from 1."""
     @property
-    def time_s(self) -> float: ...
+    def time_s(self) -> float:
+        """Time of the frame, seconds."""
     @property
-    def box(self) -> Box: ...
+    def box(self) -> Box:
+        """Where the target is believed to be: left, top, width, height, pixels of the input."""
     @property
-    def score(self) -> float: ...
+    def score(self) -> float:
+        """The probability, 0 to 1, that the box overlaps the target by one half."""
     @property
-    def state(self) -> State: ...
+    def state(self) -> State:
+        """Whether it is seen (tracking), in sight but not certain (unsure), behind something (occluded), or searched for
+        all over (lost).
+        """
     @property
-    def class_name(self) -> str | None: ...
+    def class_name(self) -> str | None:
+        """What it is, where the detector names what it finds."""
     @property
-    def doubt(self) -> Literal["covered", "changed", "confused", "gone"] | None: ...
+    def doubt(self) -> Literal["covered", "changed", "confused", "gone"] | None:
+        """Why it is not tracked: covered, changed, confused or gone; None while it is."""
     @property
-    def prediction(self) -> Box | None: ...
+    def prediction(self) -> Box | None:
+        """The box that the motion model expected, before the frame was looked at."""
     @property
-    def measurement(self) -> Box | None: ...
+    def measurement(self) -> Box | None:
+        """The box that was seen, believed or not."""
     @property
-    def covariance(self) -> Floats | None: ...
+    def covariance(self) -> Floats | None:
+        """4 x 4, of centre x, centre y, width, height, pixels squared."""
     @property
-    def velocity(self) -> tuple[float, float] | None: ...
+    def velocity(self) -> tuple[float, float] | None:
+        """Of the centre, pixels a second."""
     @property
-    def diagnostics(self) -> dict[str, float]: ...
+    def diagnostics(self) -> dict[str, float]:
+        """The tracker's own figures by name, as trajectory.jsonl has them."""
     @property
-    def update_ms(self) -> float | None: ...
+    def update_ms(self) -> float | None:
+        """What the update took, milliseconds."""
 
 class Tracker:
     """Follows one target through frames given as arrays."""
@@ -63,20 +91,32 @@ class Tracker:
         self, name: str = "pursuit", *, fps: float = 30.0, channels: Literal["rgb", "bgr"] = "rgb", **parameters: Any
     ) -> None: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name in the registry."""
     @property
-    def parameters(self) -> dict[str, Any]: ...
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter as it is set, by name; groups are dicts."""
     def init(
         self, frame: Frame, box: Iterable[float], *, time_s: float | None = None, depth: NDArray[np.uint16] | None = None
-    ) -> Estimate: ...
+    ) -> Estimate:
+        """Starts on the target inside box = (left, top, width, height), pixels. depth: millimetres, (height, width), 0
+        where there is none. Raises UsageError or InputError.
+        """
     def update(
         self, frame: Frame, *, time_s: float | None = None, depth: NDArray[np.uint16] | None = None
-    ) -> Estimate: ...
-    def forecast(self, seconds: float) -> tuple[Box, Floats | None, tuple[float, float] | None]: ...
-    def change(self, **parameters: Any) -> None: ...
-    def save(self) -> bytes: ...
+    ) -> Estimate:
+        """Looks at the next frame. time_s: its time, later than the one before; without, 1 / fps later. Raises
+        StateError before init, InputError for a frame of another size.
+        """
+    def forecast(self, seconds: float) -> tuple[Box, Floats | None, tuple[float, float] | None]:
+        """Where the target will be: the box, its covariance (4 x 4) and its velocity (pixels a second)."""
+    def change(self, **parameters: Any) -> None:
+        """Sets parameters of the running tracker; the groups motion, policy and search can be changed."""
+    def save(self) -> bytes:
+        """Everything needed to go on later, as bytes; pickle and copy do the same."""
     @staticmethod
-    def restore(saved: bytes) -> Tracker: ...
+    def restore(saved: bytes) -> Tracker:
+        """Goes on from what save() gave. Raises StateError for bytes that are none."""
     def __copy__(self) -> Tracker: ...
     def __deepcopy__(self, memo: Any) -> Tracker: ...
 
@@ -93,18 +133,25 @@ class MultiTracker:
         **parameters: Any,
     ) -> None: ...
     @property
-    def targets(self) -> list[int]: ...
+    def targets(self) -> list[int]:
+        """Numbers of the targets that are known, ascending."""
     def add(
         self, frame: Frame, box: Iterable[float], *, time_s: float | None = None, depth: NDArray[np.uint16] | None = None
-    ) -> int: ...
-    def remove(self, target: int) -> None: ...
+    ) -> int:
+        """Follows the target inside box from this frame on; returns its number."""
+    def remove(self, target: int) -> None:
+        """Forgets a target."""
     def update(
         self, frame: Frame, *, time_s: float | None = None, depth: NDArray[np.uint16] | None = None
-    ) -> list[Estimate]: ...
-    def forecast(self, target: int, seconds: float) -> Box: ...
-    def save(self) -> bytes: ...
+    ) -> list[Estimate]:
+        """Looks at the next frame: an Estimate of every target, in order of their numbers."""
+    def forecast(self, target: int, seconds: float) -> Box:
+        """The box of a target so many seconds ahead."""
+    def save(self) -> bytes:
+        """Everything needed to go on later, as bytes."""
     @staticmethod
-    def restore(saved: bytes) -> MultiTracker: ...
+    def restore(saved: bytes) -> MultiTracker:
+        """Goes on from what save() gave."""
 
 class Tracks:
     """What is known of every target after a frame: arrays of one row for each, in ascending order of ids."""
@@ -114,17 +161,23 @@ class Tracks:
     OCCLUDED: int
     LOST: int
     @property
-    def ids(self) -> NDArray[np.int64]: ...
+    def ids(self) -> NDArray[np.int64]:
+        """Numbers of the targets, ascending."""
     @property
-    def boxes(self) -> Floats: ...
+    def boxes(self) -> Floats:
+        """Left, top, width, height, pixels, (targets, 4)."""
     @property
-    def scores(self) -> Floats: ...
+    def scores(self) -> Floats:
+        """Probability, 0 to 1, that the box is right and still of that target."""
     @property
-    def states(self) -> NDArray[np.int8]: ...
+    def states(self) -> NDArray[np.int8]:
+        """TRACKING, UNSURE, OCCLUDED or LOST."""
     @property
-    def detections(self) -> NDArray[np.int64]: ...
+    def detections(self) -> NDArray[np.int64]:
+        """Row of the detection that each target took; -1: none."""
     @property
-    def class_ids(self) -> NDArray[np.int64]: ...
+    def class_ids(self) -> NDArray[np.int64]:
+        """Class of each target as it was given; -1: none."""
     def __len__(self) -> int: ...
 
 class Associator:
@@ -140,7 +193,8 @@ class Associator:
         **parameters: Any,
     ) -> None: ...
     @property
-    def targets(self) -> list[int]: ...
+    def targets(self) -> list[int]:
+        """Numbers of the targets that are known, ascending."""
     def update(
         self,
         boxes: ArrayLike,
@@ -151,11 +205,19 @@ class Associator:
         corners: bool = False,
         time_s: float | None = None,
         frame: Frame | None = None,
-    ) -> Tracks: ...
-    def forecast(self, target: int, seconds: float) -> Box: ...
-    def save(self) -> bytes: ...
+    ) -> Tracks:
+        """Takes the detections of the next frame: boxes (n, 4) as left, top, width, height, or with corners left, top,
+        right, bottom; scores (n,), 0 to 1; classes (n,), whole numbers; embeddings (n, d). frame: the picture, by
+        which the camera's motion is taken out where motion__camera says so. Raises UsageError or InputError, after
+        which everything is as before.
+        """
+    def forecast(self, target: int, seconds: float) -> Box:
+        """The box of a target so many seconds ahead."""
+    def save(self) -> bytes:
+        """Everything needed to go on later, as bytes."""
     @staticmethod
-    def restore(saved: bytes) -> Associator: ...
+    def restore(saved: bytes) -> Associator:
+        """Goes on from what save() gave."""
 
 class Detector:
     """Finds targets without being told where to look."""
@@ -164,10 +226,12 @@ class Detector:
         self, name: str, *, channels: Literal["rgb", "bgr"] = "rgb", fps: float = 30.0, **parameters: Any
     ) -> None: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name in the registry."""
     def detect(
         self, frame: Frame, *, time_s: float | None = None, depth: NDArray[np.uint16] | None = None
-    ) -> list[tuple[Box, float]]: ...
+    ) -> list[tuple[Box, float]]:
+        """What it finds in a frame: (box, confidence) each, the best first."""
 
 class Clip:
     """The estimates of one input, frame by frame; what pursuit.track iterates over."""
@@ -176,18 +240,30 @@ class Clip:
         self, frames: Iterable[Any] | None = None, *, depths: Iterable[Any] | None = None, channels: str = "rgb", **config: Any
     ) -> None: ...
     @property
-    def frame_count(self) -> int | None: ...
+    def frame_count(self) -> int | None:
+        """How many frames there will be, where the input knows."""
     @property
-    def size(self) -> tuple[int, int]: ...
+    def size(self) -> tuple[int, int]:
+        """Width and height of the frames looked at, pixels."""
     @property
-    def facts(self) -> str | None: ...
+    def facts(self) -> str | None:
+        """What run.json holds, as JSON; None before the end."""
     @property
-    def thumbnail(self) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]] | None: ...
-    def next(self) -> list[Estimate] | None: ...
-    def stop(self) -> None: ...
+    def pictures(self) -> tuple[list[tuple[int, bytes]], tuple[float, float, float, float]]:
+        """Small pictures spread over what was followed so far, (frame, JPEG) each, and (left, top, x, y): where they
+        lie in the input, and how many of its pixels one of theirs is.
+        """
+    def next(self) -> list[Estimate] | None:
+        """The estimates of the next frame, in order of the targets' numbers; None after the last."""
+    def stop(self) -> None:
+        """Ends the run after the frame in hand; files are closed properly."""
 
-def trackers() -> dict[str, str]: ...
-def detectors() -> dict[str, str]: ...
+def trackers() -> dict[str, str]:
+    """Every tracker and its sentence."""
+
+def detectors() -> dict[str, str]:
+    """Every detector and its sentence."""
+
 def parameters(name: str, *, detector: bool = False) -> list[dict[str, Any]]: ...
 def evaluate(
     datasets: list[str | os.PathLike[str]],

@@ -1,13 +1,14 @@
 """Whole inputs: a video, a folder of images, a camera, a scene, or frames that Python has."""
 
-import base64
+import html
 import json
 import os
 
 import numpy as np
 
 from . import _native
-from ._picture import png, with_box
+from ._picture import scrubber
+from ._progress import watched
 
 #: The columns of trajectory.csv, in its order.
 COLUMNS = (
@@ -30,8 +31,10 @@ class Track:
     facts: what run.json holds, as a dict, once the end is reached.
     """
 
-    def __init__(self, frames, name, clip=None):
+    def __init__(self, frames, name, clip=None, progress=False):
         self._frames, self._clip, self._name = frames, clip, name
+        if progress:
+            self._frames = watched(frames, clip.frame_count if clip is not None else None, name)
         self.estimates = []
         self.facts = None
 
@@ -112,17 +115,9 @@ class Track:
         return counts
 
     def _repr_html_(self):
-        import html
-
         states = ", ".join(f"{count} {state}" for state, count in self.states().items())
-        picture = ""
-        thumbnail = self._clip.thumbnail if self._clip is not None else None
-        if thumbnail is not None and self.estimates:
-            image, (left, top, x, y) = thumbnail
-            box = self.estimates[0].box
-            image = with_box(image, [(box[0] - left) / x, (box[1] - top) / y, box[2] / x, box[3] / y])
-            picture = f'<img src="data:image/png;base64,{base64.b64encode(png(image)).decode()}"/><br/>'
-        return f"<div>{picture}<b>{html.escape(self._name)}</b>: {len(self.estimates)} estimates, {states}</div>"
+        pictures = scrubber(*self._clip.pictures, self.estimates) if self._clip is not None else ""
+        return f"<div>{pictures}<b>{html.escape(self._name)}</b>: {len(self.estimates)} estimates, {states}</div>"
 
     def __repr__(self):
         return f"<pursuit.Track of {self._name!r}: {len(self.estimates)} estimates so far>"
@@ -169,6 +164,7 @@ def track(
     resize=None,
     fps=None,
     channels="rgb",
+    progress=False,
     **parameters,
 ):
     """Follows a target, or several, through an input; returns a Track, an iterator of Estimate.
@@ -182,7 +178,8 @@ def track(
     there is an overlay; overlay: "full" or "minimal". publish: a broker; publish_options: how, a dict. start, end, stride: the
     frames to look at. region: the part of the picture to look at, left, top, width, height; resize: its size, a factor or
     (columns, rows). Boxes are always in pixels of the whole input. fps: frames a second instead of the input's own times, of
-    arrays 30 without. channels: the order of colours in arrays, "rgb" or "bgr".
+    arrays 30 without. channels: the order of colours in arrays, "rgb" or "bgr". progress: say how far it has come, by tqdm where that
+    is installed, else in a line on standard error.
     parameters: of the tracker, see help(pursuit.trackers.NAME); detect__KEY of the detector, many__KEY and acquire__KEY of
     how its targets are told apart and made sure of.
 
@@ -232,7 +229,7 @@ def track(
             # The overlay is drawn while the next frame is made, and a generator may use the memory of a frame again.
             input = (np.array(frame) if isinstance(frame, np.ndarray) else frame for frame in input)
         clip = _native.Clip(input, depths=None if depth_is_path else depth, channels=channels, **config)
-    return Track(_frames_of(clip), name, clip)
+    return Track(_frames_of(clip), name, clip, progress)
 
 
 def _size(resize):

@@ -4,7 +4,7 @@ from . import _native
 
 
 class TrackerPursuit:
-    """init(image, box), then update(image) -> (ok, box), on images as OpenCV reads them: uint8, BGR or grey.
+    """init(image, box), then update(image) -> (ok, box) and getTrackingScore(), on images as OpenCV reads them: uint8, BGR or grey.
 
     ok: whether the target was measured in this image. box: left, top, width, height in whole pixels, as OpenCV's own
     trackers give it; the last estimate, with fractions, is in `estimate`.
@@ -22,6 +22,15 @@ class TrackerPursuit:
         """Looks at the next image: (ok, (left, top, width, height))."""
         self.estimate = self._tracker.update(image)
         return self.estimate.state == "tracking", tuple(round(v) for v in self.estimate.box)
+
+    def getTrackingScore(self):
+        """The probability, 0 to 1, that the last box overlaps the target by one half; 0 before the first image."""
+        return 0.0 if self.estimate is None else self.estimate.score
+
+    @classmethod
+    def create(cls, name="pursuit", **parameters):
+        """As TrackerPursuit_create."""
+        return cls(name, **parameters)
 
 
 def TrackerPursuit_create(name="pursuit", **parameters):
