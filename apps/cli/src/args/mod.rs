@@ -67,16 +67,16 @@ pub struct Cli {
 #[derive(Debug, Args)]
 pub struct Global {
     /// Say more on standard error (twice: debugging)
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    #[arg(short, long, global = true, display_order = 900, action = clap::ArgAction::Count)]
     pub verbose: u8,
     /// Say nothing on standard error but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, display_order = 901, conflicts_with = "verbose")]
     pub quiet: bool,
     /// When to use colours
-    #[arg(long, global = true, value_enum, default_value_t = ColorWhen::Auto, value_name = "WHEN")]
+    #[arg(long, global = true, display_order = 902, value_enum, default_value_t = ColorWhen::Auto, value_name = "WHEN")]
     pub color: ColorWhen,
     /// How many threads to use (0: one for each processor)
-    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    #[arg(long, global = true, display_order = 903, default_value_t = 0, value_name = "N")]
     pub threads: usize,
 }
 
@@ -100,7 +100,7 @@ pub enum Command {
     Demo(Demo),
     /// Track a target, or several, through a video
     Track(Box<Track>),
-    /// Track many clips, several at a time; what is finished is never done again
+    /// Track many clips, several at a time; a second call goes on where the first one stopped
     Batch(Batch),
     /// Tell targets apart in the boxes of any detector, from files: no picture needed
     Associate(Associate),
@@ -113,13 +113,13 @@ pub enum Command {
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
     #[cfg(feature = "reproduce")]
     Reproduce(Reproduce),
-    /// Open the test system with its screen in the browser: pick, follow, look, repair, compare
+    /// Open the studio in the browser: pick a target, follow it, correct, compare, measure
     #[cfg(feature = "studio")]
     Studio(Studio),
     /// Be the tracking camera of a drone: ground stations say what to track, by MAVLink, and see what becomes of it
     #[cfg(feature = "mavlink")]
     Mavlink(Box<Mavlink>),
-    /// Drive pan-tilt heads: simulate loops, see what a head can do
+    /// Drive pan-tilt heads: follow, calibrate, simulate, see what a head can do
     Ptz(Ptz),
     /// List the trackers, or show the parameters of one as commented TOML
     Trackers(Trackers),
@@ -237,7 +237,7 @@ pub struct Track {
     /// Write no overlay video
     #[arg(long)]
     pub no_video: bool,
-    /// How much the overlay video shows: all boxes, state and score; the estimates alone; or no video
+    /// How much the overlay video shows: `full` all boxes, state and score; `minimal` the estimates alone; `none`: no video
     #[arg(long, value_enum, value_name = "STYLE", conflicts_with = "no_video")]
     pub overlay: Option<Overlay>,
     /// Draw plots of the trajectory
