@@ -8,7 +8,8 @@
  *   count: number, axis: string|null, residuals: [number, number[]][], residual_rms: number[] }} Fit
  * @typedef {{ version: number, unit: string, ruler: { kind: string, per_pixel?: number, relative_error?: number, residuals_px?: number[] }, targets: Motion[],
  *   facts: { target: number, measured: number, bridged: number, outside: number, noise_px: number, path: number[], top_speed: number[] }[],
- *   events: { target: number, kind: string, frame: number, time_s: number, time_error_s: number, at: number[], name?: string|null }[], fits: Fit[], warnings: string[] }} Found
+ *   events: { target: number, kind: string, frame: number, time_s: number, time_error_s: number, at: number[], name?: string|null }[],
+ *   stays: { target: number, zone: string, inside_s: number, inside_error_s: number, share: number, visits: number, path: number }[], fits: Fit[], warnings: string[] }} Found
  */
 
 const ROWS = /** @type {[string, "x"|"y"|"vx"|"vy"|"speed"|"ax"|"ay"|"acceleration"|"heading"|"path", string][]} */ ([
@@ -46,6 +47,10 @@ export class Results {
       add(facts, "h4", `Target ${t.target}`);
       add(facts, "p", `measured in ${t.measured} frames, ${t.bridged} bridged, ${t.outside} outside; noise ${t.noise_px.toFixed(2)} px`);
       add(facts, "p", `path ${within(t.path[0], t.path[1])} ${unit}, top speed ${within(t.top_speed[0], t.top_speed[1])} ${unit}/s`);
+    }
+    for (const s of found.stays) {
+      const visits = `${s.visits} ${s.visits === 1 ? "visit" : "visits"}`;
+      add(facts, "p", `target ${s.target} in ${s.zone}: ${within(s.inside_s, s.inside_error_s)} s (${(100 * s.share).toFixed(1)} %), ${visits}, ${short(s.path)} ${unit} there`).dataset.zone = s.zone;
     }
     for (const warning of found.warnings) add(facts, "p", warning).className = "warning";
     for (const event of found.events) {

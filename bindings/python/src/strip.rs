@@ -55,9 +55,10 @@ impl Strip {
         let color = frame.color();
         let step = color.width().div_ceil(WIDTH).max(1);
         // Every so many-th pixel of every so many-th row.
-        let small = pursuit::imaging::Image::from_fn(color.width().div_ceil(step), color.height().div_ceil(step), |x, y| {
-            color.row(step * y)[step * x]
-        });
+        let small =
+            pursuit::imaging::Image::from_fn(color.width().div_ceil(step), color.height().div_ceil(step), |x, y| {
+                color.row(step * y)[step * x]
+            });
         // A picture that cannot be made is one picture less.
         let Some(jpeg) = small.ok().and_then(|small| encode_jpeg(small.view(), JPEG_QUALITY).ok()) else { return };
         let ([x, y], [sx, sy]) = view.map_or(([0.0; 2], [1.0; 2]), |view| (view.origin(), view.scale()));

@@ -43,5 +43,5 @@ pub use error::{MeasuringError, Result};
 pub use homography::Homography;
 pub use kinematics::{How, Measured, Method, Moment, Options, Sighting, State, Track, measure};
 pub use ruler::{Ruler, RulerFacts};
-pub use table::{Cells, Column, Table, between, events_table, kinematics_table};
+pub use table::{Cells, Column, Table, between, events_table, kinematics_table, stays_table};
 pub use units::{Length, Unit};

@@ -1,6 +1,6 @@
 //! What is found as tables: one header, the unit in the name of each column.
 
-use crate::events::Event;
+use crate::events::{Event, Stay};
 use crate::{Measured, State, Unit};
 use nalgebra::{Matrix2, Vector2};
 
@@ -116,9 +116,29 @@ pub fn events_table(events: &[Event], unit: Unit) -> Table {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         table.push(format!("{name}_{length}"), Cells::Number(events.iter().map(|e| e.at[axis]).collect(), 6));
     }
-    let name = |e: &Event| e.name.as_deref().unwrap_or_default().replace([',', '"', '\n', '\r'], " ");
-    table.push("name", Cells::Word(events.iter().map(name).collect()));
+    table.push("name", Cells::Word(events.iter().map(|e| word(e.name.as_deref().unwrap_or_default())).collect()));
     table
+}
+
+/// The time of each target in each zone, a row for both.
+pub fn stays_table(stays: &[Stay], unit: Unit) -> Table {
+    let (length, mut table) = (unit.symbol(), Table::default());
+    let number = |of: fn(&Stay) -> f64| Cells::Number(stays.iter().map(of).collect(), 6);
+    table.push("target", Cells::Whole(stays.iter().map(|s| s.target).collect()));
+    table.push("zone", Cells::Word(stays.iter().map(|s| word(&s.zone)).collect()));
+    table.push("inside_s", number(|s| s.inside_s));
+    table.push("inside_sd_s", number(|s| s.inside_error_s));
+    table.push("share", number(|s| s.share));
+    table.push("visits", Cells::Whole(stays.iter().map(|s| s.visits as u64).collect()));
+    table.push("first_s", number(|s| s.first_s.unwrap_or(f64::NAN)));
+    table.push(format!("path_{length}"), number(|s| s.path));
+    table.push(format!("speed_{length}_per_s"), number(|s| s.speed.unwrap_or(f64::NAN)));
+    table
+}
+
+/// A name without what would break a row.
+fn word(name: &str) -> String {
+    name.replace([',', '"', '\n', '\r'], " ")
 }
 
 /// Distance and direction from one target to another, in the frames in which both are known. What is common to both, the errors

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Camera, G, Normal, Place, WORLDS, World, seen, true_ruler};
-use pursuit_measuring::events::{Event, Kind, Watched, find};
+use pursuit_measuring::events::{Event, Kind, Watched, find, stays};
 use pursuit_measuring::{How, Measured, Options, Sighting, Track, measure};
 
 fn measured(world: &World, noise: f64, seed: u64) -> Measured {
@@ -101,6 +101,36 @@ fn lines_and_zones_are_passed_at_true_times() {
     let [(name, time)] = &at(Kind::Crossing)[..] else { panic!("{found:?}") };
     assert!(name == "net" && (time - 0.5).abs() < 0.005, "{time}");
     assert!((at(Kind::Entry)[0].1 - 0.3).abs() < 0.005 && (at(Kind::Exit)[0].1 - 0.7).abs() < 0.005, "{found:?}");
+}
+
+#[test]
+fn time_in_zones_is_that_of_the_true_path() {
+    // A target that goes to and fro: x = 1 − cos t, between 0 and 2, from rest at 0.
+    fn swinging(t: f64) -> [Place; 3] {
+        [Place::new(1.0 - t.cos(), 0.5), Place::new(t.sin(), 0.0), Place::new(t.cos(), 0.0)]
+    }
+    let world = World { name: "to and fro", fps: 60.0, frames: 640, state: swinging, camera: Camera::Stick };
+    let names = ["near=-1,0,0.5,0,0.5,1,-1,1", "far=1.5,0,3,0,3,1,1.5,1", "elsewhere=5,0,6,0,6,1"];
+    let zones = names.map(|zone| zone.parse().unwrap());
+    let mut times = Vec::new();
+    for seed in 0..20 {
+        let [near, far, elsewhere] = &stays(&measured(&world, 0.4, seed), &zones)[..] else { panic!("three zones") };
+        // cos t is above a half within a sixth of a period about each whole one, and below minus a half about each half one.
+        let (sixth, end) = (std::f64::consts::TAU / 6.0, 639.0 / 60.0);
+        assert_eq!((near.visits, far.visits, elsewhere.visits), (2, 2, 0), "{near:?} {far:?}");
+        assert!(near.first_s == Some(0.0) && (far.first_s.unwrap() - 2.0 * sixth).abs() < 0.02, "{far:?}");
+        assert!((near.share - near.inside_s / end).abs() < 1e-9 && near.zone == "near", "{near:?}");
+        assert!((far.inside_s - 4.0 * sixth).abs() < 0.05 && (near.inside_s - 3.0 * sixth).abs() < 0.05, "{near:?}");
+        // There and back over half a unit, twice.
+        assert!(
+            (far.path - 2.0).abs() < 0.05 && (far.speed.unwrap() - far.path / far.inside_s).abs() < 1e-9,
+            "{far:?}"
+        );
+        assert_eq!((elsewhere.inside_s, elsewhere.first_s, elsewhere.speed), (0.0, None, None));
+        times.push((far.inside_s - 4.0 * sixth, far.inside_error_s));
+    }
+    let within = times.iter().filter(|(off, error)| off.abs() <= 2.0 * error).count();
+    assert!(within >= 15, "{within} of 20 within two standard deviations: {times:?}");
 }
 
 #[test]

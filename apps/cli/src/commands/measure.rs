@@ -104,6 +104,22 @@ fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> 
             event.target
         )?;
     }
+    if !facts.stays.is_empty() {
+        writeln!(text, "zones")?;
+    }
+    for stay in &facts.stays {
+        let (zone, visits) = (&stay.zone, stay.visits);
+        let times = if visits == 1 { "visit" } else { "visits" };
+        writeln!(
+            text,
+            "  {zone:<9} target {}: {:.3} ± {:.3} s inside ({:.1} %), {visits} {times}, {:.4} {unit} there",
+            stay.target,
+            stay.inside_s,
+            stay.inside_error_s,
+            100.0 * stay.share,
+            stay.path
+        )?;
+    }
     writeln!(text, "files")?;
     files.iter().try_for_each(|file| writeln!(text, "  {}", file.display()))?;
     Ok(text)

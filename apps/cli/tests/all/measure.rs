@@ -58,7 +58,8 @@ fn a_falling_ball_gives_g_in_metres() {
     let folder = tempfile::tempdir().unwrap();
     let run = recorded(folder.path());
     let more = ["--measure-fit", "parabola", "--measure-line", "floor=-1,1,9,1", "--measure-format", "jsonl"];
-    let output = measure(&run, &[&STICK[..], &more].concat());
+    let zone = ["--measure-zone", "cellar=-1,1,9,1,9,-9,-1,-9"];
+    let output = measure(&run, &[&STICK[..], &more, &zone].concat());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("acceleration") && stdout(&output).contains("m/s^2"), "{}", stdout(&output));
     let table = rows(&run.join("measure.csv"));
@@ -81,6 +82,10 @@ fn a_falling_ball_gives_g_in_metres() {
     let crossing = facts["events"].as_array().unwrap().iter().find(|e| e["kind"] == "crossing").unwrap();
     let truth = (2.0 * (2.15 - 1.0) / 9.81_f64).sqrt();
     assert!((crossing["time_s"].as_f64().unwrap() - truth).abs() < 0.005, "{crossing}");
+    let stay = &facts["stays"][0];
+    assert!((stay["inside_s"].as_f64().unwrap() - (89.0 / 120.0 - truth)).abs() < 0.005, "{stay}");
+    assert_eq!((&stay["visits"], rows(&run.join("measure-zones.csv"))[0]["zone"].as_str()), (&1.into(), "cellar"));
+    assert!(stdout(&output).contains("cellar    target 1: 0.25"), "{}", stdout(&output));
     let files = names(&run);
     for file in ["measure-events.csv", "measure.jsonl", "plots/measure-position.svg", "plots/measure-fit-1.svg"] {
         assert!(files.contains(&file.to_owned()), "{file}: {files:?}");

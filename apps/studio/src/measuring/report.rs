@@ -24,6 +24,7 @@ pub(super) fn results(version: u32, found: &Measurement) -> Value {
         "targets": targets,
         "facts": facts.targets,
         "events": facts.events.iter().take(MOST_EVENTS).collect::<Vec<_>>(),
+        "stays": facts.stays.iter().take(MOST_EVENTS).collect::<Vec<_>>(),
         "fits": found.fits.iter().map(of_fit).collect::<Vec<_>>(),
         "warnings": facts.warnings,
     })

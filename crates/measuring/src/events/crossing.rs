@@ -143,7 +143,7 @@ impl Zone {
     }
 
     /// Whether a point lies inside, by how often a ray from it crosses the border.
-    fn contains(&self, p: [f64; 2]) -> bool {
+    pub(super) fn contains(&self, p: [f64; 2]) -> bool {
         let crosses = |side: &Line| {
             let (a, b) = (side.from, side.to);
             (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])

@@ -1,9 +1,11 @@
 //! What happens to a target: turns, bounces, stops, crossings of lines, entries into zones; each with its time and the error of that.
 
 mod crossing;
+mod stay;
 mod stops;
 
 pub use crossing::{Line, Zone};
+pub use stay::{Stay, stays};
 
 use crate::kinematics::Jump;
 use crate::{Measured, State};

@@ -1,7 +1,7 @@
 //! What `measure.json` holds: how it was measured, by what ruler, what came out of it, and what should be looked at.
 
 use super::{MeasureOptions, Measurement, RecordedRun};
-use pursuit_measuring::events::Event;
+use pursuit_measuring::events::{Event, Stay};
 use pursuit_measuring::fits::Fitted;
 use pursuit_measuring::{Calibration, How, Measured, RulerFacts};
 use serde::Serialize;
@@ -27,6 +27,8 @@ pub struct Facts {
     pub targets: Vec<TargetFacts>,
     /// What happened, in order of time.
     pub events: Vec<Event>,
+    /// The time of each target in each zone.
+    pub stays: Vec<Stay>,
     /// What was fitted.
     pub fits: Vec<Fitted>,
     /// What should be looked at before the numbers are believed.
@@ -81,6 +83,7 @@ impl Facts {
             options: options.clone(),
             targets: found.targets.iter().map(TargetFacts::of).collect(),
             events: found.events.clone(),
+            stays: found.stays.clone(),
             fits: found.fits.clone(),
             warnings,
         }

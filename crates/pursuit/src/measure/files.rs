@@ -10,15 +10,16 @@ pub const FORMATS: [(&str, &str); 4] = [
     ("csv-semicolon", "measure-semicolon.csv: semicolons between cells, commas in numbers"),
     ("jsonl", "measure.jsonl: a JSON object a row"),
     ("parquet", "measure.parquet: the columns of the CSV (feature `parquet`)"),
-    ("xlsx", "measure.xlsx: a spreadsheet of rows, events and fits (feature `xlsx`)"),
+    ("xlsx", "measure.xlsx: a spreadsheet of rows, events, zones and fits (feature `xlsx`)"),
 ];
 
 const CSV: &str = "measure.csv";
 const FACTS: &str = "measure.json";
 const EVENTS: &str = "measure-events.csv";
+const STAYS: &str = "measure-zones.csv";
 const BETWEEN: &str = "measure-between-";
 const SEMICOLON: &str = "measure-semicolon.csv";
-const FIXED: [&str; 7] = [CSV, SEMICOLON, FACTS, EVENTS, "measure.jsonl", "measure.parquet", "measure.xlsx"];
+const FIXED: [&str; 8] = [CSV, SEMICOLON, FACTS, EVENTS, STAYS, "measure.jsonl", "measure.parquet", "measure.xlsx"];
 /// The facts of a measurement are a few kilobytes, with many events some megabytes.
 const MOST_FACTS_BYTES: u64 = 1 << 28;
 const PLOTS: [&str; 6] = ["position", "velocity", "speed", "acceleration", "path", "fit"];
@@ -111,6 +112,9 @@ impl Destination {
         files.push(put(CSV, cells::csv(&table))?);
         if !found.events.is_empty() {
             files.push(put(EVENTS, cells::csv(&found.events_table()))?);
+        }
+        if !found.stays.is_empty() {
+            files.push(put(STAYS, cells::csv(&found.stays_table()))?);
         }
         for (pair, table) in found.facts.options.between.iter().zip(&found.between) {
             files.push(put(&format!("{BETWEEN}{}.csv", pair.replace(' ', "").replace(',', "-")), cells::csv(table))?);

@@ -27,10 +27,11 @@ pub use options::{MeasureOptions, Point};
 pub use run::{RecordedRun, read_run};
 
 use crate::RunError;
-use pursuit_measuring::events::{self, Event, Watched};
+use pursuit_measuring::events::{self, Event, Stay, Watched};
 use pursuit_measuring::fits::{Asked, Fitted, fit};
 use pursuit_measuring::{
     Calibration, Measured, MeasuringError, Options, Ruler, Table, Track, between, events_table, kinematics_table,
+    stays_table,
 };
 
 /// What was found of a run.
@@ -40,6 +41,8 @@ pub struct Measurement {
     pub targets: Vec<Measured>,
     /// What happened, in order of time.
     pub events: Vec<Event>,
+    /// The time of each target in each zone.
+    pub stays: Vec<Stay>,
     /// What was fitted.
     pub fits: Vec<Fitted>,
     /// Distances and directions between targets.
@@ -59,6 +62,11 @@ impl Measurement {
     /// A row for each event.
     pub fn events_table(&self) -> Table {
         events_table(&self.events, self.ruler.unit())
+    }
+
+    /// A row for each target and zone.
+    pub fn stays_table(&self) -> Table {
+        stays_table(&self.stays, self.ruler.unit())
     }
 
     /// What `measure.csv` holds.
@@ -175,11 +183,13 @@ fn found(
         window: options.window.unwrap_or(Options::default().window),
         bounces: options.bounces.unwrap_or(true),
     };
-    let (mut targets, mut events, mut fits, mut unmeasured) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut targets, mut events, mut stays) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut fits, mut unmeasured) = (Vec::new(), Vec::new());
     for track in tracks {
         match pursuit_measuring::measure(track, ruler, &how) {
             Ok(measured) => {
                 events.extend(events::find(&measured, &asked.watched));
+                stays.extend(events::stays(&measured, &asked.watched.zones));
                 for asked in &asked.fits {
                     fits.push(fit(track, &measured.moments, ruler, asked)?);
                 }
@@ -204,5 +214,5 @@ fn found(
     let tables = asked.between.iter().map(|[a, b]| Ok(between(target(*a)?, target(*b)?, ruler.unit())));
     let tables = tables.collect::<Result<_, RunError>>()?;
     let facts = Facts { warnings: unmeasured, ..Facts::default() };
-    Ok(Measurement { targets, events, fits, between: tables, ruler: ruler.clone(), facts })
+    Ok(Measurement { targets, events, stays, fits, between: tables, ruler: ruler.clone(), facts })
 }

@@ -25,6 +25,7 @@ pub(super) fn bytes(table: &Table, found: &Measurement) -> Result<Vec<u8>, RunEr
     let mut made = || -> Result<Vec<u8>, XlsxError> {
         sheet(book.add_worksheet(), "motion", table, &bold)?;
         sheet(book.add_worksheet(), "events", &found.events_table(), &bold)?;
+        sheet(book.add_worksheet(), "zones", &found.stays_table(), &bold)?;
         fits(book.add_worksheet(), found, &bold)?;
         book.save_to_buffer()
     };
