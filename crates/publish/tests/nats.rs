@@ -10,7 +10,6 @@ use common::nats::NatsServer;
 use common::{Gate, wait_until};
 use publishers::{login, options, publisher};
 use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
-use rustix::process::Signal;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -103,14 +102,14 @@ fn stalled_servers_are_noticed_in_bounded_memory() {
     let mut publisher = publisher(broker(nats.port), Options { capacity: 100, ..options() }, Qos::AtLeastOnce);
     publisher.extend(0..10);
     listener.wait_for("t.n", "9");
-    nats.signal(Signal::STOP);
+    nats.hang(true);
     for n in 10..5000 {
         publisher.extend([n]);
     }
     wait_until("an attempt that fails", || publisher.counts().failed_attempts > 0);
     let counts = publisher.counts();
     assert_eq!((counts.messages, counts.dropped), (5000, 4890), "all but what can wait and what was confirmed");
-    nats.signal(Signal::CONT);
+    nats.hang(false);
     let counts = publisher.finish();
     listener.wait_for("t.status", "offline");
     assert_eq!((counts.dropped, counts.connections), (4890, 2));
@@ -152,7 +151,7 @@ impl publishers::Fallible for NatsServer {
     }
 
     fn hang(&self, is_hung: bool) {
-        self.signal(if is_hung { Signal::STOP } else { Signal::CONT });
+        NatsServer::hang(self, is_hung);
     }
 }
 

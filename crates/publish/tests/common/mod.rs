@@ -3,6 +3,8 @@
 
 pub mod nats;
 
+#[cfg(unix)]
+use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -15,6 +17,18 @@ use std::time::{Duration, Instant};
 const CALL: &str = "listener";
 /// For how long something that must happen is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Stops a program where it is, or lets it go on. On a busy machine a thread of it may run for a while after the signal:
+/// it has stopped when this returns.
+#[cfg(unix)]
+fn hang(child: &Child, is_hung: bool) {
+    let pid = Pid::from_child(child);
+    kill_process(pid, if is_hung { Signal::STOP } else { Signal::CONT }).unwrap();
+    if is_hung {
+        let (_, status) = waitpid(Some(pid), WaitOptions::UNTRACED).unwrap().unwrap();
+        assert!(status.stopped(), "{status:?}");
+    }
+}
 
 pub fn free_port() -> u16 {
     TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port()
@@ -95,9 +109,7 @@ impl Mosquitto {
     /// Stops it where it is, or lets it go on: its connections stay, and nothing answers.
     #[cfg(unix)]
     pub fn hang(&self, is_hung: bool) {
-        let Some(child) = &self.child else { return };
-        let signal = if is_hung { "-STOP" } else { "-CONT" };
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        self.child.iter().for_each(|child| hang(child, is_hung));
     }
 
     /// A listener to everything, which comes back when the broker does. It listens when this returns.

@@ -1,7 +1,6 @@
 //! A real NATS server, and an independent listener: the few words of its protocol, written and read here.
 
 use super::{Heard, Listener, free_port, made_quietly, program, wait_until};
-use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::path::Path;
@@ -51,9 +50,10 @@ impl NatsServer {
         }
     }
 
-    /// Lets it stand still (`STOP`) or go on (`CONT`).
-    pub fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(self.child.as_ref().unwrap()), signal).unwrap();
+    /// Stops it where it is, or lets it go on.
+    #[cfg(unix)]
+    pub fn hang(&self, is_hung: bool) {
+        self.child.iter().for_each(|child| super::hang(child, is_hung));
     }
 
     /// A listener to every subject but those of inboxes. It listens when this returns, until the server goes.
