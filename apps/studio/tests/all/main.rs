@@ -1,11 +1,10 @@
-//! All tests of the studio, in one program: it is linked once.
+//! All tests of the studio but those that measure memory, in one program: it is linked once.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 mod backward;
 mod calls;
 mod common;
 mod detector;
-mod flood;
 mod live;
 mod looks;
 mod measuring;

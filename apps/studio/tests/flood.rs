@@ -1,6 +1,11 @@
-//! Many connections, and frames that are none: refused, while everybody else goes on.
+//! Many connections, and frames that are none: refused, while everybody else goes on. A program of its own, because it measures the
+//! memory of all that it does.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
-use crate::common::{Opened, studio};
+#[path = "all/common/mod.rs"]
+mod common;
+
+use common::{Opened, studio};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
