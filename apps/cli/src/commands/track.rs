@@ -236,7 +236,8 @@ fn with_credentials(input: Locator, args: &Track) -> Result<Locator, RunError> {
         }
         (None, None) => return Ok(input),
     };
-    let text = text.map_err(|e| RunError::usage(format!("no credentials in {place}: {e}")))?;
+    let text =
+        text.map_err(|e| RunError::usage(format!("no credentials in {place}: {e}; it should hold USER:PASSWORD")))?;
     match text.lines().next().and_then(|line| line.trim_end().split_once(':')) {
         Some((user, password)) => Ok(input.with_credentials(user, password)),
         None => Err(RunError::usage(format!("no credentials in {place}: its first line is not USER:PASSWORD"))),

@@ -58,7 +58,7 @@ impl std::str::FromStr for HeadAddress {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |reason: &str| Err(PtzError::Address { reason: reason.to_owned() });
-        let Some((scheme, rest)) = text.split_once(':') else { return wrong("the head has no scheme") };
+        let Some((scheme, rest)) = text.split_once(':') else { return wrong("the head's address has no scheme") };
         let after_slashes = rest.strip_prefix("//");
         if rest.trim_start_matches('/').is_empty() {
             return wrong("the head's address is empty");

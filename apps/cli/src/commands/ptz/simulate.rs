@@ -39,7 +39,7 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
         settings.entry("drone").or_insert_with(|| Value::Table(Table::new()));
     }
     let said = super::read(args.head.as_deref(), settings)?;
-    let wrong = || format!("{} is no simulation of a head", super::origin(args.head.as_deref()));
+    let wrong = || format!("cannot simulate a head by {}", super::origin(args.head.as_deref()));
     // The error says in a second line where it is.
     let one_line = |error: toml::de::Error| anyhow::Error::msg(error.to_string().trim().replace('\n', " "));
     let study: Study = said.try_into().map_err(one_line).with_context(wrong)?;
