@@ -33,6 +33,10 @@ pub struct Trajectory {
 
 /// The first line of the file.
 const HEADER: [&str; 7] = ["frame", "x", "y", "w", "h", "state", "score"];
+/// So many of them must be there.
+const NEEDED: usize = 5;
+const STATE: usize = 5;
+const SCORE: usize = 6;
 /// Frame numbers above this are damage.
 const MAX_FRAMES: usize = 10_000_000;
 
@@ -91,11 +95,12 @@ impl Trajectory {
         text
     }
 
-    /// Reads a file back, or a `trajectory.csv` of one target.
+    /// Reads a file back, or a `trajectory.csv` of one target, or boxes alone: without a `state` a box is `tracking`, without a
+    /// `score` it has the score 1, and none of the file's scores is held to be a probability.
     ///
     /// # Errors
-    /// A file that cannot be read or lacks a column of `frame,x,y,w,h,state,score`, a line that makes no sense, named by its
-    /// number, and a second target.
+    /// A file that cannot be read or lacks a column of `frame,x,y,w,h`, a line that makes no sense, named by its number, and a
+    /// second target.
     pub fn read(path: &Path) -> Result<Self> {
         Self::read_counted_from(path, 0)
     }
@@ -107,7 +112,7 @@ impl Trajectory {
             csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| fail(e.to_string()))?;
         let headers = reader.headers().map_err(|e| fail(e.to_string()))?;
         let columns = Columns::of(headers)
-            .ok_or_else(|| fail(format!("the first line must have the columns {}", HEADER.join(", "))))?;
+            .ok_or_else(|| fail(format!("the first line must have the columns {}", HEADER[..NEEDED].join(", "))))?;
         let before = if columns.target.is_some() { first } else { 0 };
         let (mut trajectory, mut target) = (Self::default(), None);
         for record in reader.records() {
@@ -121,15 +126,16 @@ impl Trajectory {
             let (frame, output) = columns.parse(&record).map_err(wrong)?;
             let frame =
                 frame.checked_sub(before).ok_or_else(|| wrong(format!("frame {frame} is before the sequence")))?;
+            trajectory.only_ordered |= output.is_some() && columns.cell(&record, SCORE).is_empty();
             trajectory.put(frame, output);
         }
         Ok(trajectory)
     }
 }
 
-/// Where the columns stand.
+/// Where the columns stand; states and scores may be nowhere.
 struct Columns {
-    own: [usize; HEADER.len()],
+    own: [Option<usize>; HEADER.len()],
     /// Of a `trajectory.csv`.
     target: Option<usize>,
 }
@@ -137,30 +143,35 @@ struct Columns {
 impl Columns {
     fn of(headers: &csv::StringRecord) -> Option<Self> {
         let at = |name: &str| headers.iter().position(|h| h == name);
-        let mut own = [0; HEADER.len()];
-        for (place, name) in own.iter_mut().zip(HEADER) {
-            *place = at(name)?;
-        }
-        Some(Self { own, target: at("target") })
+        let own = HEADER.map(at);
+        own[..NEEDED].iter().all(Option::is_some).then(|| Self { own, target: at("target") })
+    }
+
+    /// The cell of a column; empty where there is none.
+    fn cell<'a>(&self, record: &'a csv::StringRecord, column: usize) -> &'a str {
+        self.own[column].and_then(|at| record.get(at)).unwrap_or("")
     }
 
     /// What a line says; nothing where it has a frame and no box.
     fn parse(&self, record: &csv::StringRecord) -> Result<(usize, Option<Output>), String> {
-        let cell = |i: usize| record.get(self.own[i]).unwrap_or("");
+        let cell = |i: usize| self.cell(record, i);
         let number = |i: usize| {
             let value = cell(i).parse::<f64>().map_err(|_| format!("{} `{}` is not a number", HEADER[i], cell(i)))?;
             if value.is_finite() { Ok(value) } else { Err(format!("{} is not finite", HEADER[i])) }
         };
         let frame = cell(0).parse::<usize>().ok().filter(|f| *f < MAX_FRAMES);
         let frame = frame.ok_or_else(|| format!("frame `{}` is not a frame number", cell(0)))?;
-        if self.target.is_some() && (1..5).all(|i| cell(i).is_empty()) {
+        if (1..NEEDED).all(|i| cell(i).is_empty()) {
             return Ok((frame, None));
         }
-        let word = cell(5);
-        let state = TrackState::from_word(word)
-            .ok_or_else(|| format!("state `{word}` is none of tracking, unsure, occluded, lost"))?;
+        let state = match cell(STATE) {
+            "" => TrackState::Tracking,
+            word => TrackState::from_word(word)
+                .ok_or_else(|| format!("state `{word}` is none of tracking, unsure, occluded, lost"))?,
+        };
+        let score = if cell(SCORE).is_empty() { 1.0 } else { number(SCORE)?.clamp(0.0, 1.0) };
         let bbox = BBox::from_ltwh(number(1)?, number(2)?, number(3)?, number(4)?);
-        Ok((frame, Some(Output { bbox, state, score: number(6)?.clamp(0.0, 1.0) })))
+        Ok((frame, Some(Output { bbox, state, score })))
     }
 }
 
@@ -198,6 +209,22 @@ mod tests {
         assert!(Trajectory::read_counted_from(file.path(), 6).unwrap_err().to_string().contains("before the sequence"));
         std::fs::write(file.path(), format!("{header}5,0.2,1,lost,1,2,3,4,0.5,\n5,0.2,2,lost,1,2,3,4,0.5,\n")).unwrap();
         assert!(Trajectory::read(file.path()).unwrap_err().to_string().contains("line 3: a second target"));
+    }
+
+    #[test]
+    fn boxes_alone_are_tracked_without_a_probability() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let read = |text: &str| {
+            std::fs::write(file.path(), text).unwrap();
+            Trajectory::read(file.path()).unwrap()
+        };
+        let bbox = BBox::from_ltwh(1.0, 2.0, 3.0, 4.0);
+        let alone = read("frame,x,y,w,h\n0,1,2,3,4\n1,,,,\n2,1,2,3,4\n");
+        assert_eq!(alone.get(2), Some(&Output { bbox, state: TrackState::Tracking, score: 1.0 }));
+        assert!(alone.get(1).is_none() && !alone.has_probabilities());
+        let scored = read("frame,x,y,w,h,score\n0,1,2,3,4,0.25\n1,1,2,3,4,0.5\n");
+        assert!(scored.has_probabilities() && scored.get(0).unwrap().score == 0.25);
+        assert!(!read("frame,x,y,w,h,state,score\n0,1,2,3,4,lost,0.25\n1,1,2,3,4,,\n").has_probabilities());
     }
 
     #[test]
