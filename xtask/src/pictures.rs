@@ -36,7 +36,8 @@ const PICTURES: &[Picture] = &[
     Picture {
         file: "thrown.svg",
         command: "pursuit calibrate 'scene:motion?motion=throw&fps=240&gravity=1962&duration=1&width=960&height=540&speed=400' --scale 40,500,440,500=2m --true-fps 240\n\
-                  pursuit track 'scene:motion?motion=throw&fps=240&gravity=1962&duration=1&width=960&height=540&speed=400' --fps 30 --tracker mosse --out thrown --measure --calibration calibration.toml --measure-fit parabola",
+                  pursuit track 'scene:motion?motion=throw&fps=240&gravity=1962&duration=1&width=960&height=540&speed=400' --fps 30 --tracker mosse --out thrown\n\
+                  pursuit measure thrown --calibration calibration.toml --measure-fit parabola",
         product: "thrown/plots/measure-acceleration.svg",
     },
     Picture {

@@ -52,6 +52,8 @@ pub struct Finished {
     pub files: Vec<PathBuf>,
     /// What `run.json` holds.
     pub facts: RunFile,
+    /// What was measured of it, where that was asked for: what `measure.json` holds.
+    pub measured: Option<measure::Facts>,
     /// How it ended.
     pub outcome: Outcome,
 }
@@ -280,13 +282,18 @@ impl Run {
         facts.publish = published.map(|facts| facts.lock().unwrap_or_else(PoisonError::into_inner).clone());
         facts.states = kept.states.with(outcome.states);
         facts.timing = outcome.timing;
-        facts.accuracy = meter.accuracy();
+        // Which of many targets the truth is of nobody says.
+        let many = self.config.many == Some(true) || self.config.detections.is_some();
+        facts.accuracy = meter.accuracy().filter(|_| !many);
         facts.compared = scoreboard.facts();
+        let mut measured = None;
         if let Some(folder) = &folder {
-            let late = conclude(&facts, folder, &self.config, &mut files);
-            outcome.failure = outcome.failure.or(late.err());
+            match conclude(&facts, folder, &self.config, &mut files) {
+                Ok(found) => measured = found,
+                Err(late) => outcome.failure = outcome.failure.or(Some(late)),
+            }
         }
-        Ok(Finished { out: folder.map(|f| f.path().to_path_buf()), files, facts, outcome })
+        Ok(Finished { out: folder.map(|f| f.path().to_path_buf()), files, facts, measured, outcome })
     }
 
     fn input_facts(&self) -> InputFacts {
@@ -331,21 +338,27 @@ fn check_segments(config: &RunConfig) -> Result<(), RunError> {
     Err(RunError::usage(problem))
 }
 
-/// Writes what is known at the end.
-fn conclude(facts: &RunFile, folder: &RunFolder, config: &RunConfig, files: &mut Vec<PathBuf>) -> Result<(), RunError> {
+/// Writes what is known at the end, and measures the run where that was asked for.
+fn conclude(
+    facts: &RunFile,
+    folder: &RunFolder,
+    config: &RunConfig,
+    files: &mut Vec<PathBuf>,
+) -> Result<Option<measure::Facts>, RunError> {
     let run_json = folder.file(FACTS);
     facts.write(&run_json)?;
     files.push(run_json);
     if config.plots == Some(true) {
         files.extend(trajectory_plots::draw(&folder.file(Format::CSV.file_name()), &folder.file(PLOTS))?);
     }
-    if config.measure == Some(true) {
-        let options = &config.measure_options;
-        let found = measure::measure(folder.path(), None, options)?;
-        let plots = options.plots != Some(false);
-        files.extend(measure::Destination::new(folder.path(), &options.formats, plots)?.write(&found)?);
+    if config.measure != Some(true) {
+        return Ok(None);
     }
-    Ok(())
+    let options = &config.measure_options;
+    let found = measure::measure(folder.path(), None, options)?;
+    let plots = options.plots != Some(false);
+    files.extend(measure::Destination::new(folder.path(), &options.formats, plots)?.write(&found)?);
+    Ok(Some(found.facts))
 }
 
 /// Refuses before anything is followed what could not be measured after it.

@@ -34,12 +34,16 @@ pub fn run(args: &Measure) -> anyhow::Result<ExitCode> {
         value["files"] = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().into();
         serde_json::to_string_pretty(&value)? + "\n"
     } else {
-        console::printable(&summary(&found.facts, &files)?)
+        let mut text = summary(&found.facts)?;
+        writeln!(text, "files")?;
+        files.iter().try_for_each(|file| writeln!(text, "  {}", file.display()))?;
+        console::printable(&text)
     };
     print(text.as_bytes())
 }
 
-fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> {
+/// What was measured, in words.
+pub fn summary(facts: &Facts) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     let Some(ruler) = &facts.ruler else { return Ok(text) };
     let unit = ruler.unit;
@@ -120,8 +124,6 @@ fn summary(facts: &Facts, files: &[PathBuf]) -> Result<String, std::fmt::Error> 
             stay.path
         )?;
     }
-    writeln!(text, "files")?;
-    files.iter().try_for_each(|file| writeln!(text, "  {}", file.display()))?;
     Ok(text)
 }
 

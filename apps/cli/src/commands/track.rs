@@ -365,6 +365,10 @@ pub fn summary(finished: &Finished, wants_video: bool) -> anyhow::Result<String>
             a.absent_frames
         )?;
     }
+    if let Some(measured) = &finished.measured {
+        measured.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+        text += &super::measure::summary(measured)?;
+    }
     if facts.damage_count > 0 {
         writeln!(text, "damage    {} times something could not be read and was left out", facts.damage_count)?;
         facts.damage.iter().try_for_each(|message| writeln!(text, "  {message}"))?;

@@ -128,7 +128,7 @@ pub struct Event {
     pub zone: Option<Arc<str>>,
     /// Why it left a zone.
     pub reason: Option<Reason>,
-    /// How long it has been in the zone, or in sight, seconds.
+    /// How long it has been in the zone, or in sight, seconds: of one that left or is lost, until it was seen there last.
     pub lasted_s: Option<f64>,
     /// Where it was seen last, in pixels of the input.
     pub bbox: Option<BBox>,

@@ -18,6 +18,11 @@ impl Switch {
         (now - self.since_s).max(0.0)
     }
 
+    /// For how long it was so, until it was so last: what is waited for before that is believed to be over is no part of it.
+    pub fn held_s(&self) -> f64 {
+        self.turning_s.map_or(0.0, |last| (last - self.since_s).max(0.0))
+    }
+
     /// It is so or not at `now`; true when that turns the belief: when it has been so for `on_s`, or not for `off_s`.
     pub fn turn(&mut self, is_so: bool, now: f64, [on_s, off_s]: [f64; 2]) -> bool {
         match (self.is_on, is_so) {
@@ -66,5 +71,8 @@ mod tests {
         let mut switch = Switch::default();
         assert!(switch.turn(true, 4.0, [0.0, 1.0]), "what needs no time turns at once");
         assert_eq!((switch.is_on(), switch.lasted_s(6.0)), (true, 2.0));
+        switch.turn(true, 5.0, [0.0, 1.0]);
+        switch.turn(false, 5.5, [0.0, 1.0]);
+        assert_eq!((switch.is_on(), switch.held_s()), (true, 1.0), "it was so last a second after it began");
     }
 }

@@ -128,7 +128,7 @@ impl Known {
         if let Some(estimate) = seen {
             self.bbox = Some(estimate.bbox);
         }
-        let lasted_s = self.in_sight.lasted_s(now.time_s);
+        let seen_s = self.in_sight.held_s();
         let turned = self.in_sight.turn(seen.is_some(), now.time_s, rules.in_sight_s);
         if turned && self.in_sight.is_on() {
             let again = std::mem::replace(&mut self.has_appeared, true);
@@ -138,7 +138,7 @@ impl Known {
         if turned && !self.in_sight.is_on() {
             self.leave_all(record.target, Reason::Unseen, rules, now, events);
             let event = self.event(Kind::Lost, record.target, now);
-            events.push(Event { lasted_s: Some(lasted_s), ..event });
+            events.push(Event { lasted_s: Some(seen_s), ..event });
         }
         // Where a target is that is not seen nobody knows: its places stay what they were until it is given up or seen.
         if let (Some(estimate), true) = (seen, self.in_sight.is_on()) {
@@ -152,14 +152,14 @@ impl Known {
             let Some(mut place) = self.zones.get(number).copied() else { continue };
             let margin = if place.inside.is_on() { rules.margin * bbox.width().min(bbox.height()) } else { 0.0 };
             let is_inside = zone.outside_by(rules.anchor.of(bbox)) <= margin;
-            let lasted_s = place.inside.lasted_s(now.time_s);
+            let (lasted_s, held_s) = (place.inside.lasted_s(now.time_s), place.inside.held_s());
             let turned = place.inside.turn(is_inside, now.time_s, rules.in_zone_s);
             let event = |kind| Event { zone: Some(zone.name.clone()), ..self.event(kind, id, now) };
             match (turned, place.inside.is_on()) {
                 (true, true) => events.push(event(Kind::Enter)),
                 (true, false) => {
                     place.has_dwelt = false;
-                    events.push(Event { reason: Some(Reason::Left), lasted_s: Some(lasted_s), ..event(Kind::Leave) });
+                    events.push(Event { reason: Some(Reason::Left), lasted_s: Some(held_s), ..event(Kind::Leave) });
                 }
                 (false, true) if lasted_s >= rules.dwell_s && !place.has_dwelt => {
                     place.has_dwelt = true;
@@ -176,7 +176,7 @@ impl Known {
         let mut left = Vec::new();
         for (place, zone) in self.zones.iter_mut().zip(&rules.zones) {
             if place.inside.is_on() {
-                left.push((zone.name.clone(), place.inside.lasted_s(now.time_s)));
+                left.push((zone.name.clone(), place.inside.held_s()));
             }
             place.inside.turn_off(now.time_s);
             place.has_dwelt = false;

@@ -128,7 +128,13 @@ fn measure_by(
     let calibration = Calibration { unit: options.unit.or(calibration.unit), ..calibration };
     calibration.check()?;
     if let Some([width, height]) = run.picture {
-        calibration.check_picture(width, height)?;
+        calibration.check_picture(width, height).map_err(|error| match &from {
+            Some(file) => RunError::usage(format!(
+                "{} is not of this run: {error}, name another by `--calibration FILE.toml`, or say the ruler (`--scale X1,Y1,X2,Y2=LENGTH`)",
+                file.display()
+            )),
+            None => error.into(),
+        })?;
     }
     let tracks = run.tracks(calibration.true_fps);
     let ruler = Ruler::new(&calibration, &run.boxes())?;
@@ -138,12 +144,20 @@ fn measure_by(
     Ok(found)
 }
 
-/// The calibration that [`measure`] would take of its own accord, to be said more of.
+/// The calibration that [`measure`] would take of its own accord, to be said more of. One that merely lies there, and was made on
+/// pictures of another size, is none of this run's, and is passed over.
 ///
 /// # Errors
 /// As [`measure`].
 pub fn calibration_of(run: &std::path::Path, options: &MeasureOptions) -> Result<Calibration, RunError> {
-    Ok(calibration::find(&read_run(run, options)?, options.calibration.as_deref())?.0)
+    let run = read_run(run, options)?;
+    let (calibration, from) = calibration::find(&run, options.calibration.as_deref())?;
+    let fits = run.picture.is_none_or(|[width, height]| calibration.check_picture(width, height).is_ok());
+    if let (None, false, Some(file)) = (&options.calibration, fits, from) {
+        tracing::warn!("{} was made on pictures of another size: it is passed over", file.display());
+        return Ok(Calibration::default());
+    }
+    Ok(calibration)
 }
 
 /// What is asked of a run besides its motion.
