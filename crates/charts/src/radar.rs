@@ -73,8 +73,7 @@ impl Radar {
             return String::new();
         }
         let (w, h, title) = (self.width(), self.height(), escape(&self.title));
-        let mut out =
-            format!(r#"<svg class="chart" viewBox="0 0 {w:.0} {h:.0}" role="img" aria-label="{title}">"#);
+        let mut out = format!(r#"<svg class="chart" viewBox="0 0 {w:.0} {h:.0}" role="img" aria-label="{title}">"#);
         self.draw(&mut out, (w / 2.0, h / 2.0));
         out.push_str("</svg>");
         out
@@ -122,10 +121,20 @@ impl Radar {
             let _ = write!(out, r#"<path class="grid" d="M{:.1} {:.1}L{x:.1} {y:.1}"/>"#, middle.0, middle.1);
             let (x, y) = self.at(middle, i, 1.0 + 12.0 / Self::RADIUS);
             let side = x - middle.0;
-            let anchor = if side.abs() < 8.0 { "middle" } else if side > 0.0 { "start" } else { "end" };
+            let anchor = if side.abs() < 8.0 {
+                "middle"
+            } else if side > 0.0 {
+                "start"
+            } else {
+                "end"
+            };
             // Text stands on its baseline: below the middle it is moved down.
             let y = y + 4.0 + 6.0 * ((y - middle.1) / Self::RADIUS).clamp(-1.0, 1.0);
-            let _ = write!(out, r#"<text class="axis" x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{}</text>"#, escape(name));
+            let _ = write!(
+                out,
+                r#"<text class="axis" x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{}</text>"#,
+                escape(name)
+            );
         }
         for series in &self.series {
             let number = match series.color {
@@ -142,7 +151,8 @@ impl Radar {
             );
             for (spoke, value) in series.finite() {
                 let (x, y) = self.at(middle, spoke as usize, (value / self.most).clamp(0.0, 1.0));
-                let _ = write!(out, r#"<circle cx="{x:.1}" cy="{y:.1}" r="2.6"><title>{name} {value:.3}</title></circle>"#);
+                let _ =
+                    write!(out, r#"<circle cx="{x:.1}" cy="{y:.1}" r="2.6"><title>{name} {value:.3}</title></circle>"#);
             }
             out.push_str("</g>");
         }
@@ -181,14 +191,16 @@ mod tests {
 
     #[test]
     fn values_lie_on_their_spokes() {
-        let radar = Radar::new("a & b", spokes(4), 0.5).with("kcf", Color::Number(2), &[
-            Some(0.5),
-            Some(0.25),
-            Some(0.0),
-            Some(9.0),
-        ]);
-        let places: Vec<(f64, f64)> =
-            [0.5, 0.25, 0.0, 9.0].iter().enumerate().map(|(i, v)| radar.at((0.0, 0.0), i, (v / 0.5f64).min(1.0))).collect();
+        let radar = Radar::new("a & b", spokes(4), 0.5).with(
+            "kcf",
+            Color::Number(2),
+            &[Some(0.5), Some(0.25), Some(0.0), Some(9.0)],
+        );
+        let places: Vec<(f64, f64)> = [0.5, 0.25, 0.0, 9.0]
+            .iter()
+            .enumerate()
+            .map(|(i, v)| radar.at((0.0, 0.0), i, (v / 0.5f64).min(1.0)))
+            .collect();
         let expected = [(0.0, -150.0), (75.0, 0.0), (0.0, 0.0), (-150.0, 0.0)];
         for (got, want) in places.iter().zip(expected) {
             assert!((got.0 - want.0).abs() < 1e-9 && (got.1 - want.1).abs() < 1e-9, "{places:?}");

@@ -170,16 +170,30 @@ impl Survey {
 
     /// Both tables as GitHub's Markdown, the best figure of each column in bold.
     pub fn to_markdown(&self) -> String {
-        let sentences: String =
-            self.families.iter().filter(|l| !l.sentence.is_empty()).map(|l| format!("- {}: {}\n", l.family, l.sentence)).collect();
+        let sentences: String = self
+            .families
+            .iter()
+            .filter(|l| !l.sentence.is_empty())
+            .map(|l| format!("- {}: {}\n", l.family, l.sentence))
+            .collect();
         format!("{}\n{}\n{sentences}", self.tracker_table().to_markdown(), self.family_table().to_markdown())
     }
 
     /// The trackers as CSV, with all digits.
     pub fn to_csv(&self) -> String {
         let heads = [
-            "tracker", "family", "rank_low", "rank_high", "auc", "auc_low", "auc_high", "precision20", "success50", "fps",
-            "calibration_error", "sequences",
+            "tracker",
+            "family",
+            "rank_low",
+            "rank_high",
+            "auc",
+            "auc_low",
+            "auc_high",
+            "precision20",
+            "success50",
+            "fps",
+            "calibration_error",
+            "sequences",
         ];
         let line = |l: &SurveyLine| {
             let s = &l.score;
@@ -197,8 +211,18 @@ impl Survey {
     /// The families as CSV, with all digits.
     pub fn families_to_csv(&self) -> String {
         let heads = [
-            "family", "trackers", "best", "rank_low", "rank_high", "auc", "auc_low", "auc_high", "fps", "mean_auc",
-            "fastest", "fastest_fps",
+            "family",
+            "trackers",
+            "best",
+            "rank_low",
+            "rank_high",
+            "auc",
+            "auc_low",
+            "auc_high",
+            "fps",
+            "mean_auc",
+            "fastest",
+            "fastest_fps",
         ];
         let line = |l: &FamilyLine| {
             let [rank_low, rank_high] = ends(l.rank.map(|r| r.map(|v| v as f64)));

@@ -33,10 +33,8 @@ pub(super) fn attributes(survey: &Survey, results: &Results) -> Option<Radar> {
         return None;
     }
     let spokes = attributes.iter().map(|a| (*a).to_owned()).collect();
-    let values: Vec<Vec<Option<f64>>> = bests
-        .iter()
-        .map(|(_, tracker)| attributes.iter().map(|a| of(tracker, a).map(|s| s.auc)).collect())
-        .collect();
+    let values: Vec<Vec<Option<f64>>> =
+        bests.iter().map(|(_, tracker)| attributes.iter().map(|a| of(tracker, a).map(|s| s.auc)).collect()).collect();
     let most = values.iter().flatten().flatten().copied().fold(0.0, f64::max);
     // A round end, so that the rings have round values.
     let most = ((most * 5.0).ceil() / 5.0).clamp(0.2, 1.0);

@@ -36,8 +36,7 @@ fn families() -> Vec<Family> {
 fn families_are_ranked_by_their_best_and_share_ranks_that_cannot_be_told() {
     let results = results(&[("a", 0.6, 900.0), ("b", 0.3, 4000.0), ("c", 0.601, 80.0), ("d", 0.2, 0.0)]);
     let survey = Survey::new(&results, &families());
-    let order: Vec<(&str, &str)> =
-        survey.trackers.iter().map(|l| (l.tracker.as_str(), l.family.as_str())).collect();
+    let order: Vec<(&str, &str)> = survey.trackers.iter().map(|l| (l.tracker.as_str(), l.family.as_str())).collect();
     assert_eq!(order.len(), 4);
     assert!(order.contains(&("d", "others")) && order.contains(&("b", "filters")), "{order:?}");
     let of = |name: &str| survey.families.iter().find(|l| l.family == name).unwrap();
@@ -60,8 +59,7 @@ fn files_say_what_the_survey_says() {
     let folder = tempfile::tempdir().unwrap();
     let written = survey.write(&results, folder.path()).unwrap();
     let names: Vec<&str> = written.iter().filter_map(|p| p.file_name()?.to_str()).collect();
-    let all =
-        ["survey.html", "survey.md", "survey.csv", "families.csv", "speed-and-accuracy.svg", "attributes.svg"];
+    let all = ["survey.html", "survey.md", "survey.csv", "families.csv", "speed-and-accuracy.svg", "attributes.svg"];
     assert_eq!(names, all);
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     let csv = read("survey.csv");

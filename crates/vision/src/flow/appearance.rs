@@ -13,6 +13,8 @@ const STEPS: usize = 8;
 const SETTLED_PX: f64 = 0.02;
 /// A change that shrinks or stretches an area by more than this is none that a picture makes.
 const MOST_SCALE: f64 = 8.0;
+/// No coefficient of the change differs by more from one call to the next: what turns or stretches faster is another thing.
+const MOST_STEP: f64 = 0.15;
 
 /// The surroundings of a point in the picture where it was taken, and how they have been turned and stretched since.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,7 +111,10 @@ impl Appearance {
                 d[1] - next[1][0] * step[4] - next[1][1] * step[5],
             ];
             let scale = (next[0][0] * next[1][1] - next[0][1] * next[1][0]).abs();
-            let sane = (1.0 / MOST_SCALE..=MOST_SCALE).contains(&scale) && moved[0].hypot(moved[1]) <= 2.0 * reach;
+            let steps = next.iter().flatten().zip(self.change.iter().flatten()).map(|(a, b)| (a - b).abs());
+            let sane = (1.0 / MOST_SCALE..=MOST_SCALE).contains(&scale)
+                && moved[0].hypot(moved[1]) <= 2.0 * reach
+                && steps.fold(0.0, f64::max) <= MOST_STEP;
             let better = if sane { self.projected(gray, point, next, moved).0 } else { f64::NEG_INFINITY };
             // A step that makes it worse is not taken: it has settled, or there is nothing to be found.
             if better < correlation {

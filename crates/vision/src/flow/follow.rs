@@ -16,7 +16,8 @@ pub struct PointFollowerParams {
     /// A point is lost when its surroundings correlate by less than this with those of its start, after the affine change that
     /// fits best; −1 to 1, −1: they are not looked at.
     pub least_correlation: f64,
-    /// A point is lost when the surroundings of its start are found farther than this from it, pixels, > 0.
+    /// A point is lost when the surroundings of its start are found farther than this from where the flow led it, pixels, > 0; what
+    /// is nearer is drift, and the point goes to where they are.
     pub max_drift_px: f64,
     /// Side of the surroundings that are compared, an odd number from 7 to 63 pixels.
     pub patch_px: usize,
@@ -27,9 +28,9 @@ impl Default for PointFollowerParams {
         Self {
             flow: LucasKanadeParams { window: Size::new(15, 15), ..LucasKanadeParams::default() },
             max_forward_backward_px: 1.0,
-            least_correlation: 0.6,
-            max_drift_px: 3.0,
-            patch_px: 15,
+            least_correlation: 0.8,
+            max_drift_px: 1.5,
+            patch_px: 21,
         }
     }
 }
@@ -173,16 +174,21 @@ impl PointFollower {
         for (k, trip) in self.trips.iter().enumerate() {
             let Some(alive) = self.alive.get_mut(k) else { break };
             let (at, error) = (trip.there.point, trip.error_px);
-            let (point, state) = if trip.there.outcome == Outcome::Outside || !is_inside(at, size) {
-                (None, PointState::Outside)
-            } else if error <= params.max_forward_backward_px && looks_alike(alive, to, at, &params) {
-                (Some(at), PointState::Tracked)
+            let left = trip.there.outcome == Outcome::Outside || !is_inside(at, size);
+            let point = if left {
+                // From the middle of the picture nothing leaves at once: a search has run away.
+                let near = is_near_border(self.points[k], size, params.flow.window);
+                Err(if near { PointState::Outside } else { PointState::Lost })
+            } else if error <= params.max_forward_backward_px {
+                anchored(alive, to, at, &params).ok_or(PointState::Lost)
             } else {
-                (None, PointState::Lost)
+                Err(PointState::Lost)
             };
+            let state = point.err().unwrap_or(PointState::Tracked);
+            let point = point.ok();
             let forward_backward_px = Some(error).filter(|e| e.is_finite());
             self.told.push(FollowedPoint { id: alive.id, point, forward_backward_px, state });
-            if point.is_some() {
+            if let Some(at) = point {
                 self.alive.swap(kept, k);
                 self.points[kept] = at;
                 kept += 1;
@@ -198,11 +204,18 @@ fn is_inside(point: Point, size: Size) -> bool {
     (0.0..=size.width as f64).contains(&point.x) && (0.0..=size.height as f64).contains(&point.y)
 }
 
-/// Whether a point still looks as where it started.
-fn looks_alike(alive: &mut Alive, picture: &Pyramid, at: Point, params: &PointFollowerParams) -> bool {
-    let (Some(appearance), Some(gray)) = (&mut alive.appearance, picture.level(0)) else { return true };
-    let likeness = appearance.compare(gray, at);
-    likeness.is_some_and(|l| l.correlation >= params.least_correlation && l.point.distance(at) <= params.max_drift_px)
+/// Whether a point is less than one and a half windows from the border.
+fn is_near_border(point: Point, size: Size, window: Size) -> bool {
+    let near = |at: f64, length: usize, side: usize| at.min(length as f64 - at) < 1.5 * side as f64;
+    near(point.x, size.width, window.width) || near(point.y, size.height, window.height)
+}
+
+/// Where the surroundings of a point's start are now; `None` where it looks otherwise, or has been led elsewhere.
+fn anchored(alive: &mut Alive, picture: &Pyramid, at: Point, params: &PointFollowerParams) -> Option<Point> {
+    let (Some(appearance), Some(gray)) = (&mut alive.appearance, picture.level(0)) else { return Some(at) };
+    let likeness = appearance.compare(gray, at)?;
+    let same = likeness.correlation >= params.least_correlation && likeness.point.distance(at) <= params.max_drift_px;
+    (same && is_inside(likeness.point, picture.size())).then_some(likeness.point)
 }
 
 #[cfg(test)]
@@ -258,40 +271,50 @@ mod tests {
         for ((start, last), gone) in grid().iter().zip(&last).zip(&gone) {
             let end = Point::new(start.x - 27.5, start.y + 11.0);
             match gone {
-                None => assert!(last.distance(end) < 0.5, "{start:?} {last:?}"),
+                // The window of one at the border is half a guess.
+                None => assert!(
+                    last.distance(end) < if end.x < 12.0 || end.y > 138.0 { 1.5 } else { 0.3 },
+                    "{start:?} {last:?}"
+                ),
                 Some((k, state)) => {
-                    let then = start.x - 2.5 * *k as f64;
-                    let (down, lost) = (start.y + *k as f64, *state == PointState::Lost);
+                    let (then, down) = (start.x - 2.5 * *k as f64, start.y + *k as f64);
                     // Near the border half of the window has nothing to follow.
                     assert!(then < 9.0 || down > HEIGHT as f64 - 9.0, "{start:?} was given up at {then} {down}");
-                    assert!(then < 1.5 || down > HEIGHT as f64 - 1.5 || lost, "{start:?} {gone:?}");
+                    assert!(
+                        then < 5.0 || down > HEIGHT as f64 - 5.0 || *state == PointState::Lost,
+                        "{start:?} {gone:?}"
+                    );
                 }
             }
         }
+        assert!(gone.iter().flatten().any(|(_, state)| *state == PointState::Outside), "{gone:?}");
         let stayed = gone.iter().filter(|g| g.is_none()).count();
         assert!((60..grid().len()).contains(&stayed), "{stayed}");
     }
 
-    #[test]
-    fn what_passes_in_front_hides_points_and_takes_none_along() {
+    /// Something with a texture of its own goes by before a ground that stands still: five pixels a picture, from the left.
+    fn passing() -> Vec<Image<u8>> {
         let (back, front) = (ground(0, 0), ground(90_000, 70_000));
         let hides = |x: usize, y: usize, k: usize| (5 * k..5 * k + 60).contains(&(x + 60)) && (40..110).contains(&y);
-        let pictures: Vec<Image<u8>> = (0..45)
-            .map(|k| {
-                // The thing's own texture goes with it.
-                let own = |x: usize, y: usize| front.row(y)[(x + 60 - 5 * k) % WIDTH];
-                let pixel = |x: usize, y: usize| if hides(x, y, k) { own(x, y) } else { back.row(y)[x] };
-                Image::from_fn(WIDTH, HEIGHT, pixel).unwrap()
-            })
-            .collect();
-        let (last, gone) = run(PointFollowerParams::default(), &pictures);
+        let picture = |k: usize| {
+            let own = |x: usize, y: usize| front.row(y)[(x + 60 - 5 * k) % WIDTH];
+            let pixel = |x: usize, y: usize| if hides(x, y, k) { own(x, y) } else { back.row(y)[x] };
+            Image::from_fn(WIDTH, HEIGHT, pixel).unwrap()
+        };
+        (0..45).map(picture).collect()
+    }
+
+    #[test]
+    fn what_passes_in_front_hides_points_and_takes_none_along() {
+        let (last, gone) = run(PointFollowerParams::default(), &passing());
         let mut hidden = 0;
         for ((start, last), gone) in grid().iter().zip(&last).zip(&gone) {
-            assert!(last.distance(*start) < 3.5, "{start:?} was taken to {last:?}");
+            // Until the half of the window is another thing.
+            assert!(last.distance(*start) < 8.0, "{start:?} was taken to {last:?}");
             let (x, y) = (start.x as usize, start.y as usize);
             let deep = (50..100).contains(&y) && x < 190;
             if let Some((k, state)) = gone.filter(|_| deep) {
-                assert_eq!(state, PointState::Lost);
+                assert!(state == PointState::Lost || x < 24, "{start:?} {state:?}");
                 // Not before the thing's edge is in the window.
                 let (front, rear) = (5 * k as i64, 5 * k as i64 - 60);
                 assert!((front - x as i64).abs() < 20 || (rear - x as i64).abs() < 20, "{start:?} {k}");
@@ -307,23 +330,10 @@ mod tests {
 
     #[test]
     fn without_a_look_at_their_start_points_are_taken_along() {
-        // What the look is good for: the test above fails without it.
         let params = PointFollowerParams { least_correlation: -1.0, ..PointFollowerParams::default() };
-        let still = ground(0, 0);
-        let pictures: Vec<Image<u8>> = (0..30)
-            .map(|k| {
-                // The edge of a light goes over a faint texture.
-                let light = |x: usize| if x < 4 * k { 60 } else { 0 };
-                Image::from_fn(WIDTH, HEIGHT, |x, y| still.row(y)[x] / 4 + light(x)).unwrap()
-            })
-            .collect();
-        let farthest = |params| {
-            let (last, gone) = run(params, &pictures);
-            let all = grid().into_iter().zip(last).zip(gone);
-            all.map(|((start, last), _)| last.distance(start)).fold(0.0, f64::max)
-        };
-        let (plain, watched) = (farthest(params), farthest(PointFollowerParams::default()));
-        assert!(watched < 3.5 && plain > watched, "{plain} {watched}");
+        let (last, _) = run(params, &passing());
+        let farthest = grid().iter().zip(&last).map(|(start, last)| last.distance(*start)).fold(0.0, f64::max);
+        assert!(farthest > 40.0, "{farthest}");
     }
 
     #[test]

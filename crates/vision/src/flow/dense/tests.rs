@@ -172,7 +172,8 @@ fn shifts_turns_and_zooms_are_found_to_a_fraction_of_a_pixel() {
         let (all, inside) = errors(&flow([&first, &second], DenseFlowParams::default()), &truth, 12.0);
         let still = errors(&FlowField::zero(size).unwrap(), &truth, 12.0).1;
         assert!(still > 3.0, "{name} moves {still}");
-        assert!(inside < most && all < 3.0, "{name}: {inside} inside, {all} in all");
+        // Of what leaves the picture a field can only guess.
+        assert!(inside < most && all < 0.5 * still, "{name}: {inside} inside, {all} in all");
     }
 }
 
