@@ -14,6 +14,7 @@ pub mod depth;
 pub mod depth_occlusion;
 pub mod detectors;
 pub mod dsst;
+pub mod families;
 pub mod features;
 pub mod flow;
 pub mod kcf;
