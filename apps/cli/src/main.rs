@@ -42,6 +42,8 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Measure(args) => commands::measure::run(args),
         Command::Batch(args) => commands::batch::run(args, &cli.global),
         Command::Eval(args) => commands::eval::run(args, &cli.global),
+        Command::Survey(args) => commands::survey::run(args, &cli.global),
+        Command::Flow(args) => commands::flow::run(args, &cli.global),
         #[cfg(feature = "reproduce")]
         Command::Reproduce(args) => commands::reproduce::run(args),
         #[cfg(feature = "studio")]

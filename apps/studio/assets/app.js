@@ -26,9 +26,9 @@ const ROWS_EVERY = 400;
 const AGAIN_AFTER = 1500;
 const PHASES = { ready: "ready", running: "running", paused: "paused", stopped: "stopped", ended: "the end is reached", failed: "failed" };
 
-/** @type {{ trackers: any[], info: any, trial: number|null, source: string, facts: import("./api.js").Facts|null, live: Live|null,
+/** @type {{ trackers: any[], families: any[], info: any, trial: number|null, source: string, facts: import("./api.js").Facts|null, live: Live|null,
  *   selected: number, nudged: number[]|null, adding: boolean, drawn: boolean, shownVersion: string, revision: number }} */
-const state = { trackers: [], info: null, trial: null, source: "", facts: null, live: null, selected: 0, nudged: null, adding: false, drawn: false, shownVersion: "", revision: -1 };
+const state = { trackers: [], families: [], info: null, trial: null, source: "", facts: null, live: null, selected: 0, nudged: null, adding: false, drawn: false, shownVersion: "", revision: -1 };
 /** When a source was opened last. */
 let opened = -Infinity;
 /** Things happen in the order they were asked for. */
@@ -347,11 +347,20 @@ const entry = (name) => state.trackers.find((t) => t.name === name);
 /** @param {any} tracker */
 const motionOf = (tracker) => tracker?.parameters.find((/** @type {any} */ p) => p.name === "motion")?.parameters.find((/** @type {any} */ p) => p.name === "model");
 
+/** The trackers as choices, family by family. */
+const byFamily = () => state.families.map((family) => {
+  const group = document.createElement("optgroup");
+  [group.label, group.title] = [family.name, family.sentence];
+  group.append(...state.trackers.filter((t) => t.family === family.name).map((t) => new Option(t.name, t.name)));
+  return group;
+});
+
 /** The parameters of a tracker, and the motion models there are. @param {string} name */
 function describe(name) {
   const tracker = entry(name);
   if (!tracker) return;
-  $("tracker").title = tracker.summary;
+  const family = state.families.find((f) => f.name === tracker.family);
+  $("tracker").title = family ? `${tracker.summary}\n\n${family.name}: ${family.sentence}` : tracker.summary;
   parameters.build(tracker.parameters);
   const model = motionOf(tracker);
   $("motion").replaceChildren(...(model?.choices ?? []).map((/** @type {string} */ c) => new Option(c, c)));
@@ -471,8 +480,8 @@ async function openNamed(again) {
 async function begin() {
   wire();
   const [info, catalogue] = await Promise.all([call("GET", "/api/info"), call("GET", "/api/trackers")]);
-  [state.info, state.trackers] = [info, catalogue.trackers];
-  $("tracker").replaceChildren(...state.trackers.map((t) => new Option(t.name, t.name)));
+  [state.info, state.trackers, state.families] = [info, catalogue.trackers, catalogue.families];
+  $("tracker").replaceChildren(...byFamily());
   $("tracker").value = info.default_tracker;
   describe(info.default_tracker);
   if (info.read_only) {
@@ -485,7 +494,7 @@ async function begin() {
   }
   detecting.offer(catalogue.detectors);
   $("measure-open").hidden = info.picking;
-  $("rival").append(...state.trackers.map((t) => new Option(t.name, t.name)));
+  $("rival").append(...byFamily());
   /** @type {{ path: string, folder: boolean }[]} */
   const files = await call("GET", "/api/files").catch(() => []);
   sources.suggest([...(info.input ? [info.input] : []), ...files.map((f) => f.path), ...info.scenes, "camera:0"]);

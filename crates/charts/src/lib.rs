@@ -1,4 +1,4 @@
-//! Charts as SVG: lines and points over linear or logarithmic axes, with round ticks, a legend that lies outside the
+//! Charts as SVG: lines and points over linear or logarithmic axes, radar charts, with round ticks, a legend that lies outside the
 //! data, and colours that follow the reader from light to dark.
 //!
 //! [`Chart::to_svg`] makes a file that stands alone: title, legend and style inside. [`Chart::to_element`] makes an element
@@ -19,6 +19,7 @@ mod draw;
 mod heat_map;
 mod labels;
 mod legend;
+mod radar;
 mod series;
 mod style;
 mod text;
@@ -27,6 +28,7 @@ mod ticks;
 pub use axis::Axis;
 pub use chart::Chart;
 pub use heat_map::HeatMap;
+pub use radar::Radar;
 pub use series::{Color, Series};
 pub use style::page_style;
 pub use text::escape;

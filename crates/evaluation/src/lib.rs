@@ -2,7 +2,8 @@
 //!
 //! [`evaluate`] is what `pursuit eval` calls. Running and scoring are apart: a run leaves
 //! `boxes/TRACKER/SEQUENCE.csv` with a record beside it, and a later call runs only what is missing. A tracker is
-//! anything that has a [`Recipe`](pursuit_tracking::Recipe); this crate knows none by name.
+//! anything that has a [`Recipe`](pursuit_tracking::Recipe); this crate knows none by name. A [`Survey`] says of an evaluation which
+//! kinds of trackers are how good.
 
 pub mod boxes;
 mod clock;
@@ -26,6 +27,7 @@ mod score;
 mod sequence;
 mod store;
 mod summary;
+mod survey;
 mod table;
 mod trajectory;
 
@@ -43,6 +45,7 @@ pub use pursuit_geometry::Truth;
 pub use results::Results;
 pub use run::{RunRecord, UpdateTime};
 pub use sequence::{Footage, Sequence};
+pub use survey::{Family, FamilyLine, Survey, SurveyLine};
 pub use table::{aligned, text_table};
 pub use trajectory::{Output, Trajectory};
 

@@ -19,14 +19,20 @@ pub fn text_table(results: &Results) -> String {
 
 /// A cell: what is read and, of a figure, what it is compared by.
 #[derive(Debug, Clone, PartialEq)]
-struct Cell {
+pub(crate) struct Cell {
     text: String,
     value: Option<f64>,
 }
 
 impl Cell {
-    fn text(text: impl Into<String>) -> Self {
+    /// A text.
+    pub fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), value: None }
+    }
+
+    /// A figure with so many decimals.
+    pub fn figure(value: Option<f64>, digits: usize) -> Self {
+        Self { text: value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}")), value }
     }
 }
 
@@ -37,6 +43,11 @@ pub(crate) struct Table {
 }
 
 impl Table {
+    /// A table of these columns, each with the end that is the better one.
+    pub fn new(heads: &[(&str, Better)], rows: Vec<Vec<Cell>>) -> Self {
+        Self { heads: heads.iter().map(|(head, better)| ((*head).to_owned(), *better)).collect(), rows }
+    }
+
     /// A line for every tracker.
     pub fn of_trackers(results: &Results) -> Self {
         let ranking = results.ranking();

@@ -30,6 +30,7 @@
 //! | filter, smooth, associate without pictures | [`estimation`] |
 //! | write a tracker | [`tracking::Localizer`] and [`tracking::LocalizerRecipe`] |
 //! | compare trackers | [`evaluation`] |
+//! | follow points, or every pixel | [`flow`] |
 //!
 //! With settings, frame by frame, and where the target will be in 0.2 s:
 //!
@@ -101,6 +102,7 @@ mod error;
 pub mod events;
 mod features;
 mod fetched;
+pub mod flow;
 mod folder_sinks;
 mod follow;
 #[cfg(feature = "ptz")]

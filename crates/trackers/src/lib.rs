@@ -14,6 +14,7 @@ pub mod depth;
 pub mod depth_occlusion;
 pub mod detectors;
 pub mod dsst;
+pub mod families;
 pub mod features;
 pub mod flow;
 pub mod kcf;
@@ -31,6 +32,7 @@ pub mod staple;
 pub mod tld;
 pub mod vittrack;
 
+use families::Family;
 use pursuit_tracking::TrackerEntry;
 
 /// An entry whose recipe is made by a function of the name.
@@ -40,7 +42,7 @@ macro_rules! tracker {
     };
 }
 
-/// Every tracker. A new one is its module above and its entry here.
+/// Every tracker. A new one is its module above, its entry here, and its name in a family below.
 const TRACKERS: &[TrackerEntry] = &[
     tracker!(
         "pursuit",
@@ -204,4 +206,53 @@ const TRACKERS: &[TrackerEntry] = &[
         flow::median_flow,
         "follows points there and back: exact on smooth motion, very fast, never finds a target again"
     ),
+];
+
+/// Every family. A new tracker is a name among the members of one of them.
+const FAMILIES: &[Family] = &[
+    Family {
+        name: "own",
+        sentence: "Several kinds of looks at once, and one judge who says when the target is hidden: this program's own.",
+        members: &["pursuit", "pursuit-light", "person"],
+    },
+    Family {
+        name: "siamese",
+        sentence: "A network trained beforehand compares the first picture of the target with what is around it: bears changes of \
+                   shape, and takes what is like the target for it.",
+        members: &["nanotrack", "lightfc", "vittrack", "fear-xs", "siamese"],
+    },
+    Family {
+        name: "correlation",
+        sentence: "A filter learnt from the target answers with a peak where it is, computed by Fourier transforms: very fast, and \
+                   learns what is in the box, whatever it is.",
+        members: &["bacf", "strcf", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
+    },
+    Family {
+        name: "colour",
+        sentence: "The colours of the target, wherever in it they are: bears any deformation, and needs colours that the \
+                   surroundings do not have.",
+        members: &["ball", "meanshift", "camshift", "condensation"],
+    },
+    Family {
+        name: "classifiers",
+        sentence: "A classifier that learns from frame to frame tells windows of the target from windows beside it: bears clutter, \
+                   and keeps the size.",
+        members: &["struck", "mil", "boosting", "online-forest"],
+    },
+    Family {
+        name: "sparse",
+        sentence: "The target is a sum of few templates, and what does not fit lies in front of it: bears partial occlusion, slow.",
+        members: &[],
+    },
+    Family {
+        name: "flow",
+        sentence: "Points are followed from frame to frame, and with detection what was learnt is looked for all over the picture: \
+                   exact on smooth motion, comes back.",
+        members: &["kalman-tld", "tld", "median-flow"],
+    },
+    Family {
+        name: "depth",
+        sentence: "How far away the target is, from a depth camera: knows what is in front of what, in any light.",
+        members: &["depth-occlusion", "depth-occlusion-fused", "kcf-depth", "acpf"],
+    },
 ];

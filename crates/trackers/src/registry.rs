@@ -2,6 +2,7 @@
 //! documentation read. A new tracker is its module and its entry in `lib.rs`.
 
 use crate::ball::BallDetectorParams;
+use crate::detectors::flow::{self, FlowDetectorParams};
 use crate::detectors::motion::{self, MotionDetectorParams};
 use crate::detectors::objects::{self, ObjectsParams};
 use pursuit_tracking::registry::unknown;
@@ -34,6 +35,12 @@ pub const fn detectors() -> &'static [DetectorEntry] {
             "whatever moves, or has moved, in front of a camera that stands still",
             "person",
             motion::detected_motion,
+        ),
+        DetectorEntry::of::<FlowDetectorParams>(
+            "flow",
+            "whatever moves against the scene in front of a camera that moves itself",
+            "pursuit",
+            flow::detected_motion,
         ),
         DetectorEntry::of::<ObjectsParams>(
             "objects",

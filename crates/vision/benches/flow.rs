@@ -4,7 +4,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Image;
-use pursuit_vision::flow::{LucasKanade, LucasKanadeParams, MedianFlow, MedianFlowParams, Pyramid, grid};
+use pursuit_vision::flow::dense::{DenseFlow, DenseFlowParams, FlowField};
+use pursuit_vision::flow::{
+    GoodFeatures, GoodFeaturesParams, LucasKanade, LucasKanadeParams, MedianFlow, MedianFlowParams, Pyramid, grid,
+};
 use pursuit_vision::global_motion::{PhaseCorrelation, SparseMotion, SparseMotionParams};
 use pursuit_vision::integral::IntegralImage;
 
@@ -43,6 +46,21 @@ fn flow(c: &mut Criterion) {
     group.bench_function("median flow of a box", |b| b.iter(|| median.estimate(&from, &to, &target)));
     let mut motion = SparseMotion::new(SparseMotionParams::default()).expect("valid");
     group.bench_function("global motion, sparse", |b| b.iter(|| motion.estimate(&from, &to, &[])));
+    let mut corners = GoodFeatures::new(GoodFeaturesParams::default()).expect("valid");
+    group.bench_function("200 corners", |b| b.iter(|| corners.find(first.view(), &[]).len()));
+    let presets = [
+        ("default", DenseFlowParams::default()),
+        ("kroeger2016 fast", DenseFlowParams::kroeger2016_fast()),
+        ("kroeger2016 fine", DenseFlowParams::kroeger2016_fine()),
+    ];
+    for (name, params) in presets {
+        let mut dense = DenseFlow::new(params).expect("valid");
+        let levels = dense.levels(first.size());
+        let (from, to) =
+            (Pyramid::of(first.view(), levels).expect("valid"), Pyramid::of(second.view(), levels).expect("valid"));
+        let mut field = FlowField::zero(first.size()).expect("valid");
+        group.bench_function(format!("dense flow, {name}"), |b| b.iter(|| dense.estimate(&from, &to, &mut field)));
+    }
     let mut phase = PhaseCorrelation::new(160);
     group.bench_function("global motion, phase", |b| b.iter(|| phase.estimate(&from, &to)));
     let mut integral = IntegralImage::new();

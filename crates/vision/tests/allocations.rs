@@ -4,7 +4,10 @@
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
 use pursuit_vision::background::{BackgroundModel, Learning, Mog2, Mog2Params, TemporalMedian, TemporalMedianParams};
-use pursuit_vision::flow::{LucasKanade, LucasKanadeParams, MedianFlow, MedianFlowParams, Pyramid};
+use pursuit_vision::flow::dense::{DenseFlow, DenseFlowParams, FlowField};
+use pursuit_vision::flow::{
+    GoodFeatures, GoodFeaturesParams, LucasKanade, LucasKanadeParams, MedianFlow, MedianFlowParams, Pyramid,
+};
 use pursuit_vision::global_motion::{PhaseCorrelation, SparseMotion, SparseMotionParams};
 use pursuit_vision::integral::IntegralImage;
 
@@ -38,6 +41,17 @@ fn nothing_is_allocated_from_frame_to_frame() {
         sparse.estimate(from, to, &[]).unwrap();
         phase.estimate(from, to).unwrap();
     });
+    let mut dense = DenseFlow::new(DenseFlowParams::default()).unwrap();
+    let mut field = FlowField::zero(pictures[0].size()).unwrap();
+    allocates_nothing("dense flow", |n| {
+        let [from, to] = &mut pyramids;
+        from.build(pictures[n].view(), 4).unwrap();
+        to.build(pictures[n + 1].view(), 4).unwrap();
+        dense.estimate(from, to, &mut field).unwrap();
+    });
+    let mut corners = GoodFeatures::new(GoodFeaturesParams::default()).unwrap();
+    // The same picture: how many candidates there are in one differs.
+    allocates_nothing("corners", |_| assert!(!corners.find(pictures[0].view(), &[]).is_empty()));
     let mut integral = IntegralImage::new();
     allocates_nothing("integral", |n| integral.build(pictures[n].view()));
     let params = TemporalMedianParams { samples: 2, every: 1, threshold: 20 };

@@ -4,6 +4,7 @@ mod associate;
 mod batch;
 mod days;
 mod eval;
+mod flow;
 #[cfg(feature = "mavlink")]
 mod mavlink;
 mod measure;
@@ -11,6 +12,7 @@ mod ptz;
 mod publish;
 #[cfg(feature = "studio")]
 mod studio;
+mod survey;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +20,7 @@ pub use associate::Associate;
 pub use batch::Batch;
 pub use days::Days;
 pub use eval::Eval;
+pub use flow::Flow;
 #[cfg(feature = "mavlink")]
 pub use mavlink::Mavlink;
 pub use measure::{Calibrate, Measure, Measuring};
@@ -25,6 +28,7 @@ pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, S
 pub use publish::Publish;
 #[cfg(feature = "studio")]
 pub use studio::Studio;
+pub use survey::Survey;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -110,6 +114,10 @@ pub enum Command {
     Measure(Box<Measure>),
     /// Measure trackers on annotated sequences
     Eval(Eval),
+    /// Rank all trackers, or many, on annotated sequences: by family, with intervals, speed and attributes, on one page
+    Survey(Survey),
+    /// Optical flow: points followed as long as each can be trusted, or a field of every pixel
+    Flow(Box<Flow>),
     /// Run a paper's filter experiment again: its figures, ours, and those of better filters side by side
     #[cfg(feature = "reproduce")]
     Reproduce(Reproduce),

@@ -14,7 +14,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     if args.protocol == "mot" {
         return super::eval_many::run(args);
     }
-    let mut options = EvalOptions::new(args.datasets.clone(), entries(args)?, args.out.clone());
+    let mut options = EvalOptions::new(args.datasets.clone(), entries(&names(args), &args.settings)?, args.out.clone());
     options.given = args.given.clone();
     options.protocol = args.protocol.parse().map_err(RunError::from)?;
     options.sequences = args.sequences.clone();
@@ -39,7 +39,7 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
 }
 
 /// Names trackers that went wrong on every sequence, whose figures are no figures; whether there is one.
-fn said_of_what_never_ran(results: &Results) -> bool {
+pub(super) fn said_of_what_never_ran(results: &Results) -> bool {
     let mut found = false;
     for (name, tracker) in &results.trackers {
         let errors: Option<Vec<_>> = tracker.sequences.values().map(|score| score.error.as_ref()).collect();
@@ -52,7 +52,7 @@ fn said_of_what_never_ran(results: &Results) -> bool {
 }
 
 /// The version and a digest of this very program: what another build left, even one of the same version, is run again.
-fn build_id() -> String {
+pub(super) fn build_id() -> String {
     let version = env!("CARGO_PKG_VERSION");
     match std::env::current_exe().and_then(std::fs::read) {
         Ok(program) => {
@@ -69,16 +69,19 @@ fn build_id() -> String {
     }
 }
 
-/// The trackers named, or, where no results are given either, all that need no file, with their parameters.
-fn entries(args: &Eval) -> Result<Vec<Entry>, RunError> {
+/// The trackers named, or, where no results are given either, all that need no file.
+fn names(args: &Eval) -> Vec<String> {
     let all = || registry::ready().map(|t| t.name.to_owned()).collect();
-    let names: Vec<String> =
-        if args.trackers.is_empty() && args.given.is_empty() { all() } else { args.trackers.clone() };
-    let parameters = networks::located(settings(&args.settings)?, names.iter().map(String::as_str), None);
-    Ok(recipes(&names, &parameters)?.into_iter().map(Entry::from).collect())
+    if args.trackers.is_empty() && args.given.is_empty() { all() } else { args.trackers.clone() }
 }
 
-fn show(bar: &indicatif::ProgressBar, news: Progress) {
+/// Trackers by name, with their parameters.
+pub(super) fn entries(names: &[String], given: &[String]) -> Result<Vec<Entry>, RunError> {
+    let parameters = networks::located(settings(given)?, names.iter().map(String::as_str), None);
+    Ok(recipes(names, &parameters)?.into_iter().map(Entry::from).collect())
+}
+
+pub(super) fn show(bar: &indicatif::ProgressBar, news: Progress) {
     match news {
         Progress::Found { sequences, runs, problems } => {
             problems.iter().for_each(|p| tracing::warn!("left out: {p}"));

@@ -5,6 +5,7 @@ pub mod batch;
 pub mod demo;
 pub mod eval;
 mod eval_many;
+pub mod flow;
 pub mod licences;
 #[cfg(feature = "mavlink")]
 pub mod mavlink;
@@ -14,6 +15,7 @@ pub mod ptz;
 pub mod reproduce;
 #[cfg(feature = "studio")]
 pub mod studio;
+pub mod survey;
 pub mod track;
 pub mod trackers;
 pub mod version;

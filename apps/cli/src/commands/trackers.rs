@@ -4,7 +4,7 @@ use pursuit::RunError;
 use pursuit::config::{DETECTOR_PREFIX, catalogue};
 use pursuit::parameters::{Parameter, template_at};
 use pursuit::scenes::{SCENES, SceneQuery};
-use pursuit::trackers::registry;
+use pursuit::trackers::{families, registry};
 use pursuit::tracking::{DetectorEntry, TrackerEntry};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -26,6 +26,11 @@ fn list() -> anyhow::Result<String> {
     for entry in registry::trackers() {
         let default = if entry.name == registry::DEFAULT_TRACKER { " (default)" } else { "" };
         writeln!(text, "  {:<width$}  {}{default}", entry.name, entry.summary)?;
+    }
+    text += "\nFamilies of trackers, and what they look by:\n";
+    for family in families::families() {
+        writeln!(text, "  {:<width$}  {}", family.name, family.sentence)?;
+        writeln!(text, "  {:<width$}  {}", "", family.members.join(", "))?;
     }
     text += "\nDetectors (--detect NAME):\n";
     for entry in registry::detectors() {

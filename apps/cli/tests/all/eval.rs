@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// A sequence of `count` images of a bright square that moves, with its truth.
-fn sequence(folder: &Path, count: usize) {
+pub fn sequence(folder: &Path, count: usize) {
     std::fs::create_dir_all(folder).unwrap();
     let mut text = "index,image,x,y,w,h\n".to_owned();
     for i in 0..count {

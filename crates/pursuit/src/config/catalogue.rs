@@ -1,12 +1,13 @@
 use crate::RunError;
 use pursuit_scenes::{SCENES, SceneQuery};
+use pursuit_trackers::families::{families, family_of};
 use pursuit_trackers::registry;
 use pursuit_tracking::Figure;
 use serde_json::{Value, json};
 
 /// Everything that is known of the trackers, detectors and scenes, or of those of one name, as JSON: names, summaries, papers,
 /// and every parameter with type, range, unit, source, meaning and default, and every figure of
-/// their diagnostics. Scenes are named as inputs, `scene:NAME`.
+/// their diagnostics; and the families of trackers. Scenes are named as inputs, `scene:NAME`.
 ///
 /// # Errors
 /// A name that is none of theirs.
@@ -21,8 +22,8 @@ pub fn catalogue(name: Option<&str>) -> Result<Value, RunError> {
     let trackers = registry::trackers().iter().filter(|t| asked(t.name)).map(|t| {
         let recipe = t.default_recipe();
         let needs = recipe.needs();
-        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "needs_color": needs.color, "needs_file": needs.file,
-            "parameters": recipe.schema(), "figures": figures(recipe.figures()) })
+        json!({ "name": t.name, "summary": t.summary, "paper": t.paper, "family": family_of(t.name).map(|f| f.name),
+            "needs_color": needs.color, "needs_file": needs.file, "parameters": recipe.schema(), "figures": figures(recipe.figures()) })
     });
     let detectors = registry::detectors().iter().filter(|d| asked(d.name)).map(|d| {
         json!({ "name": d.name, "summary": d.summary, "default_tracker": d.default_tracker, "needs_color": d.needs.color,
@@ -30,11 +31,14 @@ pub fn catalogue(name: Option<&str>) -> Result<Value, RunError> {
             "figures": figures(d.figures()) })
     });
     let scenes = SCENES.iter().filter(|s| name.is_none() || scene == Some(s.name));
+    let kinds = families().filter(|f| name.is_none_or(|name| f.members.contains(&name)));
+    let kinds = kinds.map(|f| json!({ "name": f.name, "sentence": f.sentence, "members": f.members }));
     let scenes = scenes.map(|s| json!({ "name": s.name, "summary": s.summary, "parameters": s.schema() }));
     Ok(json!({
         "trackers": trackers.collect::<Vec<_>>(),
         "detectors": detectors.collect::<Vec<_>>(),
         "scenes": scenes.collect::<Vec<_>>(),
+        "families": kinds.collect::<Vec<_>>(),
     }))
 }
 

@@ -87,7 +87,7 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, record: &Record, detail
 }
 
 /// A bright colour for each target: hues a golden section of the circle apart, so that neighbours in number differ most.
-fn color_of(target: TargetId) -> Rgb8 {
+pub(crate) fn color_of(target: TargetId) -> Rgb8 {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let hue = (target.0 as f64 * GOLDEN).fract() * 6.0;
     // Full brightness, two thirds of saturation.

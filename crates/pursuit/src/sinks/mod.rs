@@ -21,6 +21,8 @@ mod xlsx;
 
 pub(crate) use csv::can_be_added_to;
 pub use csv::{TRAJECTORY_COLUMNS, parse_trajectory, read_trajectory};
+#[cfg(feature = "encode")]
+pub(crate) use drawing::color_of;
 pub use format::Format;
 pub(crate) use format::Lines;
 #[cfg(any(feature = "mcap", all(test, feature = "publish")))]
@@ -31,7 +33,7 @@ pub use moment::Moment;
 #[cfg(feature = "encode")]
 pub use overlay::OverlaySink;
 #[cfg(feature = "encode")]
-pub(crate) use overlay::Painter;
+pub(crate) use overlay::{Painter, TRAIL_S, step};
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetSink;
 #[cfg(feature = "parquet")]

@@ -19,7 +19,7 @@ const QUEUED_FRAMES: usize = 2;
 const MOST_PIXELS: usize = 2560 * 1440;
 
 /// How much of a target's past is drawn, in seconds.
-const TRAIL_S: f64 = 1.5;
+pub(crate) const TRAIL_S: f64 = 1.5;
 
 /// Writes the overlay video on a thread of its own: measured box and centre green, predicted box red, estimate white (amber
 /// while it is coasted), state and score in words, and a trail; of several targets each in a colour of its own; of frames
@@ -131,7 +131,7 @@ impl Painter {
 }
 
 /// How many pixels each way one of the video shows: pictures up to [`MOST_PIXELS`] are shown as they are.
-fn step(size: Size) -> usize {
+pub(crate) fn step(size: Size) -> usize {
     (1..).find(|step| (size.width / step) * (size.height / step) <= MOST_PIXELS).unwrap_or(1)
 }
 

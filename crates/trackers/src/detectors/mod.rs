@@ -1,4 +1,5 @@
 //! Detectors that belong to no tracker.
 
+pub mod flow;
 pub mod motion;
 pub mod objects;
