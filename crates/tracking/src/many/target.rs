@@ -1,7 +1,8 @@
 //! One target of [`Associating`](super::Associating), and what a frame does to it.
 
-use super::association::{Claimant, Expectation, Shares};
+use super::association::{AssociationModel, Claimant, Expectation, GoesOn, Shares};
 use super::birth::Evidence;
+use super::branches::{Branch, Branches, MOST_SCANS, Past};
 use super::death::Unseen;
 use super::look::Look;
 use super::observed::{Observed, goes_again};
@@ -45,6 +46,8 @@ pub(super) struct Known {
     empty_s: f64,
     /// For how long it has been a part of another.
     pub part_of: PartOf,
+    /// What it might have been given instead.
+    branches: Branches,
 }
 
 impl Known {
@@ -77,6 +80,7 @@ impl Known {
             && self.part_of.0.is_finite()
             && self.belief.last_believed.is_finite()
             && self.classes.is_sound()
+            && self.branches.is_sound()
     }
 }
 
@@ -122,6 +126,10 @@ pub(super) struct Target {
     pub taken: Option<usize>,
     /// Where it was seen while it was a candidate.
     pub before: Vec<Sighting>,
+    /// Whether it is a candidate that the best hypothesis knows nothing of.
+    refuted: bool,
+    /// What was said that it took in the last frames, and what is said now, where that differs.
+    revised: Option<(Past, Past)>,
     /// What this frame said, until it is reported.
     pub answer: Option<(Estimate, Elapsed)>,
 }
@@ -135,22 +143,32 @@ impl Target {
         let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
         let (look, observed, part_of) = (Look::default(), Observed::default(), PartOf::default());
+        let branches = Branches::default();
+        let (undetected_s, empty_s) = (0.0, 0.0);
         let known =
-            Known { standing, belief, classes, look, observed, unseen, undetected_s: 0.0, empty_s: 0.0, part_of };
+            Known { standing, belief, classes, look, observed, unseen, undetected_s, empty_s, part_of, branches };
         Ok(Self::of(known, None))
     }
 
-    /// A candidate that was detected once.
+    /// A candidate that was detected once, at this place among the frame's detections.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn born(stamp: Stamp, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
+    pub fn born(
+        stamp: Stamp,
+        (place, detection): (usize, &Detection),
+        params: &ManyParams,
+    ) -> Result<Self, EstimationError> {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
         let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
         let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
         born.answer = Some((estimate, Elapsed::default()));
         born.count_looks(detection);
+        born.taken = Some(place);
+        if params.association.model == AssociationModel::Hypotheses {
+            born.known.branches = Branches::started(place);
+        }
         Ok(born)
     }
 
@@ -166,6 +184,8 @@ impl Target {
             expectation: None,
             taken: None,
             before: Vec::new(),
+            refuted: false,
+            revised: None,
             answer: None,
         }
     }
@@ -202,6 +222,7 @@ impl Target {
         let Some(shift) = motion.at(self.bbox().center()) else { return };
         self.known.belief.carry(shift);
         self.known.observed.carry(shift);
+        self.known.branches.carry(shift);
         if let Some(appearance) = &mut self.appearance {
             appearance.carry(shift);
         }
@@ -215,7 +236,9 @@ impl Target {
         let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
         self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
+        self.known.branches.predict(dt_s, &params.motion);
         self.grown = false;
+        self.revised = None;
         Ok(())
     }
 
@@ -224,8 +247,8 @@ impl Target {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
         let unseen_s = self.known.unseen.seconds;
-        let Known { classes, look, observed, .. } = &self.known;
-        Some(Claimant { expectation, confirmed, state, unseen_s, classes, look, observed })
+        let Known { classes, look, observed, branches, .. } = &self.known;
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes, look, observed, branches })
     }
 
     fn count_looks(&mut self, detection: &Detection) {
@@ -238,16 +261,19 @@ impl Target {
         }
     }
 
-    /// Phase 3: takes the detections that it was given, or what appearance says where there are none.
+    /// Phase 3: takes the detections that it was given, or what appearance says where there are none; its branches go on.
     pub fn update(
         &mut self,
         view: View<'_>,
         detections: &[Detection],
-        shares: &Shares,
+        (shares, goes_on): (&Shares, Option<GoesOn<'_>>),
         params: &ManyParams,
     ) -> Result<()> {
         let Some(mut prior) = self.prior.take() else { return Ok(()) };
         self.dt_s = prior.dt_s;
+        if let Some(goes_on) = goes_on {
+            self.branch(goes_on, detections, &mut prior, params.policy.lost_after_s);
+        }
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
@@ -310,6 +336,44 @@ impl Target {
         Ok(())
     }
 
+    /// Takes its branches on; where another one is the best now, that is believed, as if it had been reported all along.
+    fn branch(&mut self, goes_on: GoesOn<'_>, detections: &[Detection], prior: &mut Prior, lost_s: f64) {
+        self.refuted = goes_on.refuted;
+        let Some(((chosen, past), rest)) = goes_on.branches.split_first() else { return };
+        let Known { branches, belief, unseen, undetected_s, .. } = &mut self.known;
+        let mut before = std::mem::take(&mut branches.others);
+        for (next, past) in rest {
+            let parent = match next.parent.checked_sub(1) {
+                None => Some((&belief.motion, *unseen, prior.dt_s)),
+                Some(other) => before.get(other).map(|b| (&b.motion, b.unseen, prior.dt_s)),
+            };
+            let detection = next.detection.and_then(|d| detections.get(d));
+            let branch = parent.and_then(|parent| Branch::next(parent, *past, detection, lost_s).ok());
+            branches.others.extend(branch);
+        }
+        let other = chosen.parent.checked_sub(1).filter(|other| *other < before.len());
+        if let Some(Branch { motion, unseen: instead, expected: Some((expected, expectation)), past, .. }) =
+            other.map(|other| before.swap_remove(other))
+        {
+            self.revised = Some((branches.own, past));
+            (belief.motion, belief.last_believed) = (motion, expected.bbox);
+            if belief.state == TrackState::Lost && instead.seconds <= lost_s {
+                belief.state = TrackState::Occluded;
+            }
+            (*prior, self.expectation) = (expected, Some(expectation));
+            (*unseen, *undetected_s) = (instead, instead.seconds);
+        }
+        branches.own = *past;
+    }
+
+    /// What it took in the last frames and not what was said before, where that is so: how many frames before this one, and which of the
+    /// detections that were sure enough.
+    pub fn revised(&self) -> impl Iterator<Item = (u64, Option<usize>)> + '_ {
+        let changed = |(before, now): &(Past, Past), ago| before.taken(ago) != now.taken(ago);
+        let all = self.revised.iter().flat_map(|both| (0..MOST_SCANS).map(move |ago| (both, ago)));
+        all.filter(move |(both, ago)| changed(both, *ago)).map(|((_, now), ago)| (ago as u64 + 1, now.taken(ago)))
+    }
+
     /// A detection with its distance from the prediction.
     fn gated(&self, mut found: Measurement, params: &ManyParams) -> Measurement {
         let distance2 = self.expectation.as_ref().map(|e| e.distance2(&found.bbox));
@@ -340,7 +404,9 @@ impl Target {
     pub fn is_dead(&self, frame: Size, params: &ManyParams) -> bool {
         match &self.known.standing {
             Standing::Given(_) => false,
-            Standing::Candidate(evidence) => evidence.refutes(self.known.unseen.frames, &params.birth),
+            Standing::Candidate(evidence) => {
+                self.refuted || evidence.refutes(self.known.unseen.frames, &params.birth)
+            }
             Standing::Confirmed(_) => {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
@@ -363,6 +429,7 @@ impl Target {
         self.known.belief.restart(frame, bbox);
         (self.known.classes, self.known.look) = (Classes::default(), Look::default());
         self.known.observed.clear();
+        self.known.branches.clear();
         (self.known.unseen, self.known.undetected_s, self.known.empty_s) = (Unseen::default(), 0.0, 0.0);
         Ok(())
     }
@@ -370,6 +437,7 @@ impl Target {
     /// Goes on with other parameters; what speaks for a candidate begins anew where another model gathers it.
     pub fn change(&mut self, params: &ManyParams) -> Result<(), EstimationError> {
         self.known.belief.change(&params.motion, &params.policy)?;
+        self.known.branches.clear();
         match &mut self.known.standing {
             Standing::Candidate(evidence) if evidence.model() != params.birth.model => {
                 *evidence = Evidence::new(params.birth.model);
