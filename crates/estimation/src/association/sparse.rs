@@ -213,7 +213,8 @@ mod tests {
     #[test]
     fn the_potentials_prove_a_large_solution() {
         let number = |counter: u64| pursuit_testkit::SplitMix::after(counter).unit();
-        for (rows, columns, share) in [(300, 200, 0.2), (200, 300, 0.9), (1, 400, 1.0), (400, 1, 1.0), (150, 150, 1.0)] {
+        for (rows, columns, share) in [(300, 200, 0.2), (200, 300, 0.9), (1, 400, 1.0), (400, 1, 1.0), (150, 150, 1.0)]
+        {
             let all = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
             let pair = |(row, column): (usize, usize)| {
                 let at = (row * 1000 + column) as u64 * 2;

@@ -104,7 +104,8 @@ mod tests {
                 cells.near(&range, buffer, |which| found[which] += 1);
                 for (at, b) in boxes.iter().enumerate() {
                     let (dx, dy) = (buffer * (b[2] - b[0]), buffer * (b[3] - b[1]));
-                    let apart = b[0] - dx > range[2] || b[2] + dx < range[0] || b[1] - dy > range[3] || b[3] + dy < range[1];
+                    let apart =
+                        b[0] - dx > range[2] || b[2] + dx < range[0] || b[1] - dy > range[3] || b[3] + dy < range[1];
                     assert!(found[at] <= 1 && (apart || found[at] == 1), "{b:?} and {range:?}: {}", found[at]);
                 }
             }

@@ -1,15 +1,16 @@
 //! What is decided some frames later.
 
 use super::*;
+use pursuit_parameters::Parameters;
 use pursuit_tracking::many::{Looked, OfflineParams, offline};
 
 /// Somebody walks to the right and begins to turn just where something else is detected beside him, nearer to where he would be.
 fn turning() -> Vec<Looked> {
-    let walker = |k: usize| at(40.0 + 3.0 * k as f64, 80.0 + 2.5 * k.saturating_sub(24) as f64);
+    let walker = |k: usize| at(40.0 + 3.0 * k as f64, 80.0 + 1.5 * k.saturating_sub(24) as f64);
     let look = |k: usize| {
         let mut detections = vec![Detection::new(walker(k), 0.9)];
         if k == 25 {
-            detections.insert(0, Detection::new(at(40.0 + 3.0 * k as f64, 78.0), 0.9));
+            detections.insert(0, Detection::new(at(40.0 + 3.0 * k as f64, 79.0), 0.9));
         }
         Looked { time_s: k as f64 / 25.0, detections }
     };
@@ -17,12 +18,11 @@ fn turning() -> Vec<Looked> {
 }
 
 fn placed(model: &str) -> Vec<Vec<(u64, Option<usize>)>> {
-    let params = ManyParams::default().with("many", &format!("association.model = '{model}'").parse().unwrap()).unwrap();
+    let params =
+        ManyParams::default().with("many", &format!("association.model = '{model}'").parse().unwrap()).unwrap();
     let placed = offline(params, &OfflineParams::default(), None, &turning()).unwrap();
     placed.iter().map(|frame| frame.iter().map(|p| (p.id.0, p.detection)).collect()).collect()
 }
-
-use pursuit_parameters::Parameters;
 
 #[test]
 fn a_whole_clip_is_put_right() {
@@ -38,7 +38,8 @@ fn a_whole_clip_is_put_right() {
 fn nothing_put_off_is_the_nearest() {
     let params = |changes: &str| ManyParams::default().with("many", &changes.parse().unwrap()).unwrap();
     let mut nearest = Associating::fed(params("")).unwrap();
-    let mut at_once = Associating::fed(params("association.model = 'hypotheses'\nassociation.hypotheses.n_scan = 0")).unwrap();
+    let mut at_once =
+        Associating::fed(params("association.model = 'hypotheses'\nassociation.hypotheses.n_scan = 0")).unwrap();
     let street = street::Street { missed: 0.1, false_alarms: 0.5, jitter_px: 2.0, ..street::crossing() };
     for k in 0..150 {
         let found = street.detections(k, 3);

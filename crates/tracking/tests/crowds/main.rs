@@ -95,7 +95,7 @@ fn hostile(numbers: &mut SplitMix, many: usize) -> Vec<Detection> {
 
 #[test]
 fn hostile_boxes_change_nobody_else() {
-    for model in AssociationModel::ALL {
+    for model in AssociationModel::ALL.iter().copied() {
         let mut many = by(model, "");
         let mut numbers = SplitMix(9);
         for k in 0..60 {
@@ -126,7 +126,7 @@ fn hostile_boxes_change_nobody_else() {
 /// Boxes of which each overlaps dozens of others, all in one cluster, and each a target.
 #[test]
 fn one_cluster_of_hundreds_ends() {
-    for model in AssociationModel::ALL {
+    for model in AssociationModel::ALL.iter().copied() {
         let mut many = by(model, "birth.crowding = 1.0\nbirth.model = 'immediate'");
         for k in 0..5 {
             let mut numbers = SplitMix(100 + k);
@@ -152,10 +152,10 @@ fn long(model: AssociationModel, frames: u64) {
         let tracks = many.update(Crowd::time_s(k), Some(crowd.size), &found).unwrap();
         check(tracks, &found, model == AssociationModel::Joint);
         seen += tracks.iter().filter(|t| t.estimate.as_ref().unwrap().state == TrackState::Tracking).count();
+        assert!(tracks.len() <= 40, "{model:?}, frame {k}: {}", tracks.len());
         if k == 500 {
             most = 4 * many.save().unwrap().len();
         }
-        assert!(tracks.len() <= 40, "{model:?}, frame {k}: {}", tracks.len());
     }
     let kept = many.save().unwrap().len();
     assert!(kept <= most.max(200_000), "{model:?}: {kept} bytes, {most} at most");
@@ -170,12 +170,14 @@ fn long_runs_keep_no_more() {
 #[test]
 #[ignore = "release: a million frames"]
 fn a_million_frames_keep_no_more() {
-    [AssociationModel::Nearest, AssociationModel::Joint, AssociationModel::Hypotheses].iter().for_each(|m| long(*m, 1_000_000));
+    [AssociationModel::Nearest, AssociationModel::Joint, AssociationModel::Hypotheses]
+        .iter()
+        .for_each(|m| long(*m, 1_000_000));
 }
 
 #[test]
 fn a_crowd_goes_on_from_what_was_saved() {
-    for model in AssociationModel::ALL {
+    for model in AssociationModel::ALL.iter().copied() {
         let crowd = Crowd { missed: 0.1, false_alarms: 0.1, ..Crowd::of(40) };
         let mut many = by(model, "");
         let said = |many: &mut Associating, k: u64| {

@@ -297,7 +297,8 @@ impl Associating {
             self.cells.near(&range, 0.0, |target| crowded = crowded || crowds(&self.boxes[target]));
             // Those born before it in this frame are targets too.
             self.newborn.near(&range, 0.0, |other| {
-                crowded = crowded || (other < nth && self.is_born[other] && crowds(&detections[self.births[other]].bbox));
+                crowded =
+                    crowded || (other < nth && self.is_born[other] && crowds(&detections[self.births[other]].bbox));
             });
             self.is_born.push(!crowded);
             if !crowded {

@@ -21,6 +21,8 @@ pursuit_parameters::parameters! {
         pub branches: usize = 6, in 1..=64, source "ours";
         /// A branch that scores less than the one chosen by more than this is given up.
         pub within: f64 = 8.0, in 0.0.., unit "nats", source "ours";
+        /// What speaks for a candidate at its start, against that there is nothing or a target that was missed.
+        pub started: f64 = 0.0, in -100.0..=100.0, unit "nats", source "ours";
         /// Branches looked at in a cluster of targets that share detections, until the best hypothesis so far is improved by exchanges alone.
         pub most_nodes: usize = 10_000, in 0..=100_000_000, source "ours";
     }
@@ -101,10 +103,9 @@ impl Hypotheses {
         self.choose(pairs)?;
         self.prune(pairs);
         for target in 0..pairs.targets.len() {
-            if let Some((Next { detection: Some(detection), .. }, _)) = self.kept.get(self.kept_from[target]) {
-                if !self.refuted[target] {
-                    given.give(target, *detection);
-                }
+            let chosen = self.kept.get(self.kept_from[target]).filter(|_| !self.refuted[target]);
+            if let Some(detection) = chosen.and_then(|(next, _)| next.detection) {
+                given.give(target, detection);
             }
         }
         self.give_alone(pairs, given);

@@ -1,15 +1,16 @@
 use super::super::tests::{SIZE, at, confirmed, expectation, params, seen};
 use super::super::{Association, Claimant, Expectation};
 use crate::class::Classes;
-use crate::motion::{Motion, MotionParams};
 use crate::many::branches::{Branch, Branches, Past};
 use crate::many::death::Unseen;
+use crate::motion::{Motion, MotionParams};
 use crate::{BoxCovariance, Detection, Prior};
 use pursuit_testkit::SplitMix;
 
 #[test]
 fn in_one_frame_the_best_hypothesis_is_the_nearest() {
-    let (near, classes, mut numbers) = (expectation(Some(BoxCovariance::identity() * 30.0)), Classes::default(), SplitMix(3));
+    let (near, classes, mut numbers) =
+        (expectation(Some(BoxCovariance::identity() * 30.0)), Classes::default(), SplitMix(3));
     for trial in 0..60 {
         let targets: Vec<Claimant<'_>> = (0..1 + trial % 4).map(|_| confirmed(&near, &classes)).collect();
         let mut off = || 16.0 * (numbers.unit() - 0.5);
@@ -34,7 +35,8 @@ fn in_one_frame_the_best_hypothesis_is_the_nearest() {
 #[test]
 fn a_candidate_may_turn_out_to_be_a_target() {
     let classes = Classes::default();
-    let far = Prior { bbox: at(300.0, 0.0, 0.0, 0.0), innovation_covariance: Some(BoxCovariance::identity()), dt_s: 0.1 };
+    let far =
+        Prior { bbox: at(300.0, 0.0, 0.0, 0.0), innovation_covariance: Some(BoxCovariance::identity()), dt_s: 0.1 };
     let own = Expectation::new(&far, &MotionParams::default()).unwrap();
     let here = Prior { bbox: at(0.0, 0.0, 0.0, 0.0), ..far.clone() };
     let sure = Expectation::new(&here, &MotionParams::default()).unwrap();
@@ -44,7 +46,7 @@ fn a_candidate_may_turn_out_to_be_a_target() {
         let past = Past::started(0).scored(-behind);
         let branch = Branch { past, motion, unseen: Unseen::default(), expected: Some((here.clone(), sure)) };
         let of_target = Branches { own: Past::default(), others: vec![branch] };
-        let of_candidate = Branches::started(0);
+        let of_candidate = Branches::started(0, 0.0);
         let target = Claimant { branches: &of_target, ..confirmed(&own, &classes) };
         let candidate = Claimant { branches: &of_candidate, confirmed: false, ..confirmed(&wide, &classes) };
         let mut association = Association::new(params("model = 'hypotheses'\ngate = 60.0")).unwrap();
@@ -61,7 +63,7 @@ fn a_candidate_may_turn_out_to_be_a_target() {
 #[test]
 fn a_past_that_contradicts_itself_is_forgotten() {
     let (near, classes) = (expectation(Some(BoxCovariance::identity() * 30.0)), Classes::default());
-    let both = Branches::started(7);
+    let both = Branches::started(7, 0.0);
     let target = || Claimant { branches: &both, ..confirmed(&near, &classes) };
     let detections = [seen(at(-3.0, 0.0, 0.0, 0.0)), seen(at(3.0, 0.0, 0.0, 0.0))];
     let mut association = Association::new(params("model = 'hypotheses'\ngate = 60.0")).unwrap();
@@ -76,7 +78,8 @@ fn branches_are_few() {
     let (near, classes) = (expectation(Some(BoxCovariance::identity() * 100.0)), Classes::default());
     let none = Branches::default();
     let detections: Vec<_> = (0..60).map(|k| seen(at(0.2 * f64::from(k) - 6.0, 0.0, 0.0, 0.0))).collect();
-    let mut association = Association::new(params("model = 'hypotheses'\ngate = 60.0\nhypotheses.within = 100.0")).unwrap();
+    let mut association =
+        Association::new(params("model = 'hypotheses'\ngate = 60.0\nhypotheses.within = 100.0")).unwrap();
     let targets: Vec<_> = (0..5).map(|_| Claimant { branches: &none, ..confirmed(&near, &classes) }).collect();
     association.associate(&targets, &detections, SIZE).unwrap();
     assert!((0..5).all(|t| association.goes_on(t).unwrap().branches.len() == 6));

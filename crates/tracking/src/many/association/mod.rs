@@ -246,7 +246,9 @@ impl Association {
     pub fn goes_on(&self, target: usize) -> Option<GoesOn<'_>> {
         match &self.model {
             Model::Hypotheses(hypotheses) => hypotheses.goes_on(target),
-            Model::Nearest(_) | Model::TwoStage(_) | Model::Buffered(_) | Model::Observation(_) | Model::Joint(_) => None,
+            Model::Nearest(_) | Model::TwoStage(_) | Model::Buffered(_) | Model::Observation(_) | Model::Joint(_) => {
+                None
+            }
         }
     }
 

@@ -126,7 +126,9 @@ impl Alone {
             let size = own.area().sqrt();
             let within = params.alone_within * size;
             let here = own.center();
-            let Some(detection) = only(pairs.cells, here, within, |d| pairs.detections[d].bbox.center()) else { continue };
+            let Some(detection) = only(pairs.cells, here, within, |d| pairs.detections[d].bbox.center()) else {
+                continue;
+            };
             let bbox = &pairs.detections[detection].bbox;
             let scale = (bbox.area() / own.area()).sqrt();
             let near = bbox.center().distance(here) <= params.alone_reach * size;
