@@ -114,6 +114,12 @@ pub enum EstimationError {
         /// What is counted.
         what: &'static str,
     },
+    /// What is given as possible at once is not.
+    #[error("{what} have a detection in common; each detection is of one target at most")]
+    Incompatible {
+        /// What cannot be together.
+        what: &'static str,
+    },
     /// An iteration did not settle.
     #[error(
         "{what} did not converge in {iterations} iterations; check that the model is detectable from its measurements"

@@ -175,7 +175,7 @@ fn odd_boxes_are_borne() {
             text
         });
         std::fs::write(&path, text).unwrap();
-        for model in ["nearest", "two-stage", "buffered", "observation", "joint"] {
+        for model in ["nearest", "two-stage", "buffered", "observation", "joint", "hypotheses"] {
             let out = folder.path().join(format!("{name}-{model}"));
             let setting = format!("many.association.model={model}");
             let ended = associate(&path, &out, &["--fps", "25", "--size", "640x480", "--set", &setting]);

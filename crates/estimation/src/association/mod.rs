@@ -5,20 +5,25 @@
 //! any filter of a point; of an interacting estimator it is that of the mixture.
 
 mod assignment;
+mod clusters;
+mod hypotheses;
 mod joint;
 mod nearest;
 mod sparse;
+mod sparse_joint;
 mod weighted;
 
 pub use assignment::Assignment;
+pub use hypotheses::GlobalHypothesis;
 pub use joint::{JointParams, JointProbabilities, Probabilities};
 pub use nearest::{Cost, NearestNeighbours};
-pub use sparse::{Pairing, SparseAssignment};
+pub use sparse::SparseAssignment;
+pub use sparse_joint::{Likelihood, SparseJoint};
 
 use nalgebra::SVector;
 
 use crate::matrix::{log_determinant, mahalanobis_squared, require_finite};
-use crate::{Gaussian, LinearMeasurement, Result};
+use crate::{EstimationError, Gaussian, LinearMeasurement, Result};
 
 impl<const N: usize> Gaussian<N> {
     /// The measurement that `sensor` is expected to give, with its covariance `S = H P Hᵀ + R`.
@@ -34,6 +39,31 @@ impl<const N: usize> Gaussian<N> {
 /// The detections that no target was given: indices below `detections` that `matches` does not name.
 pub fn unmatched(matches: &[Option<usize>], detections: usize) -> impl Iterator<Item = usize> {
     (0..detections).filter(|index| !matches.contains(&Some(*index)))
+}
+
+/// A pair that is possible, and what it costs beside leaving its row and its column alone; negative: it pays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pairing {
+    /// The row.
+    pub row: usize,
+    /// The column.
+    pub column: usize,
+    /// What it costs more than no pair, finite.
+    pub cost: f64,
+}
+
+/// Whether the pairs are of rows and columns that there are, at costs that are numbers.
+fn check(rows: usize, columns: usize, pairs: &[Pairing]) -> Result<()> {
+    for pair in pairs {
+        if pair.row >= rows || pair.column >= columns {
+            let (got, expected) = (pair.row.max(pair.column), rows.max(columns));
+            return Err(EstimationError::Length { what: "rows and columns of a pair", got, expected });
+        }
+        if !pair.cost.is_finite() {
+            return Err(EstimationError::NotFinite { what: "the cost of an assignment" });
+        }
+    }
+    Ok(())
 }
 
 /// How far every detection is from what is expected of every target: `νᵀ S⁻¹ ν`, and `ln det S` of each target. What else is

@@ -9,6 +9,8 @@ mod acquiring;
 mod associating;
 mod association;
 mod birth;
+mod branches;
+mod cells;
 mod clock;
 mod death;
 mod doubles;
@@ -25,8 +27,8 @@ mod whole;
 pub use acquiring::Acquiring;
 pub use associating::Associating;
 pub use association::{
-    AssociationModel, AssociationParams, BufferedParams, JointAssociationParams, NearestParams, ObservationParams,
-    TwoStageParams,
+    AssociationModel, AssociationParams, BufferedParams, HypothesesParams, JointAssociationParams, NearestParams,
+    ObservationParams, TwoStageParams,
 };
 pub use birth::{BirthModel, BirthParams, HitsParams, RatioParams};
 pub use clock::{Clock, Elapsed, Reading, WallClock};

@@ -1,5 +1,6 @@
 //! A whole clip at once: births are back-dated and gaps filled.
 
+use super::associating::usable;
 use super::{Associating, ManyParams, TargetId};
 use crate::{Class, Detection, Result, TrackState};
 use pursuit_geometry::{BBox, Point, Size};
@@ -51,7 +52,7 @@ struct Seen {
 }
 
 /// Follows what was detected in a whole clip: as [`Associating::update`] frame by frame, then with the frames before a target's
-/// confirmation and the gaps in which it was not seen. Answers for each frame, targets in ascending order of ids.
+/// confirmation and the gaps in which it was not seen; what `hypotheses` decided later is put right in the frames before. Answers for each frame, targets in ascending order of ids.
 ///
 /// # Errors
 /// As [`Associating::fed`] and [`Associating::update`], and for a parameter out of range.
@@ -65,6 +66,7 @@ pub fn offline(
     offline.validate("offline")?;
     let mut params = params;
     params.birth.ratio.false_start = offline.false_start;
+    let least = params.association.least_confidence;
     let mut many = Associating::fed(params)?;
     let mut seen: BTreeMap<TargetId, BTreeMap<usize, Seen>> = BTreeMap::new();
     let mut classes: BTreeMap<TargetId, Class> = BTreeMap::new();
@@ -74,6 +76,18 @@ pub fn offline(
             let Some(estimate) = track.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
             let now = Seen { bbox: estimate.bbox, score: estimate.score, detection: track.detection };
             seen.entry(track.id).or_default().insert(k, now);
+        }
+        for (id, ago, taken) in many.revised() {
+            let Some(before) = usize::try_from(ago).ok().and_then(|ago| k.checked_sub(ago)) else { continue };
+            let path = seen.entry(id).or_default();
+            match taken.and_then(|taken| usable(least, &frames[before].detections).nth(taken)) {
+                Some((place, Detection { bbox, confidence, .. })) => {
+                    path.insert(before, Seen { bbox: *bbox, score: *confidence, detection: Some(place) });
+                }
+                None => {
+                    path.remove(&before);
+                }
+            }
         }
         for (id, before) in many.back_dated() {
             let Ok(k) = usize::try_from(before.index) else { continue };

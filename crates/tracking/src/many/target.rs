@@ -1,7 +1,10 @@
 //! One target of [`Associating`](super::Associating), and what a frame does to it.
 
-use super::association::{Claimant, Expectation, Shares};
+mod branching;
+
+use super::association::{AssociationModel, Claimant, Expectation, GoesOn, Shares};
 use super::birth::Evidence;
+use super::branches::{Branches, Past};
 use super::death::Unseen;
 use super::look::Look;
 use super::observed::{Observed, goes_again};
@@ -45,6 +48,8 @@ pub(super) struct Known {
     empty_s: f64,
     /// For how long it has been a part of another.
     pub part_of: PartOf,
+    /// What it might have been given instead.
+    branches: Branches,
 }
 
 impl Known {
@@ -77,6 +82,7 @@ impl Known {
             && self.part_of.0.is_finite()
             && self.belief.last_believed.is_finite()
             && self.classes.is_sound()
+            && self.branches.is_sound()
     }
 }
 
@@ -122,6 +128,10 @@ pub(super) struct Target {
     pub taken: Option<usize>,
     /// Where it was seen while it was a candidate.
     pub before: Vec<Sighting>,
+    /// Whether it is a candidate that the best hypothesis knows nothing of.
+    refuted: bool,
+    /// What was said that it took in the last frames, and what is said now, where that differs.
+    revised: Option<(Past, Past)>,
     /// What this frame said, until it is reported.
     pub answer: Option<(Estimate, Elapsed)>,
 }
@@ -135,22 +145,32 @@ impl Target {
         let belief = Belief::new(&params.motion, &params.policy, stamp, bbox)?;
         let (classes, unseen) = (Classes::default(), Unseen::default());
         let (look, observed, part_of) = (Look::default(), Observed::default(), PartOf::default());
+        let branches = Branches::default();
+        let (undetected_s, empty_s) = (0.0, 0.0);
         let known =
-            Known { standing, belief, classes, look, observed, unseen, undetected_s: 0.0, empty_s: 0.0, part_of };
+            Known { standing, belief, classes, look, observed, unseen, undetected_s, empty_s, part_of, branches };
         Ok(Self::of(known, None))
     }
 
-    /// A candidate that was detected once.
+    /// A candidate that was detected once, at this place among the frame's detections.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn born(stamp: Stamp, detection: &Detection, params: &ManyParams) -> Result<Self, EstimationError> {
+    pub fn born(
+        stamp: Stamp,
+        (place, detection): (usize, &Detection),
+        params: &ManyParams,
+    ) -> Result<Self, EstimationError> {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
         let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
         let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
         born.answer = Some((estimate, Elapsed::default()));
         born.count_looks(detection);
+        born.taken = Some(place);
+        if params.association.model == AssociationModel::Hypotheses {
+            born.known.branches = Branches::started(place, params.association.hypotheses.started);
+        }
         Ok(born)
     }
 
@@ -166,6 +186,8 @@ impl Target {
             expectation: None,
             taken: None,
             before: Vec::new(),
+            refuted: false,
+            revised: None,
             answer: None,
         }
     }
@@ -202,6 +224,7 @@ impl Target {
         let Some(shift) = motion.at(self.bbox().center()) else { return };
         self.known.belief.carry(shift);
         self.known.observed.carry(shift);
+        self.known.branches.carry(shift);
         if let Some(appearance) = &mut self.appearance {
             appearance.carry(shift);
         }
@@ -215,7 +238,9 @@ impl Target {
         let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
         self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
+        self.known.branches.predict(dt_s, &params.motion);
         self.grown = false;
+        self.revised = None;
         Ok(())
     }
 
@@ -224,8 +249,8 @@ impl Target {
         let expectation = self.expectation.as_ref()?;
         let (confirmed, state) = (self.id().is_some(), self.known.belief.state);
         let unseen_s = self.known.unseen.seconds;
-        let Known { classes, look, observed, .. } = &self.known;
-        Some(Claimant { expectation, confirmed, state, unseen_s, classes, look, observed })
+        let Known { classes, look, observed, branches, .. } = &self.known;
+        Some(Claimant { expectation, confirmed, state, unseen_s, classes, look, observed, branches })
     }
 
     fn count_looks(&mut self, detection: &Detection) {
@@ -238,16 +263,19 @@ impl Target {
         }
     }
 
-    /// Phase 3: takes the detections that it was given, or what appearance says where there are none.
+    /// Phase 3: takes the detections that it was given, or what appearance says where there are none; its branches go on.
     pub fn update(
         &mut self,
         view: View<'_>,
         detections: &[Detection],
-        shares: &Shares,
+        (shares, goes_on): (&Shares, Option<GoesOn<'_>>),
         params: &ManyParams,
     ) -> Result<()> {
         let Some(mut prior) = self.prior.take() else { return Ok(()) };
         self.dt_s = prior.dt_s;
+        if let Some(goes_on) = goes_on {
+            self.branch(goes_on, detections, &mut prior, params.policy.lost_after_s);
+        }
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
@@ -340,7 +368,7 @@ impl Target {
     pub fn is_dead(&self, frame: Size, params: &ManyParams) -> bool {
         match &self.known.standing {
             Standing::Given(_) => false,
-            Standing::Candidate(evidence) => evidence.refutes(self.known.unseen.frames, &params.birth),
+            Standing::Candidate(evidence) => self.refuted || evidence.refutes(self.known.unseen.frames, &params.birth),
             Standing::Confirmed(_) => {
                 // A target that is lost where no picture is has left.
                 let lost = self.known.belief.state == TrackState::Lost;
@@ -363,6 +391,7 @@ impl Target {
         self.known.belief.restart(frame, bbox);
         (self.known.classes, self.known.look) = (Classes::default(), Look::default());
         self.known.observed.clear();
+        self.known.branches.clear();
         (self.known.unseen, self.known.undetected_s, self.known.empty_s) = (Unseen::default(), 0.0, 0.0);
         Ok(())
     }
@@ -370,6 +399,7 @@ impl Target {
     /// Goes on with other parameters; what speaks for a candidate begins anew where another model gathers it.
     pub fn change(&mut self, params: &ManyParams) -> Result<(), EstimationError> {
         self.known.belief.change(&params.motion, &params.policy)?;
+        self.known.branches.clear();
         match &mut self.known.standing {
             Standing::Candidate(evidence) if evidence.model() != params.birth.model => {
                 *evidence = Evidence::new(params.birth.model);

@@ -6,6 +6,7 @@ mod common;
 
 mod commands;
 mod fed;
+mod hypotheses;
 mod lives;
 mod street;
 mod whole_clips;

@@ -79,6 +79,13 @@ impl Associating {
         self.back_dated.iter().copied()
     }
 
+    /// What targets took in frames before, and not what was said then: how many frames before the last one, and which of the detections
+    /// that were sure enough (`None`: none).
+    pub(in crate::many) fn revised(&self) -> impl Iterator<Item = (TargetId, u64, Option<usize>)> + '_ {
+        let named = self.targets.iter().filter_map(|t| Some((t.id()?, t)));
+        named.flat_map(|(id, t)| t.revised().map(move |(ago, taken)| (id, ago, taken)))
+    }
+
     fn go_on(&mut self, view: View<'_>, detections: &[Detection]) -> Result<&[Track]> {
         self.predict(view)?;
         let Stamp { time_s, size, .. } = view.stamp;

@@ -4,7 +4,8 @@ mod commands;
 mod fed;
 mod saved;
 
-use super::association::{Association, Shares};
+use super::association::{Association, Claimant, Shares, emptied};
+use super::cells::Cells;
 use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock, doubles, whole};
 use crate::belief::Stamp;
@@ -55,9 +56,15 @@ pub struct Associating {
     clock: Arc<dyn Clock>,
     /// Keeps its memory from frame to frame.
     association: Association,
+    claimants: Vec<Claimant<'static>>,
     camera: CameraShift,
-    /// Where the targets are; scratch.
+    /// Where the targets are, also in cells; scratch.
     boxes: Vec<BBox>,
+    cells: Cells,
+    /// The detections that may start candidates, by their places; these in cells; and of each whether it has started one; scratch.
+    births: Vec<usize>,
+    newborn: Cells,
+    is_born: Vec<bool>,
     /// What the detector is told; scratch.
     followed: Vec<Followed>,
     /// The detections that are sure enough, and their places among all; scratch.
@@ -69,6 +76,11 @@ pub struct Associating {
     said: Vec<Track>,
     /// Number and time of the last frame that came from outside.
     fed: Fed,
+}
+
+/// The detections that are sure enough, and their places among all.
+pub(super) fn usable(least: f64, detections: &[Detection]) -> impl Iterator<Item = (usize, &Detection)> {
+    detections.iter().enumerate().filter(move |(_, d)| d.confidence >= least && !d.bbox.is_empty())
 }
 
 impl Associating {
@@ -88,8 +100,13 @@ impl Associating {
         params.validate(NAME)?;
         Ok(Self {
             association: Association::new(params.association.clone()).map_err(|e| failed(0, e))?,
+            claimants: Vec::new(),
             camera: CameraShift::new(params.motion.camera),
             boxes: Vec::new(),
+            cells: Cells::default(),
+            births: Vec::new(),
+            newborn: Cells::default(),
+            is_born: Vec::new(),
             params,
             detector: None,
             appearance: None,
@@ -171,11 +188,9 @@ impl Associating {
         let (mut kept, mut places) = (std::mem::take(&mut self.kept), std::mem::take(&mut self.places));
         kept.clear();
         places.clear();
-        for (place, detection) in detections.iter().enumerate() {
-            if detection.confidence >= least && !detection.bbox.is_empty() {
-                kept.push(detection.clone());
-                places.push(place);
-            }
+        for (place, detection) in usable(least, detections) {
+            kept.push(detection.clone());
+            places.push(place);
         }
         let taken = self.conclude(view, &kept);
         (self.kept, self.places) = (kept, places);
@@ -217,8 +232,11 @@ impl Associating {
 
     /// Phase 2: which detection is of which target.
     fn associate(&mut self, stamp: Stamp, detections: &[Detection]) -> Result<()> {
-        let claimants: Option<Vec<_>> = self.targets.iter().map(Target::claimant).collect();
-        let associated = self.association.associate(&claimants.unwrap_or_default(), detections, stamp.size);
+        // Every target was predicted, and so is one.
+        let mut claimants: Vec<Claimant<'_>> = std::mem::take(&mut self.claimants);
+        claimants.extend(self.targets.iter().filter_map(Target::claimant));
+        let associated = self.association.associate(&claimants, detections, stamp.size);
+        self.claimants = emptied(claimants);
         associated.map_err(|e| failed(stamp.index, e))?;
         if self.knows_scene() {
             whole::grow(&mut self.association, &mut self.targets, detections, &self.params.whole);
@@ -233,18 +251,20 @@ impl Associating {
 
     /// Phase 3: every target takes what it was given, or does without.
     fn correct(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
-        let (params, clock, shares) = (&self.params, &*self.clock, self.association.shares());
-        let one = |(target, shares): (&mut Target, &Shares)| {
-            let (updated, elapsed) = Elapsed::of(clock, || target.update(view, detections, shares, params));
+        let (params, clock, association) = (&self.params, &*self.clock, &self.association);
+        let shares = association.shares();
+        let one = |(at, (target, shares)): (usize, (&mut Target, &Shares))| {
+            let given = (shares, association.goes_on(at));
+            let (updated, elapsed) = Elapsed::of(clock, || target.update(view, detections, given, params));
             if let Some((_, taken)) = &mut target.answer {
                 *taken = elapsed;
             }
             updated
         };
         if self.targets.iter().filter(|t| t.appearance.is_some()).count() > 1 {
-            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).try_for_each(one)?;
+            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).enumerate().try_for_each(one)?;
         } else {
-            self.targets.iter_mut().zip(shares).try_for_each(one)?;
+            self.targets.iter_mut().zip(shares).enumerate().try_for_each(one)?;
         }
         if self.knows_scene() {
             whole::count_parts(&mut self.targets, detections, &self.params.whole);
@@ -257,15 +277,33 @@ impl Associating {
         let params = &self.params;
         self.targets.retain(|t| !t.is_dead(view.stamp.size, params));
         doubles::merge(&mut self.targets, &params.doubles);
-        for (place, (detection, left)) in detections.iter().zip(self.association.left()).enumerate() {
-            if !left {
-                continue;
-            }
-            let alone = self.targets.iter().all(|t| t.bbox().iou(&detection.bbox) <= params.birth.crowding);
-            if alone && detection.confidence >= params.birth.from {
-                let mut born = Target::born(view.stamp, detection, params).map_err(|e| failed(view.stamp.index, e))?;
-                born.taken = Some(place);
-                self.targets.push(born);
+        self.births.clear();
+        let left = detections.iter().zip(self.association.left()).enumerate();
+        let starts = left.filter(|(_, (d, left))| *left && d.confidence >= params.birth.from).map(|(place, _)| place);
+        self.births.extend(starts);
+        if !self.births.is_empty() {
+            self.boxes.clear();
+            self.boxes.extend(self.targets.iter().map(Target::bbox));
+            self.cells.fill(self.boxes.iter());
+            self.newborn.fill(self.births.iter().map(|place| &detections[*place].bbox));
+        }
+        self.is_born.clear();
+        for (nth, &place) in self.births.iter().enumerate() {
+            let detection = &detections[place];
+            let own = &detection.bbox;
+            let range = [own.left(), own.top(), own.right(), own.bottom()];
+            let crowds = |other: &BBox| other.iou(own) > params.birth.crowding;
+            let mut crowded = false;
+            self.cells.near(&range, 0.0, |target| crowded = crowded || crowds(&self.boxes[target]));
+            // Those born before it in this frame are targets too.
+            self.newborn.near(&range, 0.0, |other| {
+                crowded =
+                    crowded || (other < nth && self.is_born[other] && crowds(&detections[self.births[other]].bbox));
+            });
+            self.is_born.push(!crowded);
+            if !crowded {
+                let born = Target::born(view.stamp, (place, detection), params);
+                self.targets.push(born.map_err(|e| failed(view.stamp.index, e))?);
             }
         }
         let index = view.stamp.index;
@@ -314,6 +352,6 @@ impl Associating {
             tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class, detection });
         }
         // Targets stand in order of their births; ids go by the order in which they were confirmed.
-        tracks.sort_by_key(|t| t.id);
+        tracks.sort_unstable_by_key(|t| t.id);
     }
 }

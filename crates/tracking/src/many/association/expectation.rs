@@ -4,15 +4,17 @@ use super::AssociationParams;
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Prior};
 use nalgebra::{Matrix4, Vector4};
-use pursuit_estimation::{EstimationError, Gaussian};
+use pursuit_estimation::EstimationError;
 use pursuit_geometry::BBox;
 
 /// The box that a target should have, and what a detector should measure of it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::many) struct Expectation {
     bbox: BBox,
     /// Centre and size.
-    measurement: Gaussian<4>,
+    mean: Vector4<f64>,
+    /// Their innovation covariance taken apart: `S = L Lᵀ`.
+    lower: Matrix4<f64>,
 }
 
 impl Expectation {
@@ -22,12 +24,13 @@ impl Expectation {
     /// Where the prior is no finite box.
     pub fn new(prior: &Prior, motion: &MotionParams) -> Result<Self, EstimationError> {
         let mean = measured(&prior.bbox);
-        let modelled = prior.innovation_covariance.and_then(|covariance| Gaussian::new(mean, covariance).ok());
-        let measurement = match modelled {
-            Some(measurement) => measurement,
-            None => Gaussian::new(mean, unmodelled(prior, motion))?,
-        };
-        Ok(Self { bbox: prior.bbox, measurement })
+        if !mean.iter().all(|v| v.is_finite()) {
+            return Err(EstimationError::NotFinite { what: "the box that is expected of a target" });
+        }
+        let modelled = prior.innovation_covariance.and_then(taken_apart);
+        let lower = modelled.or_else(|| taken_apart(unmodelled(prior, motion)));
+        let what = "the covariance of what is expected of a target";
+        Ok(Self { bbox: prior.bbox, mean, lower: lower.ok_or(EstimationError::NotInvertible { what })? })
     }
 
     /// The predicted box.
@@ -35,30 +38,16 @@ impl Expectation {
         &self.bbox
     }
 
-    /// What a detector should measure: centre and size.
-    pub const fn measurement(&self) -> &Gaussian<4> {
-        &self.measurement
-    }
-
     /// Squared Mahalanobis distance νᵀ S⁻¹ ν of a box's centre and size; infinite where it cannot be computed.
     pub fn distance2(&self, bbox: &BBox) -> f64 {
-        self.measurement.nees(&measured(bbox)).unwrap_or(f64::INFINITY)
+        let innovation = measured(bbox) - self.mean;
+        self.lower.solve_lower_triangular(&innovation).map_or(f64::INFINITY, |white| white.norm_squared())
     }
 
-    /// What distances are measured by.
-    ///
-    /// # Errors
-    /// Where the covariance is singular.
-    pub(super) fn spread(&self) -> Result<Spread, EstimationError> {
-        let lower = self
-            .measurement
-            .covariance()
-            .cholesky()
-            .ok_or(EstimationError::NotInvertible { what: "the covariance of what is expected of a target" })?
-            .unpack();
-        let determinant = (0..4).map(|i| lower[(i, i)]).product::<f64>();
-        let log_determinant = 2.0 * determinant.ln() - 4.0 * self.bbox.area().ln();
-        Ok(Spread { lower, log_determinant })
+    /// `ln det S` with lengths in sizes of the box.
+    pub fn log_determinant(&self) -> f64 {
+        let determinant = (0..4).map(|i| self.lower[(i, i)]).product::<f64>();
+        2.0 * determinant.ln() - 4.0 * self.bbox.area().ln()
     }
 
     /// Whether a box is near enough to be the target's, however little is known of where that is; `reach` is in sizes.
@@ -72,23 +61,14 @@ impl Expectation {
     }
 }
 
-/// The innovation covariance, taken apart.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spread {
-    lower: Matrix4<f64>,
-    /// `ln det S` with lengths in sizes of the box.
-    pub log_determinant: f64,
-}
-
-impl Spread {
-    /// `νᵀ S⁻¹ ν`; infinite where it cannot be computed.
-    pub fn squared(&self, innovation: &Vector4<f64>) -> f64 {
-        self.lower.solve_lower_triangular(innovation).map_or(f64::INFINITY, |white| white.norm_squared())
-    }
+/// The lower triangle `L` of a covariance `L Lᵀ`; `None` where it is none.
+fn taken_apart(covariance: BoxCovariance) -> Option<Matrix4<f64>> {
+    let finite = covariance.iter().all(|v| v.is_finite());
+    covariance.cholesky().filter(|_| finite).map(|found| found.unpack())
 }
 
 /// Centre and size of a box.
-pub(super) fn measured(bbox: &BBox) -> Vector4<f64> {
+fn measured(bbox: &BBox) -> Vector4<f64> {
     let center = bbox.center();
     Vector4::new(center.x, center.y, bbox.width(), bbox.height())
 }

@@ -1,8 +1,9 @@
 //! Joint probabilistic data association.
 
-use super::{AssociationParams, Given, Pairs};
+use super::{Given, Pairs};
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::association::{Distances, JointParams, JointProbabilities};
+use pursuit_estimation::association::{Likelihood, SparseJoint};
+use pursuit_estimation::consistency::chi_square_cumulative;
 
 pursuit_parameters::parameters! {
     /// Joint probabilistic data association: every target is corrected by the detections near it, each for the probability that
@@ -21,50 +22,59 @@ pursuit_parameters::parameters! {
     }
 }
 
+/// What a detection measures: centre and size.
+const COMPONENTS: f64 = 4.0;
+
 /// A false detection's width and height each vary by this on a logarithmic scale.
 const SIZE_SPREAD: f64 = 2.0;
 
-/// Probabilities over all joint events.
+/// Probabilities over all joint events. Keeps its memory from one frame to the next.
+#[derive(Default)]
 pub(super) struct Joint {
-    probabilities: JointProbabilities,
-    distances: Distances,
+    pairs: Vec<Likelihood>,
+    solver: SparseJoint,
+    /// `ln λ` at each detection.
+    clutter: Vec<f64>,
 }
 
 impl Joint {
-    pub fn new(params: &AssociationParams) -> Result<Self, EstimationError> {
-        let JointAssociationParams { detected, most_events, .. } = params.joint;
-        let gate = params.gate();
-        // The density of clutter differs from detection to detection; it joins what speaks against each pair.
-        let joint = JointParams { detection_probability: detected, clutter_density: 1.0, gate, most_events };
-        Ok(Self { probabilities: JointProbabilities::new(joint)?, distances: Distances::new() })
-    }
-
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
         let params = &pairs.params.joint;
-        let expected: Vec<_> = pairs.targets.iter().map(|t| *t.expectation.measurement()).collect();
-        self.distances.start(&expected, pairs.detections.len())?;
-        for pair in pairs.near {
-            self.distances.set(pair.target, pair.detection, pair.squared);
-        }
-        let probabilities = self.probabilities.among(&self.distances, |_, d| clutter(pairs, d))?;
-        for (target, shares) in given.shares.iter_mut().enumerate() {
-            let Some([missed, own @ ..]) = probabilities.of(target) else { continue };
-            for (sum, probability) in given.of_any.iter_mut().zip(own) {
-                *sum += probability;
+        let inside = chi_square_cumulative(COMPONENTS, pairs.params.gate)?;
+        let missed = 1.0 - params.detected * inside;
+        // ln of P_D (2π)⁻² / (1 − P_D P_G), the part that all pairs share.
+        let shared = (params.detected / missed).ln() - 0.5 * COMPONENTS * std::f64::consts::TAU.ln();
+        self.clutter.clear();
+        self.clutter.extend((0..pairs.detections.len()).map(|d| clutter(pairs, d)));
+        self.pairs.clear();
+        self.pairs.extend(pairs.near.iter().map(|pair| {
+            let area = pairs.targets[pair.target].expectation.bbox().area();
+            let log_determinant = pair.log_determinant + COMPONENTS * area.ln();
+            let nats = shared - 0.5 * (pair.squared + log_determinant) - self.clutter[pair.detection];
+            Likelihood { target: pair.target, detection: pair.detection, nats }
+        }));
+        let (targets, detections) = (pairs.targets.len(), pairs.detections.len());
+        let found = self.solver.solve(targets, detections, &self.pairs, params.most_events)?;
+        for (pair, probability) in self.pairs.iter().zip(found) {
+            given.of_any[pair.detection] += probability;
+            if *probability > 0.0 {
+                given.shares[pair.target].push((pair.detection, *probability));
             }
-            if 1.0 - missed >= params.detected_from {
-                shares.extend(own.iter().copied().enumerate().filter(|(_, probability)| *probability > 0.0));
+        }
+        for (shares, missed) in given.shares.iter_mut().zip(self.solver.missed()) {
+            if 1.0 - missed < params.detected_from {
+                shares.clear();
             }
         }
         Ok(())
     }
 }
 
-/// What makes a detection likely to be false: twice the logarithm of the density of false detections there, per pixel of each of
+/// What makes a detection likely to be false: the logarithm of the density of false detections there, per pixel of each of
 /// centre x, centre y, width and height.
 fn clutter(pairs: &Pairs<'_>, detection: usize) -> f64 {
     let bbox = &pairs.detections[detection].bbox;
     let places = (pairs.frame.width * pairs.frame.height) as f64;
     let sizes = bbox.area() * SIZE_SPREAD * SIZE_SPREAD;
-    2.0 * (pairs.params.joint.false_alarms / (places * sizes)).ln()
+    (pairs.params.joint.false_alarms / (places * sizes)).ln()
 }

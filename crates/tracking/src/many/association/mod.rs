@@ -5,6 +5,7 @@
 
 mod buffered;
 mod expectation;
+mod hypotheses;
 mod joint;
 mod near;
 mod nearest;
@@ -14,22 +15,26 @@ mod two_stage;
 
 pub use buffered::BufferedParams;
 pub(super) use expectation::Expectation;
+pub(super) use hypotheses::GoesOn;
+pub use hypotheses::HypothesesParams;
 pub use joint::JointAssociationParams;
 pub use nearest::NearestParams;
 pub use observation::ObservationParams;
 pub use two_stage::TwoStageParams;
 
+use super::branches::Branches;
+use super::cells::Cells;
 use super::look::Look;
 use super::observed::Observed;
 use crate::class::Classes;
 use crate::{Detection, TrackState};
 use buffered::Buffered;
+use hypotheses::Hypotheses;
 use joint::Joint;
 use near::{Near, Pair};
 use nearest::Nearest;
 use observation::Observation;
 use pursuit_estimation::EstimationError;
-use pursuit_estimation::consistency::Gate;
 use pursuit_geometry::Size;
 use two_stage::TwoStage;
 
@@ -49,6 +54,9 @@ pursuit_parameters::choices! {
         /// Every target is corrected by all detections near it, each for its probability (Fortmann, Bar-Shalom and Scheffe
         /// 1983).
         Joint = "joint",
+        /// As `nearest`, but what cannot be decided in one frame is decided some frames later: multiple hypothesis tracking (Kurien
+        /// 1990; Blackman 2004).
+        Hypotheses = "hypotheses",
     }
 }
 
@@ -73,8 +81,8 @@ pursuit_parameters::parameters! {
         /// How often a detector that tells classes apart takes a thing for one of another class: a detection of a class other
         /// than the target's is farther by minus twice the logarithm of it.
         pub other_class: f64 = 0.05, in above(0.0).at_most(1.0), source "ours";
-        /// Global nearest neighbour.
-        pub nearest: NearestParams = NearestParams::default(), of [AssociationModel::Nearest];
+        /// Global nearest neighbour, and the price of a pair in `hypotheses`.
+        pub nearest: NearestParams = NearestParams::default(), of [AssociationModel::Nearest, AssociationModel::Hypotheses];
         /// In two stages.
         pub two_stage as "two-stage": TwoStageParams = TwoStageParams::default(), of [AssociationModel::TwoStage];
         /// By widened boxes.
@@ -83,16 +91,13 @@ pursuit_parameters::parameters! {
         pub observation: ObservationParams = ObservationParams::default(), of [AssociationModel::Observation];
         /// By probabilities.
         pub joint: JointAssociationParams = JointAssociationParams::default(), of [AssociationModel::Joint];
-    }
-}
-
-impl AssociationParams {
-    const fn gate(&self) -> Gate {
-        Gate { threshold: self.gate }
+        /// By hypotheses over several frames.
+        pub hypotheses: HypothesesParams = HypothesesParams::default(), of [AssociationModel::Hypotheses];
     }
 }
 
 /// A target as association sees it.
+#[derive(Clone, Copy)]
 pub(super) struct Claimant<'a> {
     pub expectation: &'a Expectation,
     /// Whether it is a target; else it is a candidate.
@@ -107,6 +112,15 @@ pub(super) struct Claimant<'a> {
     pub look: &'a Look,
     /// The boxes that it was given lately.
     pub observed: &'a Observed,
+    /// What it might have been given instead.
+    pub branches: &'a Branches,
+}
+
+/// The memory of a list of claimants, for those of the next frame.
+pub(super) fn emptied(mut claimants: Vec<Claimant<'_>>) -> Vec<Claimant<'static>> {
+    claimants.clear();
+    // Of none another is made, in the same place: what they borrowed is no longer asked for.
+    claimants.into_iter().map_while(|_| None).collect()
 }
 
 /// The detections that a target was given, each with the probability that it is the target's own.
@@ -144,6 +158,8 @@ pub(super) struct Association {
     model: Model,
     near: Near,
     given: Given,
+    /// Every branch of every target, of models that have them; none between two frames.
+    branches: Vec<Claimant<'static>>,
 }
 
 enum Model {
@@ -152,6 +168,7 @@ enum Model {
     Buffered(Buffered),
     Observation(Observation),
     Joint(Box<Joint>),
+    Hypotheses(Box<Hypotheses>),
 }
 
 /// What a model decides by.
@@ -159,6 +176,8 @@ struct Pairs<'a> {
     params: &'a AssociationParams,
     /// The pairs inside the gates, by targets and then by detections.
     near: &'a [Pair],
+    /// The detections in cells.
+    cells: &'a Cells,
     targets: &'a [Claimant<'a>],
     detections: &'a [Detection],
     frame: Size,
@@ -175,9 +194,10 @@ impl Association {
             AssociationModel::TwoStage => Model::TwoStage(TwoStage::default()),
             AssociationModel::Buffered => Model::Buffered(Buffered::default()),
             AssociationModel::Observation => Model::Observation(Observation::default()),
-            AssociationModel::Joint => Model::Joint(Box::new(Joint::new(&params)?)),
+            AssociationModel::Joint => Model::Joint(Box::default()),
+            AssociationModel::Hypotheses => Model::Hypotheses(Box::default()),
         };
-        Ok(Self { params, model, near: Near::default(), given: Given::default() })
+        Ok(Self { params, model, near: Near::default(), given: Given::default(), branches: Vec::new() })
     }
 
     /// Gives `detections`, which were found in a picture of the size `frame`, to targets.
@@ -191,18 +211,28 @@ impl Association {
         frame: Size,
     ) -> Result<(), EstimationError> {
         self.given.clear(targets.len(), detections.len());
+        let Self { params, model, near, given, branches } = self;
+        // Branches go on without detections too, and are looked at each by itself.
+        if let Model::Hypotheses(hypotheses) = model {
+            let mut all: Vec<Claimant<'_>> = std::mem::take(branches);
+            hypotheses.branches(targets, &mut all);
+            near.find(params, &all, detections);
+            *branches = emptied(all);
+            let pairs = Pairs { params, near: near.pairs(), cells: near.cells(), targets, detections, frame };
+            return hypotheses.associate(&pairs, given);
+        }
         if targets.is_empty() || detections.is_empty() {
             return Ok(());
         }
-        let Self { params, model, near, given } = self;
-        near.find(params, targets, detections)?;
-        let pairs = Pairs { params, near: near.pairs(), targets, detections, frame };
+        near.find(params, targets, detections);
+        let pairs = Pairs { params, near: near.pairs(), cells: near.cells(), targets, detections, frame };
         match model {
             Model::Nearest(nearest) => nearest.associate(&pairs, given),
             Model::TwoStage(two_stage) => two_stage.associate(&pairs, given),
             Model::Buffered(buffered) => buffered.associate(&pairs, given),
             Model::Observation(observation) => observation.associate(&pairs, given),
             Model::Joint(joint) => joint.associate(&pairs, given),
+            Model::Hypotheses(_) => Ok(()),
         }
     }
 
@@ -210,6 +240,16 @@ impl Association {
     pub fn shares(&self) -> &[Shares] {
         let of = self.given.targets.min(self.given.shares.len());
         &self.given.shares[..of]
+    }
+
+    /// How the branches of a target go on, of models that have them.
+    pub fn goes_on(&self, target: usize) -> Option<GoesOn<'_>> {
+        match &self.model {
+            Model::Hypotheses(hypotheses) => hypotheses.goes_on(target),
+            Model::Nearest(_) | Model::TwoStage(_) | Model::Buffered(_) | Model::Observation(_) | Model::Joint(_) => {
+                None
+            }
+        }
     }
 
     /// Whether a target was given nothing.

@@ -1,8 +1,8 @@
-//! The pairs of targets and detections that are near enough: looked for in order of place, and measured only where they are.
+//! The pairs of targets and detections that are near enough: looked for in the cells around, and measured only where they are.
 
-use super::{AssociationParams, Claimant, expectation};
+use super::{AssociationParams, Claimant};
 use crate::Detection;
-use pursuit_estimation::EstimationError;
+use crate::many::cells::Cells;
 use pursuit_geometry::BBox;
 
 /// A target and a detection inside the gates.
@@ -25,36 +25,21 @@ pub(super) struct Pair {
 /// Keeps its memory from one frame to the next.
 #[derive(Debug, Default)]
 pub(super) struct Near {
-    /// Left side of each detection, and which it is, from left to right.
-    order: Vec<(f64, usize)>,
-    /// The widest detection.
-    widest: f64,
+    cells: Cells,
+    /// The detections whose cells are near that of a target.
+    around: Vec<usize>,
     pairs: Vec<Pair>,
 }
 
 impl Near {
     /// Finds the pairs of a frame.
-    ///
-    /// # Errors
-    /// Where a covariance is singular.
-    pub fn find(
-        &mut self,
-        params: &AssociationParams,
-        targets: &[Claimant<'_>],
-        detections: &[Detection],
-    ) -> Result<(), EstimationError> {
+    pub fn find(&mut self, params: &AssociationParams, targets: &[Claimant<'_>], detections: &[Detection]) {
         self.pairs.clear();
-        self.order.clear();
-        self.order.extend(detections.iter().enumerate().map(|(at, d)| (d.bbox.left(), at)));
-        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        self.widest = detections.iter().map(|d| d.bbox.width()).fold(0.0, f64::max);
+        self.cells.fill(detections.iter().map(|d| &d.bbox));
         let mistaken = -2.0 * params.other_class.ln();
         for (target, claimant) in targets.iter().enumerate() {
-            let first = self.pairs.len();
-            self.of(target, claimant, params, detections, mistaken)?;
-            self.pairs[first..].sort_unstable_by_key(|pair| pair.detection);
+            self.of(target, claimant, params, detections, mistaken);
         }
-        Ok(())
     }
 
     fn of(
@@ -64,38 +49,40 @@ impl Near {
         params: &AssociationParams,
         detections: &[Detection],
         mistaken: f64,
-    ) -> Result<(), EstimationError> {
+    ) {
         let expectation = claimant.expectation;
         let buffer = params.buffer + params.buffer_growth * claimant.unseen_s.min(params.buffer_longest_s);
         let own = widened(expectation.bbox(), buffer);
-        // What was widened overlaps this range, and so starts not farther left than its own width from it.
-        let from = own[0] - self.widest * (1.0 + buffer);
-        let until = own[2] + self.widest * buffer;
-        let start = self.order.partition_point(|(left, _)| *left < from);
-        let mut spread = None;
-        for (_, at) in self.order[start..].iter().take_while(|(left, _)| *left <= until) {
-            let detection = &detections[*at];
-            let other = widened(&detection.bbox, buffer);
+        let Self { cells, around, pairs } = self;
+        around.clear();
+        cells.near(&own, buffer, |at| {
+            let other = widened(&detections[at].bbox, buffer);
             let apart = other[0] >= own[2] || own[0] >= other[2] || other[1] >= own[3] || own[1] >= other[3];
-            if apart || !expectation.reaches(&detection.bbox, params.reach) {
-                continue;
+            if !apart && expectation.reaches(&detections[at].bbox, params.reach) {
+                around.push(at);
             }
-            let spread = match &spread {
-                Some(known) => known,
-                None => spread.insert(expectation.spread()?),
-            };
-            let distance2 =
-                spread.squared(&(expectation::measured(&detection.bbox) - expectation.measurement().mean()));
+        });
+        if around.is_empty() {
+            return;
+        }
+        around.sort_unstable();
+        let log_determinant = expectation.log_determinant();
+        for &at in around.iter() {
+            let detection = &detections[at];
+            let distance2 = expectation.distance2(&detection.bbox);
             let mistaken = if claimant.classes.is_other(detection.class.as_ref()) { mistaken } else { 0.0 };
             let squared = distance2 + mistaken;
             if squared <= params.gate {
                 let overlap = expectation.bbox().iou(&detection.bbox);
-                let log_determinant = spread.log_determinant;
                 let likeness = detection.embedding.as_ref().and_then(|e| claimant.look.likeness(e));
-                self.pairs.push(Pair { target, detection: *at, overlap, squared, mistaken, log_determinant, likeness });
+                pairs.push(Pair { target, detection: at, overlap, squared, mistaken, log_determinant, likeness });
             }
         }
-        Ok(())
+    }
+
+    /// The detections in cells.
+    pub fn cells(&self) -> &Cells {
+        &self.cells
     }
 
     /// The pairs found, by targets and then by detections.

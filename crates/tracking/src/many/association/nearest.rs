@@ -1,6 +1,9 @@
 //! Global nearest neighbour, at a price for no pair.
 
+use super::near::Pair;
 use super::{Claimant, Given, Pairs};
+use crate::Detection;
+use crate::many::cells::Cells;
 use pursuit_estimation::EstimationError;
 use pursuit_estimation::association::{Pairing, SparseAssignment};
 use pursuit_geometry::Point;
@@ -36,94 +39,123 @@ pursuit_parameters::parameters! {
     }
 }
 
+/// What a pair is worth: the logarithm of how much likelier it is than that the target was missed and the detection is of something else.
+pub(super) struct Price<'a> {
+    params: &'a NearestParams,
+    /// `ln(P_D (2π)⁻² / ((1 − P_D) λ))`, the part that all pairs share.
+    shared: f64,
+}
+
+impl<'a> Price<'a> {
+    pub fn new(params: &'a NearestParams) -> Self {
+        let shared =
+            (params.detected / (1.0 - params.detected)).ln() - 2.0 * std::f64::consts::TAU.ln() - params.others.ln();
+        Self { params, shared }
+    }
+
+    /// In nats.
+    pub fn nats(&self, pair: &Pair, detections: &[Detection]) -> f64 {
+        let params = self.params;
+        // Another class is no matter of distance: its price is not softened by the tails.
+        let far = 0.5 * (params.freedom + 4.0) * ((pair.squared - pair.mistaken) / params.freedom).ln_1p();
+        let mut nats =
+            self.shared - far - 0.5 * pair.mistaken - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
+        if params.confidence_weight > 0.0 {
+            let confidence = detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
+            nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
+        }
+        if let Some(likeness) = pair.likeness {
+            nats += params.look_weight * (likeness - params.look_even);
+        }
+        nats
+    }
+}
+
 /// Of all ways to pair the most likely one.
 #[derive(Default)]
 pub(super) struct Nearest {
     pairings: Vec<Pairing>,
     assignment: SparseAssignment,
-    /// Centre (x) of each detection, and of each target, from left to right, each with its number; scratch.
-    detections: Vec<(f64, usize)>,
-    targets: Vec<(f64, usize)>,
+    alone: Alone,
 }
 
 impl Nearest {
     pub fn associate(&mut self, pairs: &Pairs<'_>, given: &mut Given) -> Result<(), EstimationError> {
-        let params = &pairs.params.nearest;
-        // ln of P_D (2π)⁻² / ((1 − P_D) λ), the part of the likelihood ratio that all pairs share.
-        let shared =
-            (params.detected / (1.0 - params.detected)).ln() - 2.0 * std::f64::consts::TAU.ln() - params.others.ln();
+        let price = Price::new(&pairs.params.nearest);
         self.pairings.clear();
-        for pair in pairs.near {
-            // Another class is no matter of distance: its price is not softened by the tails.
-            let far = 0.5 * (params.freedom + 4.0) * ((pair.squared - pair.mistaken) / params.freedom).ln_1p();
-            let mut nats =
-                shared - far - 0.5 * pair.mistaken - 0.5 * pair.log_determinant + params.iou_weight * pair.overlap;
-            if params.confidence_weight > 0.0 {
-                let confidence = pairs.detections[pair.detection].confidence.clamp(1e-3, 1.0 - 1e-3);
-                nats += params.confidence_weight * (confidence / (1.0 - confidence)).ln();
-            }
-            if let Some(likeness) = pair.likeness {
-                nats += params.look_weight * (likeness - params.look_even);
-            }
-            self.pairings.push(Pairing { row: pair.target, column: pair.detection, cost: -nats });
-        }
+        self.pairings.extend(pairs.near.iter().map(|pair| {
+            let cost = -price.nats(pair, pairs.detections);
+            Pairing { row: pair.target, column: pair.detection, cost }
+        }));
         let assigned = self.assignment.solve(pairs.targets.len(), pairs.detections.len(), &self.pairings)?;
         for (target, detection) in assigned.iter().enumerate() {
             detection.iter().for_each(|d| given.give(target, *d));
         }
-        if params.alone_s > 0.0 && params.alone_within > 0.0 {
-            self.alone(pairs, given);
-        }
+        self.alone.give(pairs, given);
         Ok(())
     }
+}
 
-    /// Gives what is left to targets that are alone with it.
-    fn alone(&mut self, pairs: &Pairs<'_>, given: &mut Given) {
+/// Gives what is left to targets that are alone with it. Keeps its memory from one frame to the next.
+#[derive(Default)]
+pub(super) struct Alone {
+    /// The targets that want something.
+    wanting: Vec<usize>,
+    /// Where targets are expected, in cells; filled where somebody asks.
+    targets: Cells,
+}
+
+impl Alone {
+    pub fn give(&mut self, pairs: &Pairs<'_>, given: &mut Given) {
         let params = &pairs.params.nearest;
-        let wants = |(target, claimant): (usize, &Claimant<'_>)| {
-            given.shares[target].is_empty() && claimant.confirmed && claimant.unseen_s <= params.alone_s
-        };
-        if !pairs.targets.iter().enumerate().any(wants) || given.of_any.iter().all(|taken| *taken > 0.0) {
+        if params.alone_s <= 0.0 || params.alone_within <= 0.0 {
             return;
         }
-        in_order(&mut self.detections, pairs.detections.iter().map(|d| d.bbox.center().x));
-        in_order(&mut self.targets, pairs.targets.iter().map(|t| t.expectation.bbox().center().x));
-        for (target, claimant) in pairs.targets.iter().enumerate().filter(|(t, c)| wants((*t, c))).collect::<Vec<_>>() {
+        let wants = |(target, claimant): &(usize, &Claimant<'_>)| {
+            given.shares[*target].is_empty() && claimant.confirmed && claimant.unseen_s <= params.alone_s
+        };
+        self.wanting.clear();
+        self.wanting.extend(pairs.targets.iter().enumerate().filter(wants).map(|(target, _)| target));
+        if self.wanting.is_empty() || given.of_any.iter().all(|taken| *taken > 0.0) {
+            return;
+        }
+        let mut in_cells = false;
+        for &target in &self.wanting {
+            let claimant = &pairs.targets[target];
             let own = claimant.expectation.bbox();
             let size = own.area().sqrt();
             let within = params.alone_within * size;
             let here = own.center();
-            let seen = |d: usize| pairs.detections[d].bbox.center();
-            let Some(detection) = only(&self.detections, here, within, seen) else { continue };
+            let Some(detection) = only(pairs.cells, here, within, |d| pairs.detections[d].bbox.center()) else {
+                continue;
+            };
             let bbox = &pairs.detections[detection].bbox;
             let scale = (bbox.area() / own.area()).sqrt();
             let near = bbox.center().distance(here) <= params.alone_reach * size;
             let alike = near && scale <= params.alone_scale && scale * params.alone_scale >= 1.0;
+            let taken = given.of_any[detection] > 0.0;
+            if !alike || taken || claimant.classes.is_other(pairs.detections[detection].class.as_ref()) {
+                continue;
+            }
+            if !std::mem::replace(&mut in_cells, true) {
+                self.targets.fill(pairs.targets.iter().map(|t| t.expectation.bbox()));
+            }
             let place = |t: usize| pairs.targets[t].expectation.bbox().center();
-            let alone = only(&self.targets, bbox.center(), within, place) == Some(target);
-            if alike
-                && alone
-                && given.of_any[detection] == 0.0
-                && !claimant.classes.is_other(pairs.detections[detection].class.as_ref())
-            {
+            if only(&self.targets, bbox.center(), within, place) == Some(target) {
                 given.give(target, detection);
             }
         }
     }
 }
 
-/// Puts numbers of things in order of where they are.
-fn in_order(order: &mut Vec<(f64, usize)>, x: impl Iterator<Item = f64>) {
-    order.clear();
-    order.extend(x.zip(0..));
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-}
-
 /// The one thing within a distance of a place; `None` where there is none, or several.
-fn only(order: &[(f64, usize)], here: Point, within: f64, place: impl Fn(usize) -> Point) -> Option<usize> {
-    let start = order.partition_point(|(x, _)| *x < here.x - within);
-    let mut near = order[start..].iter().take_while(|(x, _)| *x <= here.x + within).map(|(_, which)| *which);
-    let mut near = near.by_ref().filter(|which| place(*which).distance(here) <= within);
-    let first = near.next()?;
-    near.next().is_none().then_some(first)
+fn only(cells: &Cells, here: Point, within: f64, place: impl Fn(usize) -> Point) -> Option<usize> {
+    let range = [here.x - within, here.y - within, here.x + within, here.y + within];
+    let (mut first, mut several) = (None, false);
+    cells.near(&range, 0.0, |which| {
+        if !several && place(which).distance(here) <= within {
+            several = first.replace(which).is_some();
+        }
+    });
+    first.filter(|_| !several)
 }

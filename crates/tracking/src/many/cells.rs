@@ -1,0 +1,126 @@
+//! Boxes in cells, so that those near a place are found without a look at all.
+
+use pursuit_geometry::BBox;
+
+/// Boxes that are no larger than a cell stand in the cell of their left upper corner: a grid for each size, which doubles from one
+/// to the next. Keeps its memory from one frame to the next.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    entries: Vec<Entry>,
+    /// Of each size that there is: its cells' side and where its entries end.
+    grids: Vec<(f64, usize)>,
+}
+
+/// Ordered by grid, then by row and column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    /// Binary logarithm of the cells' side.
+    size: i32,
+    row: i64,
+    column: i64,
+    which: usize,
+}
+
+/// Binary logarithms of the sides of the smallest and largest cells, in pixels.
+const SIZES: std::ops::RangeInclusive<i32> = -4..=40;
+
+impl Cells {
+    /// Puts boxes into cells.
+    pub fn fill<'a>(&mut self, boxes: impl Iterator<Item = &'a BBox>) {
+        self.entries.clear();
+        self.entries.extend(boxes.enumerate().map(|(which, bbox)| {
+            let (left, top, width, height) = bbox.ltwh();
+            let side = width.max(height).max(f64::MIN_POSITIVE);
+            let size = (side.log2().floor() as i32).saturating_add(1).clamp(*SIZES.start(), *SIZES.end());
+            let cell = f64::from(size).exp2();
+            Entry { size, row: (top / cell).floor() as i64, column: (left / cell).floor() as i64, which }
+        }));
+        self.entries.sort_unstable();
+        self.grids.clear();
+        let mut from = 0;
+        for grid in self.entries.chunk_by(|a, b| a.size == b.size) {
+            from += grid.len();
+            self.grids.push((f64::from(grid[0].size).exp2(), from));
+        }
+    }
+
+    /// All boxes that may overlap a range (left, top, right, bottom) once each of their sides was moved outward by the share `buffer` of their
+    /// width or height: none is left out, and some are named that do not.
+    pub fn near(&self, range: &[f64; 4], buffer: f64, mut found: impl FnMut(usize)) {
+        let mut from = 0;
+        for &(cell, to) in &self.grids {
+            let entries = &self.entries[from..to];
+            from = to;
+            // A box reaches as far as a cell from its corner, and as much farther as it was widened.
+            let at = |place: f64, more: f64| (place / cell + more).floor() as i64;
+            let (rows, columns) = (
+                at(range[1], -1.0 - buffer)..=at(range[3], buffer),
+                at(range[0], -1.0 - buffer)..=at(range[2], buffer),
+            );
+            let height = rows.end().saturating_sub(*rows.start());
+            if entries.len() <= FEW || height >= entries.len() as i64 {
+                let inside = |e: &&Entry| rows.contains(&e.row) && columns.contains(&e.column);
+                entries.iter().filter(inside).for_each(|e| found(e.which));
+                continue;
+            }
+            for row in rows {
+                let start = entries.partition_point(|e| (e.row, e.column) < (row, *columns.start()));
+                let same = entries[start..].iter().take_while(|e| e.row == row && e.column <= *columns.end());
+                same.for_each(|e| found(e.which));
+            }
+        }
+    }
+}
+
+/// So few are looked at one by one.
+const FEW: usize = 16;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_testkit::SplitMix;
+
+    #[test]
+    fn no_box_near_is_left_out() {
+        let mut numbers = SplitMix(5);
+        let mut cells = Cells::default();
+        for trial in 0..60 {
+            let one = |numbers: &mut SplitMix| {
+                // From a sixteenth of a pixel to thousands, and some of no or of enormous size.
+                let side = |numbers: &mut SplitMix| match numbers.below(20) {
+                    0 => 0.0,
+                    1 => 1e9 * numbers.unit(),
+                    _ => (numbers.unit() * 16.0 - 4.0).exp2(),
+                };
+                let (left, top) = (1000.0 * (numbers.unit() - 0.5), 1000.0 * (numbers.unit() - 0.5));
+                [left, top, left + side(numbers), top + side(numbers)]
+            };
+            let boxes: Vec<[f64; 4]> = (0..trial * 7).map(|_| one(&mut numbers)).collect();
+            let as_boxes: Vec<BBox> = boxes.iter().map(|[l, t, r, b]| BBox::from_ltrb(*l, *t, *r, *b)).collect();
+            cells.fill(as_boxes.iter());
+            for _ in 0..20 {
+                let (range, buffer) = (one(&mut numbers), numbers.unit());
+                let mut found = vec![0; boxes.len()];
+                cells.near(&range, buffer, |which| found[which] += 1);
+                for (at, b) in boxes.iter().enumerate() {
+                    let (dx, dy) = (buffer * (b[2] - b[0]), buffer * (b[3] - b[1]));
+                    let apart =
+                        b[0] - dx > range[2] || b[2] + dx < range[0] || b[1] - dy > range[3] || b[3] + dy < range[1];
+                    assert!(found[at] <= 1 && (apart || found[at] == 1), "{b:?} and {range:?}: {}", found[at]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_far_is_not_looked_at() {
+        let mut cells = Cells::default();
+        let grid = (0..100).flat_map(|x| (0..100).map(move |y| (f64::from(x) * 50.0, f64::from(y) * 50.0)));
+        let small = grid.map(|(x, y)| BBox::from_ltwh(x, y, 30.0, 30.0));
+        let boxes: Vec<BBox> = small.chain([BBox::from_ltwh(0.0, 0.0, 1e6, 1e6)]).collect();
+        cells.fill(boxes.iter());
+        let mut found = 0;
+        cells.near(&[1000.0, 1000.0, 1030.0, 1030.0], 0.25, |_| found += 1);
+        assert!((2..20).contains(&found), "{found}");
+    }
+}

@@ -1,0 +1,46 @@
+//! How the branches of a target go on.
+
+use super::{Known, Target};
+use crate::many::association::GoesOn;
+use crate::many::branches::{Branch, MOST_SCANS, Past};
+use crate::{Detection, Prior, TrackState};
+
+impl Target {
+    /// Takes its branches on; where another one is the best now, that is believed, as if it had been reported all along.
+    pub(super) fn branch(&mut self, goes_on: GoesOn<'_>, detections: &[Detection], prior: &mut Prior, lost_s: f64) {
+        self.refuted = goes_on.refuted;
+        let Some(((chosen, past), rest)) = goes_on.branches.split_first() else { return };
+        let Known { branches, belief, unseen, undetected_s, .. } = &mut self.known;
+        let mut before = std::mem::take(&mut branches.others);
+        for (next, past) in rest {
+            let parent = match next.parent.checked_sub(1) {
+                None => Some((&belief.motion, *unseen, prior.dt_s)),
+                Some(other) => before.get(other).map(|b| (&b.motion, b.unseen, prior.dt_s)),
+            };
+            let detection = next.detection.and_then(|d| detections.get(d));
+            let branch = parent.and_then(|parent| Branch::next(parent, *past, detection, lost_s).ok());
+            branches.others.extend(branch);
+        }
+        let other = chosen.parent.checked_sub(1).filter(|other| *other < before.len());
+        if let Some(Branch { motion, unseen: instead, expected: Some((expected, expectation)), past, .. }) =
+            other.map(|other| before.swap_remove(other))
+        {
+            self.revised = Some((branches.own, past));
+            (belief.motion, belief.last_believed) = (motion, expected.bbox);
+            if belief.state == TrackState::Lost && instead.seconds <= lost_s {
+                belief.state = TrackState::Occluded;
+            }
+            (*prior, self.expectation) = (expected, Some(expectation));
+            (*unseen, *undetected_s) = (instead, instead.seconds);
+        }
+        branches.own = *past;
+    }
+
+    /// What it took in the last frames and not what was said before, where that is so: how many frames before this one, and which of the
+    /// detections that were sure enough.
+    pub fn revised(&self) -> impl Iterator<Item = (u64, Option<usize>)> + '_ {
+        let changed = |(before, now): &(Past, Past), ago| before.taken(ago) != now.taken(ago);
+        let all = self.revised.iter().flat_map(|both| (0..MOST_SCANS).map(move |ago| (both, ago)));
+        all.filter(move |(both, ago)| changed(both, *ago)).map(|((_, now), ago)| (ago as u64 + 1, now.taken(ago)))
+    }
+}
