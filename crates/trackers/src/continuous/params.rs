@@ -87,7 +87,7 @@ pursuit_parameters::parameters! {
         /// Power of 1 − γ by which the direction of the last training counts less in the next.
         pub forgetting: f64 = 50.0, in 0.0..=1e4, source "danelljan2017eco, released settings of HC: 50";
         /// Weight λ of the compression matrix.
-        pub matrix_weight: f64 = 1e-7, in above(0.0), source "danelljan2017eco, released settings: 1e-7";
+        pub matrix_weight: f64 = 1e-5, in above(0.0), source "danelljan2017eco, released settings: 1e-7; ours: 1e-5";
         /// Preconditioner: share of a channel's own energy, the rest is that of all channels.
         pub own_energy: f64 = 0.75, in 0.0..=1.0, source "danelljan2017eco, released settings of HC: 0.75";
         /// Preconditioner: share of the spatial weight's energy.
@@ -117,8 +117,9 @@ pursuit_parameters::parameters! {
         /// The solver.
         pub solver: ConjugateGradientParams = ConjugateGradientParams::default();
         /// The filter along scale.
-        pub scale: ScaleFilterParams = ScaleFilterParams::default();
+        pub scale: ScaleFilterParams = ScaleFilterParams::danelljan2017();
         /// The score, fitted as `docs/papers/danelljan2017.md` says.
-        pub score: ScoreParams = ScoreParams { bias: -2.0, collapse: 1.0, likeness: 4.0, ..ScoreParams::default() };
+        pub score: ScoreParams =
+            ScoreParams { bias: -4.6, psr: 1.3, collapse: 1.0, likeness: 7.3, ..ScoreParams::default() };
     }
 }

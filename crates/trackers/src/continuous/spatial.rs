@@ -69,7 +69,8 @@ impl SpatialWeight {
         f64::from(self.mean) + wave(&self.across, x) + wave(&self.down, y)
     }
 
-    fn reach(&self) -> usize {
+    /// The highest order along an axis.
+    pub(super) fn reach(&self) -> usize {
         self.across.len().max(self.down.len())
     }
 }

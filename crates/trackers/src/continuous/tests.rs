@@ -19,8 +19,8 @@ type C = nalgebra::Complex<f64>;
 
 const BLOCKS: [Block; 2] = [Block { channels: 2, order: 2 }, Block { channels: 1, order: 3 }];
 const RAW: [Block; 2] = [Block { channels: 4, order: 2 }, Block { channels: 3, order: 3 }];
-/// Places a side at which functions are looked at: enough for products of three of them.
-const FINE: usize = 32;
+/// Places a side at which functions are looked at: more than twice the highest order of w·f, so that sums of squares are integrals.
+const FINE: usize = 12;
 
 /// Numbers of a given seed, the first of each channel real.
 fn random(blocks: &[Block], seed: u64) -> Vec<Complex32> {
@@ -41,8 +41,10 @@ fn at() -> Vec<(usize, isize)> {
 }
 
 fn weight() -> SpatialWeight {
-    let params = SpatialWeightParams { center: 0.05, edge: 0.2, sparse_below: 0.01, ..SpatialWeightParams::default() };
-    SpatialWeight::new(&params, (30.0, 20.0), 60)
+    let params = SpatialWeightParams { center: 0.05, edge: 0.2, sparse_below: 0.06, ..SpatialWeightParams::default() };
+    let weight = SpatialWeight::new(&params, (30.0, 20.0), 60);
+    assert!(2 * (BLOCKS[1].order + weight.reach()) < FINE, "{weight:?}");
+    weight
 }
 
 fn objective() -> Objective {
