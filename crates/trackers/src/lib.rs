@@ -9,6 +9,7 @@ pub mod ball;
 pub mod cam_shift;
 pub mod classifiers;
 pub mod condensation;
+pub mod continuous;
 pub mod correlation;
 pub mod depth;
 pub mod depth_occlusion;
@@ -111,6 +112,12 @@ const TRACKERS: &[TrackerEntry] = &[
         "strcf",
         regularised::strcf,
         "spatial-temporal regularised correlation filter: learns each frame anew, near the last"
+    ),
+    tracker!(
+        "eco-hc",
+        "danelljan2017",
+        continuous::eco_hc,
+        "continuous convolution on gradients and colour names: learns from a compact mixture of all that it saw"
     ),
     tracker!("kcf", "kcf", kcf::kcf, "kernelized correlation filter on HOG with a search over sizes: very fast"),
     tracker!(

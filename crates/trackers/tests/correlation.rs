@@ -224,7 +224,7 @@ fn a_small_target_takes_little_memory() {
             // Three million weights, most of them four times over, as its large filters are transformed.
             "lightfc" => 64 << 20,
             "pursuit" => 96 << 20,
-            "bacf" | "strcf" | "pursuit-light" | "person" => 8 << 20,
+            "bacf" | "eco-hc" | "strcf" | "pursuit-light" | "person" => 8 << 20,
             // Its published window is sampled to 150² pixels, whatever the target's size.
             "staple" => 3 << 20,
             _ => 2 << 20,

@@ -1,0 +1,58 @@
+//! Continuous convolution: `eco-hc` (danelljan2017eco, after danelljan2016). Feature maps of any resolution become functions of a continuous
+//! place, and so does the response; the filter is trained on a compact mixture of all samples seen, by conjugate gradients on
+//! Fourier coefficients.
+//!
+//! | part | where |
+//! |---|---|
+//! | maps to functions, the label | `interpolation` |
+//! | which coefficients there are, and in which order | `coefficients`, `blocks` |
+//! | the weight over the window | `spatial` |
+//! | the mixture of samples | `sample_space` |
+//! | the error that is minimised | `objective` |
+//! | the solver | `gradients` |
+//! | the compression, learned in the first frame | `factorised` |
+
+mod blocks;
+mod coefficients;
+mod factorised;
+mod gradients;
+mod interpolation;
+mod localizer;
+mod model;
+mod objective;
+mod params;
+mod sample_space;
+mod spatial;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use localizer::{ContinuousLocalizer, ContinuousPeak};
+pub use params::{
+    ConjugateGradientParams, ContinuousParams, SampleSpaceParams, SpatialWeightParams, SquareWindowParams,
+};
+
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::motion::MotionParams;
+use pursuit_tracking::policy::PolicyParams;
+use pursuit_tracking::search::SearchParams;
+use pursuit_tracking::{GroupParams, LocalizerRecipe, Result, TrackerRecipe};
+
+impl LocalizerRecipe for ContinuousParams {
+    type Localizer = ContinuousLocalizer;
+
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<ContinuousLocalizer> {
+        Ok(ContinuousLocalizer::new(self, frame, &bbox))
+    }
+}
+
+/// `eco-hc`: efficient convolution operators on gradients and colour names.
+pub fn eco_hc(name: &'static str) -> TrackerRecipe<ContinuousParams> {
+    let groups = GroupParams {
+        motion: MotionParams::calm(),
+        policy: PolicyParams::default(),
+        search: SearchParams { wide_windows: 6, ..SearchParams::at_last_place() },
+    };
+    TrackerRecipe { name, localizer: ContinuousParams::default(), groups }
+}
