@@ -169,6 +169,12 @@ const TRACKERS: &[TrackerEntry] = &[
         "learns to rank displacements by overlap, with few support vectors: bears blur and clutter, keeps the size"
     ),
     tracker!(
+        "dlssvm",
+        "ning2016",
+        classifiers::dlssvm,
+        "learns as struck does, a linear function of quantised colours and ranks of brightness; follows the size"
+    ),
+    tracker!(
         "mil",
         "babenko2011",
         classifiers::mil,
