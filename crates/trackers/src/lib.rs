@@ -27,6 +27,7 @@ pub mod registry;
 pub mod regularised;
 pub mod runtime;
 pub mod siamese;
+pub mod sparse;
 pub mod staple;
 pub mod tld;
 pub mod vittrack;
@@ -191,6 +192,12 @@ const TRACKERS: &[TrackerEntry] = &[
         "saffari2009",
         classifiers::online_forest,
         "random trees that grow while frames come; keeps the size"
+    ),
+    tracker!(
+        "cst",
+        "zhang2016",
+        sparse::cst,
+        "writes the window as a sum of few shifted templates of gradients and colours: quick, follows the size"
     ),
     tracker!(
         "kalman-tld",
