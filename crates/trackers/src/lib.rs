@@ -194,6 +194,12 @@ const TRACKERS: &[TrackerEntry] = &[
         "random trees that grow while frames come; keeps the size"
     ),
     tracker!(
+        "l1",
+        "bao2012",
+        sparse::l1,
+        "hundreds of guesses written as few templates and few single pixels: bears partial covering, knows of it"
+    ),
+    tracker!(
         "cst",
         "zhang2016",
         sparse::cst,

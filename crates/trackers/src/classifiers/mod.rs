@@ -76,7 +76,7 @@ enum Model {
     Mil(mil::Mil),
     Forest(forest::Forest),
     Struck(struck::Struck),
-    Dlssvm(dlssvm::Dlssvm),
+    Dlssvm(Box<dlssvm::Dlssvm>),
 }
 
 impl Model {
@@ -86,7 +86,7 @@ impl Model {
             Self::Mil(it) => it,
             Self::Forest(it) => it,
             Self::Struck(it) => it,
-            Self::Dlssvm(it) => it,
+            Self::Dlssvm(it) => &mut **it,
         }
     }
 
@@ -105,7 +105,7 @@ impl Model {
             Self::Mil(it) => Self::Mil(mil::Mil::new(&it.params, shape)),
             Self::Forest(it) => Self::Forest(forest::Forest::new(&it.params, shape)),
             Self::Struck(it) => Self::Struck(struck::Struck::new(&it.params, shape)),
-            Self::Dlssvm(it) => Self::Dlssvm(dlssvm::Dlssvm::new(&it.params, shape, frame.has_color())),
+            Self::Dlssvm(it) => Self::Dlssvm(Box::new(dlssvm::Dlssvm::new(&it.params, shape, frame.has_color()))),
         }
     }
 
@@ -116,7 +116,7 @@ impl Model {
             Self::Mil(it) => it.restored(shape).map(Self::Mil),
             Self::Forest(it) => it.is_sound(shape).then_some(Self::Forest(it)),
             Self::Struck(it) => it.restored(shape).map(Self::Struck),
-            Self::Dlssvm(it) => it.restored(shape).map(Self::Dlssvm),
+            Self::Dlssvm(it) => it.restored(shape).map(|it| Self::Dlssvm(Box::new(it))),
         }
     }
 }

@@ -193,7 +193,7 @@ impl LocalizerRecipe for DlssvmParams {
     type Localizer = ClassifierLocalizer;
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<ClassifierLocalizer> {
-        let model = |shape: &Shape| Model::Dlssvm(Dlssvm::new(self, shape, frame.has_color()));
+        let model = |shape: &Shape| Model::Dlssvm(Box::new(Dlssvm::new(self, shape, frame.has_color())));
         Ok(ClassifierLocalizer::new(&self.view, &self.score, frame, bbox, model).with_sizes(&self.sizes))
     }
 }

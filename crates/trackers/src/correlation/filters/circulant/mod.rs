@@ -63,7 +63,8 @@ impl CirculantCoder {
         let Self { grid, channels, label_sigma, .. } = self;
         let sides = 1..=4096;
         let possible = sides.contains(&grid.width) && sides.contains(&grid.height) && (1..=1024).contains(&channels);
-        if !possible || !(label_sigma.is_finite() && label_sigma > 0.0) || self.params.check_all().is_err() {
+        let has_label = label_sigma.is_finite() && label_sigma > 0.0;
+        if !possible || !has_label || self.params.check_all().is_err() {
             return Err("its sparse code has impossible settings");
         }
         let bins = (grid.width / 2 + 1) * grid.height * channels * self.params.templates;
