@@ -29,6 +29,7 @@ pub mod registry;
 pub mod regularised;
 pub mod runtime;
 pub mod siamese;
+pub mod sparse;
 pub mod staple;
 pub mod tld;
 pub mod vittrack;
@@ -178,6 +179,12 @@ const TRACKERS: &[TrackerEntry] = &[
         "learns to rank displacements by overlap, with few support vectors: bears blur and clutter, keeps the size"
     ),
     tracker!(
+        "dlssvm",
+        "ning2016",
+        classifiers::dlssvm,
+        "learns as struck does, a linear function of quantised colours and ranks of brightness; follows the size"
+    ),
+    tracker!(
         "mil",
         "babenko2011",
         classifiers::mil,
@@ -194,6 +201,18 @@ const TRACKERS: &[TrackerEntry] = &[
         "saffari2009",
         classifiers::online_forest,
         "random trees that grow while frames come; keeps the size"
+    ),
+    tracker!(
+        "l1",
+        "bao2012",
+        sparse::l1,
+        "hundreds of guesses written as few templates and few single pixels: bears partial covering, knows of it"
+    ),
+    tracker!(
+        "cst",
+        "zhang2016",
+        sparse::cst,
+        "writes the window as a sum of few shifted templates of gradients and colours: quick, follows the size"
     ),
     tracker!(
         "kalman-tld",

@@ -1,4 +1,4 @@
-//! What `struck`, `mil`, `boosting` and `online-forest` are for: a target of another texture than what is around it, which blurs, darkens
+//! What `struck`, `dlssvm`, `mil`, `boosting` and `online-forest` are for: a target of another texture than what is around it, which blurs, darkens
 //! and is covered in part; and no allocation.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
@@ -8,7 +8,7 @@ use pursuit_testkit::{lattice, value_noise};
 use pursuit_trackers::registry;
 use pursuit_tracking::{Estimate, TrackState, Tracker};
 
-const NAMES: [&str; 4] = ["struck", "mil", "boosting", "online-forest"];
+const NAMES: [&str; 5] = ["struck", "dlssvm", "mil", "boosting", "online-forest"];
 
 /// A textured target before another texture.
 #[derive(Clone, Copy, Default)]
@@ -61,8 +61,10 @@ impl Scene {
 #[test]
 fn warm_trackers_allocate_nothing() {
     let scene = Scene::default();
-    // Struck remembers frames until its budget is reached.
-    for (name, set) in [("struck", "budget = 8"), ("mil", ""), ("boosting", ""), ("online-forest", "")] {
+    // Struck and dlssvm remember frames until their budget is reached.
+    for (name, set) in
+        [("struck", "budget = 8"), ("dlssvm", "budget = 8"), ("mil", ""), ("boosting", ""), ("online-forest", "")]
+    {
         let mut tracker = scene.tracker(name, set);
         (1..20).for_each(|k| assert!(tracker.update(&scene.frame(k)).is_ok()));
         let frames: Vec<Frame> = (20..40).map(|k| scene.frame(k)).collect();

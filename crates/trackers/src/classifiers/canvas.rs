@@ -79,9 +79,16 @@ pub(super) struct Canvas {
     pixels: Vec<u8>,
     integral: IntegralImage,
     size: Size,
+    /// Red, green and blue, where they are looked at.
+    colors: Option<Planes>,
 }
 
 impl Canvas {
+    /// One with colours beside grey.
+    pub fn colored() -> Self {
+        Self { colors: Some(Planes::default()), ..Self::default() }
+    }
+
     /// Takes the canvas whose middle window lies on `bbox`; beyond the frame its border is repeated.
     pub fn look(&mut self, frame: &Frame, shape: &Shape, bbox: &BBox) {
         let patch = shape.size();
@@ -94,6 +101,9 @@ impl Canvas {
             self.integral.build(view);
         }
         self.size = patch;
+        if let Some(colors) = &mut self.colors {
+            self.sampler.color(frame.color(), &window, colors);
+        }
     }
 
     /// Sums above and left of every pixel, and how many there are in a row.
@@ -101,10 +111,14 @@ impl Canvas {
         self.integral.sums()
     }
 
-    /// Grey codes, row by row.
-    #[cfg(test)]
+    /// Grey codes, row by row, and how many there are in a row.
     pub fn pixels(&self) -> (&[u8], usize) {
         (&self.pixels, self.size.width)
+    }
+
+    /// Red, green and blue, 0 to 255, where they are looked at.
+    pub const fn colors(&self) -> Option<&Planes> {
+        self.colors.as_ref()
     }
 }
 

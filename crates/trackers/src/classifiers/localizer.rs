@@ -1,17 +1,21 @@
 use super::canvas::{Canvas, LANES, Place, Shape, center_of};
 use super::{ClassifierScoreParams, Model, ViewParams};
 use crate::appearance::PatchSampler;
+use crate::correlation::ScaleLadderParams;
 use pursuit_estimation::sigmoid;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
 use pursuit_tracking::search::inside;
-use pursuit_tracking::{Figure, Figures, Localizer, Measurement, Result, Search, ViewSize};
+use pursuit_tracking::{Figure, Figures, Localizer, Look, Measurement, Result, Search, ViewSize};
 use pursuit_vision::patch::dot;
 use serde::{Deserialize, Serialize};
 
 /// Side of the patches that are compared with the first.
 const SIDE: usize = 16;
+/// Sizes that are tried, relative to the first.
+const LEAST_SIZE: f64 = 0.2;
+const MOST_SIZE: f64 = 5.0;
 
 /// Where the target is, by a classifier.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -21,6 +25,9 @@ pub struct ClassifierLocalizer {
     shape: Shape,
     score: ClassifierScoreParams,
     model: Model,
+    /// Sizes that are tried, and the first, in pixels.
+    sizes: ScaleLadderParams,
+    first_px: (f64, f64),
     /// The target in the first frame, less its mean and of length one.
     first: Vec<f32>,
     #[serde(skip)]
@@ -31,14 +38,16 @@ pursuit_estimation::checked!(ClassifierLocalizer);
 
 impl ClassifierLocalizer {
     fn restored(self) -> Result<Self, &'static str> {
-        let Self { view, shape, score, model, first, buffers } = self;
-        let whole = first.len() == SIDE * SIDE && first.iter().all(|v| v.is_finite());
-        let checked = view.check_all().is_ok() && score.check_all().is_ok();
+        let Self { view, shape, score, sizes, first_px, model, first, .. } = self;
+        let has_size = [first_px.0, first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
+        let whole = first.len() == SIDE * SIDE && first.iter().all(|v| v.is_finite()) && has_size;
+        let checked = view.check_all().is_ok() && score.check_all().is_ok() && sizes.check_all().is_ok();
         if !shape.is_sound() || shape.reach != view.reach || !checked || !whole {
             return Err("its view or its first patch is not sound");
         }
         let model = model.restored(&shape).ok_or("its classifier does not fit its view")?;
-        Ok(Self { view, shape, score, model, first, buffers })
+        let buffers = Buffers { canvas: model.canvas(), ..Buffers::default() };
+        Ok(Self { view, shape, score, sizes, first_px, model, first, buffers })
     }
 }
 
@@ -87,19 +96,26 @@ impl ClassifierLocalizer {
         model: impl FnOnce(&Shape) -> Model,
     ) -> Self {
         let shape = Shape::new(view, &bbox);
-        let mut buffers = Buffers::default();
-        buffers.canvas.look(frame, &shape, &bbox);
         let mut model = model(&shape);
+        let mut buffers = Buffers { canvas: model.canvas(), ..Buffers::default() };
+        buffers.canvas.look(frame, &shape, &bbox);
         model.classifier().learn(&shape, &buffers.canvas, shape.middle());
         let mut first = Vec::new();
         buffers.sampler.normalized(frame.gray(), &bbox, SIDE, &mut first);
-        Self { view: view.clone(), shape, score: score.clone(), model, first, buffers }
+        let (sizes, first_px) = (ScaleLadderParams::default(), (bbox.width(), bbox.height()));
+        Self { view: view.clone(), shape, score: score.clone(), sizes, first_px, model, first, buffers }
+    }
+
+    /// With sizes that are tried.
+    pub(super) fn with_sizes(self, sizes: &ScaleLadderParams) -> Self {
+        Self { sizes: sizes.clone(), ..self }
     }
 
     /// Rates the windows of the canvas; the best of them, and the best of those that overlap it by less than half.
     fn best(&mut self) -> (Place, f32, f32) {
         let Buffers { canvas, ratings, .. } = &mut self.buffers;
         let (side, classifier) = (self.shape.windows(), self.model.classifier());
+        classifier.look(canvas);
         ratings.clear();
         ratings.resize(side * side, f32::NEG_INFINITY);
         let mut rate_row = |y: usize, ratings: &mut [f32]| {
@@ -127,6 +143,14 @@ impl ClassifierLocalizer {
             }
         }
         (place, best, if rival.is_finite() { rival } else { best })
+    }
+
+    /// A box so many steps larger about its middle; none where that is out of proportion to the first.
+    fn resized(&self, bbox: &BBox, level: i32) -> Option<BBox> {
+        let factor = self.sizes.step.powi(level);
+        let relative = factor * (bbox.area() / (self.first_px.0 * self.first_px.1)).sqrt();
+        let is_kept = level == 0 || (LEAST_SIZE..=MOST_SIZE).contains(&relative);
+        is_kept.then(|| BBox::from_center_size(bbox.center(), factor * bbox.width(), factor * bbox.height()))
     }
 
     /// The top of a parabola through the ratings beside the best window, where they were rated.
@@ -162,16 +186,24 @@ impl Localizer for ClassifierLocalizer {
     const FIGURES: &[&[Figure]] = &[ClassifierFigures::ALL];
 
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ClassifierFinding)>> {
-        self.buffers.canvas.look(frame, &self.shape, &search.expected);
-        let (place, best, rival) = self.best();
-        if !best.is_finite() {
-            return Ok(None);
+        // Elsewhere the target is looked for at the size it had.
+        let levels = if search.look == Look::Near { self.sizes.levels as i32 } else { 0 };
+        let mut found: Option<(f64, BBox, f32, f32)> = None;
+        for level in std::iter::once(0).chain((1..=levels).flat_map(|k| [-k, k])) {
+            let Some(expected) = self.resized(&search.expected, level) else { continue };
+            self.buffers.canvas.look(frame, &self.shape, &expected);
+            let (place, best, rival) = self.best();
+            let penalty = if level == 0 { 1.0 } else { self.sizes.penalty };
+            let value = f64::from(best) - (1.0 - penalty) * f64::from(best.abs());
+            if best.is_finite() && found.is_none_or(|(known, ..)| value > known) {
+                let center = center_of(&self.shape, &expected, self.summit(place));
+                found = Some((value, expected.centered_at(center), best, rival));
+            }
         }
-        let mut center = center_of(&self.shape, &search.expected, self.summit(place));
+        let Some((_, mut bbox, best, rival)) = found else { return Ok(None) };
         if search.keep_inside {
-            center = inside(center, frame.size());
+            bbox = bbox.centered_at(inside(bbox.center(), frame.size()));
         }
-        let bbox = search.expected.centered_at(center);
         let Buffers { sampler, patch, .. } = &mut self.buffers;
         sampler.normalized(frame.gray(), &bbox, SIDE, patch);
         let (rating, margin) = (f64::from(best), f64::from(best - rival));
@@ -190,8 +222,8 @@ impl Localizer for ClassifierLocalizer {
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
-        let (view, score) = (self.view.clone(), self.score.clone());
-        *self = Self::new(&view, &score, frame, bbox, |shape| self.model.untaught(shape));
+        let (view, score, sizes) = (self.view.clone(), self.score.clone(), self.sizes.clone());
+        *self = Self::new(&view, &score, frame, bbox, |shape| self.model.untaught(shape, frame)).with_sizes(&sizes);
         Ok(())
     }
 

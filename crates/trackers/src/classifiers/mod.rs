@@ -1,9 +1,10 @@
 //! Tracking by classification: a classifier that goes on learning tells windows with the target from windows beside it, and the window that
-//! it rates best is where the target is. `boosting` (grabner2006), `mil` (babenko2011), `online-forest` (saffari2009) and `struck`
-//! (hare2011) differ in the classifier alone.
+//! it rates best is where the target is. `boosting` (grabner2006), `mil` (babenko2011), `online-forest` (saffari2009), `struck`
+//! (hare2011) and `dlssvm` (ning2016) differ in the classifier alone.
 
 mod boosting;
 mod canvas;
+mod dlssvm;
 mod forest;
 mod gaussian;
 mod haar;
@@ -15,12 +16,14 @@ mod struck;
 mod twins;
 
 pub use boosting::{BoostingParams, boosting};
+pub use dlssvm::{DlssvmParams, dlssvm};
 pub use forest::{ForestParams, online_forest};
 pub use localizer::{ClassifierFinding, ClassifierLocalizer};
 pub use mil::{MilParams, mil};
 pub use struck::{StruckParams, struck};
 
 use canvas::{Canvas, LANES, Place, Shape};
+use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
@@ -53,6 +56,9 @@ pursuit_parameters::parameters! {
 
 /// What tells the target from what is beside it.
 trait Classifier {
+    /// Prepares to rate windows of a canvas.
+    fn look(&mut self, _canvas: &Canvas) {}
+
     /// Ratings of the windows from `at` to the right: the higher, the likelier the target.
     fn rate(&mut self, canvas: &Canvas, at: Place, out: &mut [f32; LANES]);
 
@@ -70,6 +76,7 @@ enum Model {
     Mil(mil::Mil),
     Forest(forest::Forest),
     Struck(struck::Struck),
+    Dlssvm(Box<dlssvm::Dlssvm>),
 }
 
 impl Model {
@@ -79,16 +86,26 @@ impl Model {
             Self::Mil(it) => it,
             Self::Forest(it) => it,
             Self::Struck(it) => it,
+            Self::Dlssvm(it) => &mut **it,
         }
     }
 
-    /// One with the same parameters that has learnt nothing.
-    fn untaught(&self, shape: &Shape) -> Self {
+    /// A canvas of what it looks at.
+    fn canvas(&self) -> Canvas {
+        match self {
+            Self::Dlssvm(it) if it.colored => Canvas::colored(),
+            _ => Canvas::default(),
+        }
+    }
+
+    /// One with the same parameters that has learnt nothing, for a target that is started on `frame`.
+    fn untaught(&self, shape: &Shape, frame: &Frame) -> Self {
         match self {
             Self::Boosting(it) => Self::Boosting(boosting::Boosting::new(&it.params, shape)),
             Self::Mil(it) => Self::Mil(mil::Mil::new(&it.params, shape)),
             Self::Forest(it) => Self::Forest(forest::Forest::new(&it.params, shape)),
             Self::Struck(it) => Self::Struck(struck::Struck::new(&it.params, shape)),
+            Self::Dlssvm(it) => Self::Dlssvm(Box::new(dlssvm::Dlssvm::new(&it.params, shape, frame.has_color()))),
         }
     }
 
@@ -99,6 +116,7 @@ impl Model {
             Self::Mil(it) => it.restored(shape).map(Self::Mil),
             Self::Forest(it) => it.is_sound(shape).then_some(Self::Forest(it)),
             Self::Struck(it) => it.restored(shape).map(Self::Struck),
+            Self::Dlssvm(it) => it.restored(shape).map(|it| Self::Dlssvm(Box::new(it))),
         }
     }
 }

@@ -9,6 +9,12 @@ use pursuit_testkit::{lattice, value_noise};
 /// A target with a texture of its own before another, which moves by `k`.
 pub(super) fn canvas_at(k: f64) -> (Shape, Canvas) {
     let shape = Shape { width: 32, height: 32, reach: 32 };
+    let mut canvas = Canvas::default();
+    canvas.look(&frame_at(k), &shape, &BBox::from_ltwh(48.0, 48.0, 32.0, 32.0));
+    (shape, canvas)
+}
+
+pub(super) fn frame_at(k: f64) -> Frame {
     let image = Image::from_fn(128, 128, |x, y| {
         let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
         let (u, v) = ((x - 64.0) / 16.0, (y - 64.0) / 16.0);
@@ -17,9 +23,7 @@ pub(super) fn canvas_at(k: f64) -> (Shape, Canvas) {
         }
         (40.0 + 120.0 * value_noise((x + k, y - 0.5 * k), 7.0, |t| t, |i, j| lattice(i, j, 3))) as u8
     });
-    let mut canvas = Canvas::default();
-    canvas.look(&Frame::new(0, 0.0, image.unwrap()), &shape, &BBox::from_ltwh(48.0, 48.0, 32.0, 32.0));
-    (shape, canvas)
+    Frame::new(0, 0.0, image.unwrap())
 }
 
 pub(super) fn canvas() -> (Shape, Canvas) {

@@ -1,11 +1,13 @@
 //! Filters that answer a window's features with a plane whose peak is the target's displacement.
 
+pub mod circulant;
 pub mod compressed;
 pub mod kernel;
 pub mod mosse;
 pub mod regularised;
 mod spectra;
 
+pub use circulant::{CirculantCoder, SparseCodeParams};
 pub use compressed::CompressedFilter;
 pub use kernel::{Kernel, KernelFilter};
 pub use mosse::MosseFilter;
@@ -64,6 +66,8 @@ pub enum FilterKind {
     },
     /// Confined to the target (galoogahi2017, li2018).
     Regularised(SolverParams),
+    /// A sparse code of shifted templates (zhang2016).
+    Circulant(SparseCodeParams),
 }
 
 impl FilterKind {
@@ -85,6 +89,9 @@ impl FilterKind {
                 target,
                 label_sigma,
             ))),
+            Self::Circulant(code) => {
+                Filter::Circulant(Box::new(CirculantCoder::new(code.clone(), grid, channels, label_sigma)))
+            }
         }
     }
 }
@@ -100,6 +107,8 @@ pub enum Filter {
     Compressed(Box<CompressedFilter>),
     /// Confined to the target.
     Regularised(Box<RegularisedFilter>),
+    /// A sparse code of shifted templates.
+    Circulant(Box<CirculantCoder>),
 }
 
 impl Deref for Filter {
@@ -111,6 +120,7 @@ impl Deref for Filter {
             Self::Kernel(f) => &**f,
             Self::Compressed(f) => &**f,
             Self::Regularised(f) => &**f,
+            Self::Circulant(f) => &**f,
         }
     }
 }
@@ -122,6 +132,7 @@ impl DerefMut for Filter {
             Self::Kernel(f) => &mut **f,
             Self::Compressed(f) => &mut **f,
             Self::Regularised(f) => &mut **f,
+            Self::Circulant(f) => &mut **f,
         }
     }
 }
