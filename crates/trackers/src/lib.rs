@@ -251,7 +251,7 @@ const FAMILIES: &[Family] = &[
         name: "correlation",
         sentence: "A filter learnt from the target answers with a peak where it is, computed by Fourier transforms: very fast, and \
                    learns what is in the box, whatever it is.",
-        members: &["bacf", "strcf", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
+        members: &["bacf", "strcf", "eco-hc", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
     },
     Family {
         name: "colour",
@@ -263,12 +263,12 @@ const FAMILIES: &[Family] = &[
         name: "classifiers",
         sentence: "A classifier that learns from frame to frame tells windows of the target from windows beside it: bears clutter, \
                    and keeps the size.",
-        members: &["struck", "mil", "boosting", "online-forest"],
+        members: &["struck", "dlssvm", "mil", "boosting", "online-forest"],
     },
     Family {
         name: "sparse",
         sentence: "The target is a sum of few templates, and what does not fit lies in front of it: bears partial occlusion, slow.",
-        members: &[],
+        members: &["l1", "cst"],
     },
     Family {
         name: "flow",
