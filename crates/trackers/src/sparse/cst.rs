@@ -25,7 +25,7 @@ pursuit_parameters::parameters! {
         pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.03, penalty: 0.98 };
         /// The score, fitted as `docs/papers/zhang2016.md` says.
         pub score: ScoreParams =
-            ScoreParams { bias: -2.0, psr: 0.22, collapse: 1.3, likeness: 7.7, ..ScoreParams::default() };
+            ScoreParams { bias: -1.6, peak: 0.85, likeness: 10.0, ..ScoreParams::default() };
     }
 }
 

@@ -42,7 +42,7 @@ pursuit_parameters::parameters! {
         pub sizes: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.005, penalty: 1.0 };
         /// The score, fitted as `docs/papers/ning2016.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -2.9, rating: 0.0, margin: 2.3, likeness: 5.0 };
+            ClassifierScoreParams { bias: -1.3, rating: -2.8, margin: 6.0, likeness: 4.1 };
     }
 }
 

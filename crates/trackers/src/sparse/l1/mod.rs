@@ -98,13 +98,13 @@ pursuit_parameters::parameters! {
     /// ln of p / (1 − p) of the probability p that the box is right.
     pub struct L1ScoreParams {
         /// With nothing seen.
-        pub bias: f64 = -1.0, in -50.0..=50.0, source "ours";
+        pub bias: f64 = -2.4, in -50.0..=50.0, source "ours";
         /// For the error ‖y − T a‖².
-        pub error: f64 = -4.0, in -100.0..=100.0, source "ours";
+        pub error: f64 = -3.0, in -100.0..=100.0, source "ours";
         /// For the share of the largest region of covered pixels.
-        pub covered: f64 = -2.0, in -100.0..=100.0, source "ours";
+        pub covered: f64 = 0.0, in -100.0..=100.0, source "ours";
         /// For the likeness to the first frame.
-        pub likeness: f64 = 5.0, in -100.0..=100.0, source "ours";
+        pub likeness: f64 = 6.7, in -100.0..=100.0, source "ours";
     }
 }
 
