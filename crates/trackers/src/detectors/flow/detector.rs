@@ -4,7 +4,9 @@ use crate::detectors::motion::detected_motion;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::motion::MotionParams;
-use pursuit_tracking::{Detection, Detector, DetectorRecipe, Diagnostics, Figure, Followed, Result, TrackingError};
+use pursuit_tracking::{
+    Detection, Detector, DetectorRecipe, Diagnostics, Figure, Figures, Followed, Result, TrackingError,
+};
 use pursuit_vision::VisionError;
 use pursuit_vision::flow::Pyramid;
 use pursuit_vision::flow::dense::{DenseFlow, DenseFlowParams, FlowField};
