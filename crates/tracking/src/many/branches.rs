@@ -117,9 +117,9 @@ pub(super) struct Branches {
 }
 
 impl Branches {
-    /// Those of what starts with a detection, and so much that speaks for it.
-    pub fn started(detection: usize, nats: f64) -> Self {
-        Self { own: Past::started(detection).scored(nats), others: Vec::new() }
+    /// Those of what starts with a detection.
+    pub fn started(detection: usize) -> Self {
+        Self { own: Past::started(detection), others: Vec::new() }
     }
 
     /// Forgets what was put off.

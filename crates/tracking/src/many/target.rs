@@ -169,7 +169,7 @@ impl Target {
         born.count_looks(detection);
         born.taken = Some(place);
         if params.association.model == AssociationModel::Hypotheses {
-            born.known.branches = Branches::started(place, params.association.hypotheses.started);
+            born.known.branches = Branches::started(place);
         }
         Ok(born)
     }

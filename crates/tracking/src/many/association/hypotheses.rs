@@ -18,11 +18,9 @@ pursuit_parameters::parameters! {
         /// N: by so many frames a decision is put off at most; 0: not at all, as `nearest`.
         pub n_scan: usize = 3, in 0..=8, unit "frames", source "blackman2004";
         /// Branches kept of a target.
-        pub branches: usize = 6, in 1..=64, source "ours";
+        pub branches: usize = 12, in 1..=64, source "ours";
         /// A branch that scores less than the one chosen by more than this is given up.
-        pub within: f64 = 8.0, in 0.0.., unit "nats", source "ours";
-        /// What speaks for a candidate at its start, against that there is nothing or a target that was missed.
-        pub started: f64 = 0.0, in -100.0..=100.0, unit "nats", source "ours";
+        pub within: f64 = 20.0, in 0.0.., unit "nats", source "ours";
         /// Branches looked at in a cluster of targets that share detections, until the best hypothesis so far is improved by exchanges alone.
         pub most_nodes: usize = 10_000, in 0..=100_000_000, source "ours";
     }

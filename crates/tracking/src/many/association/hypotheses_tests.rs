@@ -46,7 +46,7 @@ fn a_candidate_may_turn_out_to_be_a_target() {
         let past = Past::started(0).scored(-behind);
         let branch = Branch { past, motion, unseen: Unseen::default(), expected: Some((here.clone(), sure)) };
         let of_target = Branches { own: Past::default(), others: vec![branch] };
-        let of_candidate = Branches::started(0, 0.0);
+        let of_candidate = Branches::started(0);
         let target = Claimant { branches: &of_target, ..confirmed(&own, &classes) };
         let candidate = Claimant { branches: &of_candidate, confirmed: false, ..confirmed(&wide, &classes) };
         let mut association = Association::new(params("model = 'hypotheses'\ngate = 60.0")).unwrap();
@@ -63,7 +63,7 @@ fn a_candidate_may_turn_out_to_be_a_target() {
 #[test]
 fn a_past_that_contradicts_itself_is_forgotten() {
     let (near, classes) = (expectation(Some(BoxCovariance::identity() * 30.0)), Classes::default());
-    let both = Branches::started(7, 0.0);
+    let both = Branches::started(7);
     let target = || Claimant { branches: &both, ..confirmed(&near, &classes) };
     let detections = [seen(at(-3.0, 0.0, 0.0, 0.0)), seen(at(3.0, 0.0, 0.0, 0.0))];
     let mut association = Association::new(params("model = 'hypotheses'\ngate = 60.0")).unwrap();
@@ -82,7 +82,7 @@ fn branches_are_few() {
         Association::new(params("model = 'hypotheses'\ngate = 60.0\nhypotheses.within = 100.0")).unwrap();
     let targets: Vec<_> = (0..5).map(|_| Claimant { branches: &none, ..confirmed(&near, &classes) }).collect();
     association.associate(&targets, &detections, SIZE).unwrap();
-    assert!((0..5).all(|t| association.goes_on(t).unwrap().branches.len() == 6));
+    assert!((0..5).all(|t| association.goes_on(t).unwrap().branches.len() == 12));
     // The one reported first, then the best.
     let nats: Vec<f64> = association.goes_on(0).unwrap().branches[1..].iter().map(|(_, past)| past.nats).collect();
     assert!(nats.windows(2).all(|w| w[0] >= w[1]), "{nats:?}");
