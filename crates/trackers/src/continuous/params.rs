@@ -6,7 +6,7 @@ pursuit_parameters::parameters! {
     /// The window that is searched, a square, and the patch sampled from it.
     pub struct SquareWindowParams {
         /// How much larger the window's side is than the target's mean side √(width · height), less one.
-        pub padding: f64 = 3.5, in 0.5..=8.0, unit "target sizes", source "danelljan2017eco, released settings: 3.5, of HC 3";
+        pub padding: f64 = 3.0, in 0.5..=8.0, unit "target sizes", source "danelljan2017eco, released settings of HC: 3";
         /// Side of a cell of gradients.
         pub cell_px: usize = 6, in 2..=8, unit "px", source "danelljan2017eco, table 1: 6";
         /// Side of a cell of colours.
