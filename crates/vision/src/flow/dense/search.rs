@@ -111,8 +111,9 @@ impl<const P: usize> Template<P> {
             }
         }
         let (du, dv) = (u - start.0, v - start.1);
-        // Not `>`: what is no number goes back as well.
-        if !(du * du + dv * dv <= (P * P) as f32) {
+        // What is no number is not near, and goes back as well.
+        let near = du * du + dv * dv <= (P * P) as f32;
+        if !near {
             (u, v) = start;
             off = self.difference(second, u, v);
         }
