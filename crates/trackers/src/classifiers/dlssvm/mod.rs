@@ -40,9 +40,9 @@ pursuit_parameters::parameters! {
         pub passes: usize = 10, in 0..=100, source "hare2011, section 4: 10";
         /// Sizes that are tried.
         pub sizes: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.005, penalty: 1.0 };
-        /// The score, fitted as `docs/papers/ning2016.md` says.
+        /// The score, chosen as `docs/papers/ning2016.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -1.3, rating: -2.8, margin: 6.0, likeness: 4.1 };
+            ClassifierScoreParams { bias: -2.9, rating: 0.0, margin: 2.3, likeness: 5.0 };
     }
 }
 
