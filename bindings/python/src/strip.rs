@@ -1,6 +1,6 @@
 //! A strip of small pictures of a clip, for notebooks.
 
-use pursuit::media::encode_jpeg;
+use pursuit::media::output::encode_jpeg;
 use pursuit::{Frame, View};
 
 /// Columns of a picture, at most.
