@@ -95,9 +95,9 @@ def test_pictures_for_notebooks_are_spread_over_the_clip():
 
     shown, place = pictures()
     frames = [frame for frame, _ in shown]
-    assert frames == list(range(0, 120, 4)) and shown[0][1][:2] == b"\xff\xd8" and place == (0, 0, 1, 1)
-    _, place = pictures(region=(10, 20, 200, 150), resize=0.5)
-    assert place == pytest.approx((10, 20, 2, 2))
+    assert frames == list(range(0, 120, 4)) and shown[0][1][:2] == b"\xff\xd8" and place == [0, 0, 1, 1]
+    _, place = pictures(region=(20, 40, 300, 200), resize=0.5)
+    assert place == pytest.approx([20, 40, 2, 2])
 
 
 def test_progress_is_said(capsys, monkeypatch):

@@ -249,7 +249,7 @@ class Clip:
     def facts(self) -> str | None:
         """What run.json holds, as JSON; None before the end."""
     @property
-    def pictures(self) -> tuple[list[tuple[int, bytes]], tuple[float, float, float, float]]:
+    def pictures(self) -> tuple[list[tuple[int, bytes]], list[float]]:
         """Small pictures spread over what was followed so far, (frame, JPEG) each, and (left, top, x, y): where they
         lie in the input, and how many of its pixels one of theirs is.
         """
