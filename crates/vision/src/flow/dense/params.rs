@@ -18,14 +18,14 @@ pub struct DenseFlowParams {
     pub reach: f64,
     /// Whether patches are compared less their means, which bears changes of light.
     pub normalized: bool,
-    /// Added to the mean matrix of gradients of a patch, (grey codes per pixel)², 0 to 1000: where there is no texture a patch stays
-    /// where its coarser level led it. The paper has none (0).
+    /// Added to the mean matrix of gradients of a patch, (grey codes per pixel)², 0 to 1000: where there is no texture but noise a
+    /// patch stays where its coarser level led it. The paper has none (0), and follows a sensor's noise by tens of pixels.
     pub damping: f64,
 }
 
 impl Default for DenseFlowParams {
     fn default() -> Self {
-        Self { finest: 1, patch_px: 8, overlap: 0.5, iterations: 16, reach: 0.2, normalized: true, damping: 1.0 }
+        Self { finest: 1, patch_px: 8, overlap: 0.5, iterations: 16, reach: 0.2, normalized: true, damping: 25.0 }
     }
 }
 

@@ -252,6 +252,34 @@ fn still_and_flat_pictures_do_not_move() {
     assert!(found.image().as_slice().iter().flatten().all(|m| m.is_finite()));
 }
 
+/// A plain wall, shaded, as a sensor and a codec show it: errors of two grey codes, in single pixels and in blotches.
+fn wall(seed: i64) -> Image<u8> {
+    let blotch = |x: usize, y: usize| {
+        let (i, j) = (x / 8, y / 8);
+        let (a, b) = ((x % 8) as f64 / 8.0, (y % 8) as f64 / 8.0);
+        let at = |i: usize, j: usize| (noise(i, j, 77 + seed).rem_euclid(5)) as f64 - 2.0;
+        let row = |j: usize| at(i, j) + a * (at(i + 1, j) - at(i, j));
+        row(j) + b * (row(j + 1) - row(j))
+    };
+    Image::from_fn(320, 240, |x, y| {
+        let grain = (noise(x, y, seed).rem_euclid(5)) as f64 - 2.0;
+        (180.0 + x as f64 / 20.0 + blotch(x, y) + grain).round() as u8
+    })
+    .unwrap()
+}
+
+#[test]
+fn noise_on_a_plain_wall_is_no_motion() {
+    let longest = |damping| {
+        let found = flow([&wall(1), &wall(2)], DenseFlowParams { damping, ..DenseFlowParams::default() });
+        let mut lengths: Vec<f32> = found.image().as_slice().iter().map(|m| m[0].hypot(m[1])).collect();
+        lengths.sort_by(f32::total_cmp);
+        lengths[lengths.len() * 99 / 100]
+    };
+    let (damped, plain) = (longest(DenseFlowParams::default().damping), longest(0.0));
+    assert!(damped < 1.0 && plain > 10.0, "{damped} px damped, {plain} px as in the paper");
+}
+
 #[test]
 fn small_and_unequal_pictures_and_bad_parameters_are_refused() {
     let mut estimator = DenseFlow::new(DenseFlowParams::default()).unwrap();
