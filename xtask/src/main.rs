@@ -39,12 +39,15 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Pass all tests: format, lints, floors, licences, documentation, tests, the release suite and the comparisons with
-    /// independent tools
+    /// Pass what a change must pass: format, lints, floors, licences, documentation, tests, the release suite, book, browser and wheel
     Test {
         /// Only what a commit should pass: the checks that take seconds, lints, and the tests of the crates that differ from main
         #[arg(long)]
         quick: bool,
+        /// Also what is looked at once a week and before a release: the papers with all their seeds, all combinations of features, a live
+        /// source that breaks off, and the comparisons with independent tools
+        #[arg(long, conflicts_with = "quick")]
+        whole: bool,
         /// Install nothing, and skip what would need it
         #[arg(long)]
         no_install: bool,
@@ -143,7 +146,14 @@ enum Task {
 
 fn main() -> Result<()> {
     match Cli::parse().command {
-        Task::Test { quick, no_install, fuzz_seconds } => suite::test(quick, fuzz_seconds, !no_install),
+        Task::Test { quick, whole, no_install, fuzz_seconds } => {
+            let extent = match (quick, whole) {
+                (true, _) => suite::Extent::Quick,
+                (_, true) => suite::Extent::Whole,
+                _ => suite::Extent::Usual,
+            };
+            suite::test(extent, fuzz_seconds, !no_install)
+        }
         Task::Layers => layers::check(),
         Task::Names => names::check(),
         Task::Figures => figures::write(),
@@ -155,7 +165,10 @@ fn main() -> Result<()> {
             notices::check()
         }
         Task::Notices => notices::write(),
-        Task::Features => features::check(),
+        Task::Features => {
+            features::check(features::USUAL)?;
+            features::check(features::WHOLE)
+        }
         Task::Mutants { jobs, modules } => mutants::run(&modules, jobs),
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),

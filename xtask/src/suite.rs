@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that must hold before a change lands.
+//! `cargo xtask test`: what must hold before a change lands, and with `--whole` what is looked at every week.
 
 use crate::needs::{self, Allowed, Need};
 use crate::{
@@ -8,6 +8,17 @@ use crate::{
 use anyhow::{Context, Result};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
+
+/// How much is checked.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// What each commit should pass.
+    Quick,
+    /// What must hold before a change lands.
+    Usual,
+    /// The same, and what changes rarely and takes long: all seeds of the papers' experiments, other people's programs beside ours.
+    Whole,
+}
 
 /// Seconds of the short form of `cargo xtask soak`.
 const SOAK_SECONDS: u32 = 30;
@@ -66,23 +77,18 @@ fn quick() -> Vec<Step> {
     steps
 }
 
-/// Everything, the cheap steps first.
-fn whole(fuzz_seconds: u32) -> Vec<Step> {
+/// The cheap steps first.
+fn usual(fuzz_seconds: u32) -> Vec<Step> {
     let mut steps = cheap();
     steps.extend([
         Step::new("lints", || run::workspace("clippy").args(LINTED).run()).needs([&needs::CLIPPY]),
         Step::new("documentation", docs),
-        Step::new("features", features::check),
+        Step::new("features", || features::check(features::USUAL)),
         Step::new("tests", || run::workspace("test").arg("--no-fail-fast").run())
             .wants([&needs::MOSQUITTO, &needs::NATS]),
-        Step::new("release suite", release::test),
+        Step::new("release suite", || release::test(release::RELEASE)),
         Step::new("snippets", snippets::check),
         Step::skipping("book", book::build_or_skip).needs(book::NEEDS),
-    ]);
-    if cfg!(target_os = "linux") {
-        steps.push(Step::new("soak", || soak::run(SOAK_SECONDS)));
-    }
-    steps.extend([
         match fuzz_seconds {
             // Building them with the compiler's counters takes longer than their tests, and a few seconds find little.
             0 => Step::new("fuzz targets", fuzz::check),
@@ -92,6 +98,22 @@ fn whole(fuzz_seconds: u32) -> Vec<Step> {
         Step::skipping("browser", browser::test_or_skip).needs(browser::NEEDS),
         Step::skipping("made-up requests", api::test_or_skip).needs([&needs::PYTHON, &needs::API]),
         Step::skipping("wheel", wheel::make_or_skip).needs(wheel::NEEDS),
+    ]);
+    steps
+}
+
+/// The steps of a change, and then those that take long.
+fn whole(fuzz_seconds: u32) -> Vec<Step> {
+    let mut steps = usual(fuzz_seconds);
+    steps.extend([
+        Step::new("other features", || features::check(features::WHOLE)),
+        Step::new("papers with all seeds", || release::test(release::WHOLE)),
+    ]);
+    if cfg!(target_os = "linux") {
+        steps.push(Step::new("soak", || soak::run(SOAK_SECONDS)));
+    }
+    steps.extend([
+        Step::skipping("wheel beside others", wheel::compare_or_skip).needs(wheel::BESIDE),
         Step::skipping("comparisons", peers::compare_or_skip).needs(peers::NEEDS),
     ]);
     steps
@@ -112,8 +134,12 @@ fn cheap() -> Vec<Step> {
 
 /// Runs the steps and stops at the first that fails. Before the first one it says what will be run, what is missing and what
 /// will be installed; with `install` off nothing is installed, and what needs it is skipped.
-pub fn test(quickly: bool, fuzz_seconds: u32, install: bool) -> Result<()> {
-    let steps = if quickly { quick() } else { whole(fuzz_seconds) };
+pub fn test(extent: Extent, fuzz_seconds: u32, install: bool) -> Result<()> {
+    let steps = match extent {
+        Extent::Quick => quick(),
+        Extent::Usual => usual(fuzz_seconds),
+        Extent::Whole => whole(fuzz_seconds),
+    };
     let mut allowed = Allowed::new(install);
     say_plan(&steps, allowed);
     allowed.system &= is_agreed(&steps, allowed);
@@ -139,8 +165,10 @@ pub fn test(quickly: bool, fuzz_seconds: u32, install: bool) -> Result<()> {
             None => clock.time(step.name, || (step.check)(&mut skipped))?,
         }
     }
-    if quickly {
-        skipped.push("what `cargo xtask test` without --quick does besides".into());
+    match extent {
+        Extent::Quick => skipped.push("what `cargo xtask test` without --quick does besides".into()),
+        Extent::Usual => skipped.push("what `cargo xtask test --whole` does besides, once a week".into()),
+        Extent::Whole => {}
     }
     report(&skipped, &clock);
     Ok(())

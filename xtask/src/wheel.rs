@@ -38,12 +38,10 @@ pub fn make(quick: bool, beside_peers: bool) -> Result<()> {
     Ok(())
 }
 
-/// As [`make`] with everything, but a machine without Python or without access to its packages is no failure: it is said.
+/// As [`make`] with numpy alone, but a machine without Python or without access to its packages is no failure: it is said.
 pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
-    let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits()).and_then(|_| frames());
-    let there = there.and_then(|_| cluster());
-    match there {
-        Ok(_) => make(true, true),
+    match builder() {
+        Ok(_) => make(true, false),
         Err(why) => {
             skipped.push(format!("the Python wheel: {why:#}"));
             Ok(())
@@ -51,8 +49,22 @@ pub fn make_or_skip(skipped: &mut Vec<String>) -> Result<()> {
     }
 }
 
+/// As [`make_or_skip`], beside the packages of others.
+pub fn compare_or_skip(skipped: &mut Vec<String>) -> Result<()> {
+    let there = builder().and_then(|_| peers::tools()).and_then(|_| peers::toolkits()).and_then(|_| frames());
+    match there.and_then(|_| cluster()) {
+        Ok(_) => make(true, true),
+        Err(why) => {
+            skipped.push(format!("the Python wheel beside others: {why:#}"));
+            Ok(())
+        }
+    }
+}
+
 /// What [`make_or_skip`] needs.
-pub const NEEDS: [&Need; 7] =
+pub const NEEDS: [&Need; 3] = [&needs::PYTHON, &needs::WHEEL, &needs::FRESH];
+/// What [`compare_or_skip`] needs.
+pub const BESIDE: [&Need; 7] =
     [&needs::PYTHON, &needs::WHEEL, &needs::FRESH, &needs::TOOLS, &needs::TOOLKITS, &needs::FRAMES, &needs::CLUSTER];
 
 /// The Python that builds wheels.

@@ -1,4 +1,5 @@
-//! The papers' experiments with all their seeds: no figure may miss its bar.
+//! The papers' experiments with all their seeds: no figure may miss its bar. Those of two papers take minutes: with few seeds here,
+//! with all in `reproduce_in_full`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use pursuit_experiments::{Options, Paper, run};
@@ -20,18 +21,6 @@ fn ball_reaches_its_bars() {
 #[ignore = "release: 1000 seeds"]
 fn qu2010_reaches_its_bars() {
     check(Paper::Qu2010);
-}
-
-#[test]
-#[ignore = "release: 1000 seeds, and 100 of the particle filter"]
-fn zhai2024_reaches_its_bars() {
-    check(Paper::Zhai2024);
-}
-
-#[test]
-#[ignore = "release: 300 seeds"]
-fn zhu2014_reaches_its_bars() {
-    check(Paper::Zhu2014);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! `pursuit flow`.
 
+use super::Span;
 use clap::Args;
 use std::ffi::OsString;
-use std::num::NonZeroU64;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -57,18 +57,8 @@ pub struct Flow {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-    /// First frame to look at, from 0
-    #[arg(long, value_name = "N")]
-    pub from: Option<u64>,
-    /// Last frame to look at
-    #[arg(long, value_name = "N")]
-    pub to: Option<u64>,
-    /// Look at one of so many frames; numbers and times stay those of the input
-    #[arg(long, value_name = "N")]
-    pub stride: Option<NonZeroU64>,
-    /// Assume this many frames a second instead of the input's own times
-    #[arg(long, value_name = "F", allow_negative_numbers = true)]
-    pub fps: Option<f64>,
+    #[command(flatten)]
+    pub span: Span,
 }
 
 /// Takes a point.

@@ -11,6 +11,7 @@ mod measure;
 mod ptz;
 mod publish;
 #[cfg(feature = "studio")]
+mod span;
 mod studio;
 mod survey;
 #[cfg(test)]
@@ -19,13 +20,14 @@ mod tests;
 pub use associate::Associate;
 pub use batch::Batch;
 pub use days::Days;
-pub use eval::Eval;
+pub use eval::{Eval, Measured};
 pub use flow::Flow;
 #[cfg(feature = "mavlink")]
 pub use mavlink::Mavlink;
 pub use measure::{Calibrate, Measure, Measuring};
 pub use ptz::{Ptz, PtzCalibrate, PtzCommand, PtzFollow, PtzProbe, PtzSimulate, Secret};
 pub use publish::Publish;
+pub use span::Span;
 #[cfg(feature = "studio")]
 pub use studio::Studio;
 pub use survey::Survey;
@@ -40,7 +42,6 @@ use pursuit::sinks::Format;
 #[cfg(feature = "reproduce")]
 use pursuit_experiments::Paper;
 use std::ffi::OsString;
-use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -266,15 +267,8 @@ pub struct Track {
     pub days: Days,
     #[command(flatten)]
     pub publish: Publish,
-    /// First frame to look at, from 0
-    #[arg(long, value_name = "N")]
-    pub from: Option<u64>,
-    /// Last frame to look at
-    #[arg(long, value_name = "N")]
-    pub to: Option<u64>,
-    /// Look at one of so many frames; numbers and times stay those of the input
-    #[arg(long, value_name = "N")]
-    pub stride: Option<NonZeroU64>,
+    #[command(flatten)]
+    pub span: Span,
     /// Look at this part of the picture alone; boxes given and written stay those of the whole picture
     #[arg(long, value_name = "L,T,W,H")]
     pub region: Option<String>,
@@ -293,9 +287,6 @@ pub struct Track {
     /// For how long to go on connecting to a stream that stalled or broke off: seconds, 0 (never) or `forever`
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = reconnect)]
     pub reconnect: Reconnect,
-    /// Assume this many frames a second instead of the input's own times
-    #[arg(long, value_name = "F", allow_negative_numbers = true)]
-    pub fps: Option<f64>,
     /// Play a recording as a camera would: no faster than its frames' own times say, and without those that come too fast
     #[arg(long)]
     pub real_time: bool,

@@ -1,5 +1,5 @@
 use super::{print, settings};
-use crate::args::{Eval, Global};
+use crate::args::{Eval, Global, Measured};
 use crate::{console, networks};
 use pursuit::RunError;
 use pursuit::config::recipes;
@@ -7,6 +7,7 @@ use pursuit::evaluation::{Entry, EvalOptions, Progress, Results, evaluate, text_
 use pursuit::media::OpenOptions;
 use pursuit::trackers::registry;
 use std::hash::{DefaultHasher, Hasher};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// `pursuit eval DATASET…`.
@@ -14,28 +15,46 @@ pub fn run(args: &Eval, global: &Global) -> anyhow::Result<ExitCode> {
     if args.protocol == "mot" {
         return super::eval_many::run(args);
     }
-    let mut options = EvalOptions::new(args.datasets.clone(), entries(&names(args), &args.settings)?, args.out.clone());
+    let measured = &args.measured;
+    let mut options = options(measured, entries(&names(args), &measured.settings)?, &args.protocol, &args.out)?;
     options.given = args.given.clone();
-    options.protocol = args.protocol.parse().map_err(RunError::from)?;
-    options.sequences = args.sequences.clone();
-    options.attributes = args.attributes.clone();
-    options.jobs = args.jobs;
     options.report = !args.no_report;
     options.against = args.against.clone();
-    options.build = build_id();
-    options.open = OpenOptions::from_env();
-    let bar = console::progress_bar(None, global);
-    let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag()).map_err(RunError::from)?;
-    bar.finish_and_clear();
-    if results.interrupted {
-        tracing::warn!("stopped before everything had run; the same command goes on from here");
-    }
+    let results = evaluated(&options, global)?;
     let text = match args.json {
         true => serde_json::to_string_pretty(&results)? + "\n",
         false => format!("{}\nresults in {}\n", text_table(&results), args.out.display()),
     };
     let status = print(text.as_bytes())?;
     Ok(if said_of_what_never_ran(&results) { ExitCode::FAILURE } else { status })
+}
+
+/// What `eval` and `survey` ask for alike.
+pub(super) fn options(
+    measured: &Measured,
+    entries: Vec<Entry>,
+    protocol: &str,
+    out: &Path,
+) -> Result<EvalOptions, RunError> {
+    let mut options = EvalOptions::new(measured.datasets.clone(), entries, out.to_owned());
+    options.protocol = protocol.parse()?;
+    options.sequences = measured.sequences.clone();
+    options.attributes = measured.attributes.clone();
+    options.jobs = measured.jobs;
+    options.build = build_id();
+    options.open = OpenOptions::from_env();
+    Ok(options)
+}
+
+/// Runs it, with a bar, until it is done or stopped, which is said.
+pub(super) fn evaluated(options: &EvalOptions, global: &Global) -> Result<Results, RunError> {
+    let bar = console::progress_bar(None, global);
+    let results = evaluate(options, &|news| show(&bar, news), console::stop_flag())?;
+    bar.finish_and_clear();
+    if results.interrupted {
+        tracing::warn!("stopped before everything had run; the same command goes on from here");
+    }
+    Ok(results)
 }
 
 /// Names trackers that went wrong on every sequence, whose figures are no figures; whether there is one.
@@ -52,7 +71,7 @@ pub(super) fn said_of_what_never_ran(results: &Results) -> bool {
 }
 
 /// The version and a digest of this very program: what another build left, even one of the same version, is run again.
-pub(super) fn build_id() -> String {
+fn build_id() -> String {
     let version = env!("CARGO_PKG_VERSION");
     match std::env::current_exe().and_then(std::fs::read) {
         Ok(program) => {
@@ -72,7 +91,7 @@ pub(super) fn build_id() -> String {
 /// The trackers named, or, where no results are given either, all that need no file.
 fn names(args: &Eval) -> Vec<String> {
     let all = || registry::ready().map(|t| t.name.to_owned()).collect();
-    if args.trackers.is_empty() && args.given.is_empty() { all() } else { args.trackers.clone() }
+    if args.measured.trackers.is_empty() && args.given.is_empty() { all() } else { args.measured.trackers.clone() }
 }
 
 /// Trackers by name, with their parameters.
@@ -81,7 +100,7 @@ pub(super) fn entries(names: &[String], given: &[String]) -> Result<Vec<Entry>, 
     Ok(recipes(names, &parameters)?.into_iter().map(Entry::from).collect())
 }
 
-pub(super) fn show(bar: &indicatif::ProgressBar, news: Progress) {
+fn show(bar: &indicatif::ProgressBar, news: Progress) {
     match news {
         Progress::Found { sequences, runs, problems } => {
             problems.iter().for_each(|p| tracing::warn!("left out: {p}"));

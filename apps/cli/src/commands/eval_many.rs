@@ -23,19 +23,22 @@ pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
         )
         .into());
     }
-    if args.attributes.is_some() {
+    if args.measured.attributes.is_some() {
         return Err(RunError::usage("--attributes is of one target; leave it out with --protocol mot").into());
     }
     let mut given = Vec::new();
-    let ours =
-        if args.trackers.is_empty() && args.given.is_empty() { vec![OURS.to_owned()] } else { args.trackers.clone() };
+    let ours = if args.measured.trackers.is_empty() && args.given.is_empty() {
+        vec![OURS.to_owned()]
+    } else {
+        args.measured.trackers.clone()
+    };
     for name in &ours {
         given.push(associated(args, name)?);
     }
     given.extend(args.given.iter().cloned());
     let options = CrowdOptions {
-        datasets: args.datasets.clone(),
-        sequences: args.sequences.clone(),
+        datasets: args.measured.datasets.clone(),
+        sequences: args.measured.sequences.clone(),
         given,
         rules: args.rules.parse().map_err(RunError::Evaluation)?,
         out: args.out.clone(),
@@ -52,14 +55,14 @@ pub fn run(args: &Eval) -> anyhow::Result<ExitCode> {
 /// The tracks of our association under `name`: `pursuit` has the defaults, `offline` looks at whole clips at once, other names are presets and association
 /// models.
 fn associated(args: &Eval, name: &str) -> Result<Given, RunError> {
-    let mut parameters = settings(&args.settings)?;
+    let mut parameters = settings(&args.measured.settings)?;
     let preset = name.parse().ok();
     let offline = name == OFFLINE;
     if name != OURS && !offline && preset.is_none() {
         let (key, value) = parse_setting(&format!("{MANY_PREFIX}.association.model={name}"))?;
         parameters.insert(key, value);
     }
-    let sequences = CrowdSequence::discover_all(&args.datasets, args.sequences.as_deref())?;
+    let sequences = CrowdSequence::discover_all(&args.measured.datasets, args.measured.sequences.as_deref())?;
     let out = args.out.join("tracks").join(name);
     let options = Associate { preset, parameters, offline, ..Associate::default() };
     options.sequences(&sequences, &out, console::stop_flag())?;

@@ -12,10 +12,10 @@ use std::process::ExitCode;
 /// `pursuit flow INPUT`.
 pub fn run(args: &Args, global: &Global) -> anyhow::Result<ExitCode> {
     let config = FlowConfig {
-        from: args.from,
-        to: args.to,
-        stride: args.stride,
-        fps: args.fps,
+        from: args.span.from,
+        to: args.span.to,
+        stride: args.span.stride,
+        fps: args.span.fps,
         out: args.out.clone(),
         overlay: args.overlay,
         ..FlowConfig::new(Locator::from(args.input.clone()), wanted(args))

@@ -1,29 +1,16 @@
-use super::eval::{build_id, entries, said_of_what_never_ran, show};
+use super::eval::{entries, evaluated, options, said_of_what_never_ran};
 use super::print;
 use crate::args::{Global, Survey as Args};
-use crate::console;
 use pursuit::RunError;
-use pursuit::evaluation::{EvalOptions, Family, Survey, evaluate};
-use pursuit::media::OpenOptions;
+use pursuit::evaluation::{Family, Survey};
 use pursuit::trackers::{families, registry};
 use std::process::ExitCode;
 
 /// `pursuit survey DATASET…`.
 pub fn run(args: &Args, global: &Global) -> anyhow::Result<ExitCode> {
-    let entries = entries(&names(&args.trackers), &args.settings)?;
-    let mut options = EvalOptions::new(args.datasets.clone(), entries, args.out.clone());
-    options.protocol = args.protocol.parse().map_err(RunError::from)?;
-    options.sequences = args.sequences.clone();
-    options.attributes = args.attributes.clone();
-    options.jobs = args.jobs;
-    options.build = build_id();
-    options.open = OpenOptions::from_env();
-    let bar = console::progress_bar(None, global);
-    let results = evaluate(&options, &|news| show(&bar, news), console::stop_flag()).map_err(RunError::from)?;
-    bar.finish_and_clear();
-    if results.interrupted {
-        tracing::warn!("stopped before everything had run; the same command goes on from here");
-    }
+    let measured = &args.measured;
+    let entries = entries(&names(&measured.trackers), &measured.settings)?;
+    let results = evaluated(&options(measured, entries, &args.protocol, &args.out)?, global)?;
     let kinds: Vec<Family> = families::families()
         .map(|f| Family {
             name: f.name.to_owned(),

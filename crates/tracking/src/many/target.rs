@@ -1,6 +1,9 @@
 //! One target of [`Associating`](super::Associating), and what a frame does to it.
 
 mod branching;
+mod known;
+
+pub(super) use known::{Known, Standing};
 
 use super::association::{AssociationModel, Claimant, Expectation, GoesOn, Shares};
 use super::birth::Evidence;
@@ -17,74 +20,6 @@ use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Resul
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
-use serde::{Deserialize, Serialize};
-
-/// What something that was detected is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) enum Standing {
-    /// What may be a target, and what speaks for that.
-    Candidate(Evidence),
-    /// A target that was detected.
-    Confirmed(TargetId),
-    /// A target that a user pointed at: nothing but a user gives it up.
-    Given(TargetId),
-}
-
-/// What is known of a target or a candidate, and saved.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Known {
-    pub standing: Standing,
-    pub belief: Belief,
-    /// What its detections were taken for.
-    pub classes: Classes,
-    /// What its detections look like.
-    look: Look,
-    /// The boxes that it was given lately.
-    observed: Observed,
-    unseen: Unseen,
-    /// Time since it was detected, in seconds.
-    undetected_s: f64,
-    /// For how long nothing has stood out of the scene where it should be, in seconds.
-    empty_s: f64,
-    /// For how long it has been a part of another.
-    pub part_of: PartOf,
-    /// What it might have been given instead.
-    branches: Branches,
-}
-
-impl Known {
-    /// Its id; `None` while it is a candidate.
-    pub const fn id(&self) -> Option<TargetId> {
-        match self.standing {
-            Standing::Candidate(_) => None,
-            Standing::Confirmed(id) | Standing::Given(id) => Some(id),
-        }
-    }
-
-    /// Whether it was found again and has not been seen in so many frames since.
-    pub fn is_on_trial(&self, frames: usize) -> bool {
-        matches!(self.standing, Standing::Confirmed(_)) && self.observed.since_gap().is_some_and(|seen| seen < frames)
-    }
-
-    /// Whether it can be known: what is restored is checked.
-    pub fn is_sound(&self) -> bool {
-        let evidence = match &self.standing {
-            Standing::Candidate(evidence) => evidence.is_sound(),
-            Standing::Confirmed(_) | Standing::Given(_) => true,
-        };
-        evidence
-            && self.look.is_sound()
-            && self.observed.is_sound()
-            && self.unseen.is_sound()
-            && self.undetected_s.is_finite()
-            && self.undetected_s >= 0.0
-            && self.empty_s.is_finite()
-            && self.part_of.0.is_finite()
-            && self.belief.last_believed.is_finite()
-            && self.classes.is_sound()
-            && self.branches.is_sound()
-    }
-}
 
 /// A frame as targets see it: pixels only where there are any.
 #[derive(Clone, Copy)]

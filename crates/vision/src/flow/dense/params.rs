@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct DenseFlowParams {
     /// The finest level of the pyramid that is searched, 0 (every pixel) to 6; its flow is enlarged to the picture (θ_sf).
     pub finest: usize,
-    /// Side of a patch, 4, 8, 12 or 16 pixels (θ_ps).
+    /// Side of a patch, 8 or 12 pixels (θ_ps), the sides of the paper's operating points.
     pub patch_px: usize,
     /// How much neighbouring patches overlap, share of their side, 0 to 0.9 (θ_ov).
     pub overlap: f64,
@@ -42,8 +42,8 @@ impl DenseFlowParams {
 
     pub(super) fn check(&self) -> Result<(), VisionError> {
         require_range("finest", self.finest as f64, (0.0, 6.0), "from 0 to 6")?;
-        if !matches!(self.patch_px, 4 | 8 | 12 | 16) {
-            let (value, range) = (self.patch_px as f64, "4, 8, 12 or 16 pixels");
+        if !matches!(self.patch_px, 8 | 12) {
+            let (value, range) = (self.patch_px as f64, "8 or 12 pixels");
             return Err(VisionError::Parameter { name: "patch_px", value, range });
         }
         require_range("overlap", self.overlap, (0.0, 0.9), "from 0 to 0.9")?;

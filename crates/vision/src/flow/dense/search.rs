@@ -29,10 +29,8 @@ impl Search<'_> {
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
 fn search_all(search: &Search<'_>, coarse: Option<&Plane>, sums: &mut Sums) {
     match search.params.patch_px {
-        4 => each::<4>(search, coarse, sums),
         8 => each::<8>(search, coarse, sums),
-        12 => each::<12>(search, coarse, sums),
-        _ => each::<16>(search, coarse, sums),
+        _ => each::<12>(search, coarse, sums),
     }
 }
 
