@@ -63,9 +63,11 @@ impl MultiTracker {
             (None, None) => Ok(Box::new(TargetSet::new()) as _),
             (None, Some(state)) => TargetSet::restore(state, &recipe_of).map(|t| Box::new(t) as _),
             (Some(detector), Some(state)) => {
-                Associating::restore(state, detector, &recipe_of).map(|t| Box::new(t) as _)
+                let restored = Associating::restore(state, detector, &recipe_of);
+                restored.map(|t| Box::new(t.with_embedder(methods.embedder)) as _)
             }
             (Some(detector), None) => Associating::new(detector, methods.many).map(|targets| {
+                let targets = targets.with_embedder(methods.embedder);
                 let looks = settings.tracker.is_some();
                 Box::new(if looks { targets.with_appearance(methods.recipe.boxed_clone()) } else { targets }) as _
             }),

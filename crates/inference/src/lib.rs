@@ -6,6 +6,7 @@
 
 mod backbone;
 pub mod detection;
+pub mod embedding;
 mod error;
 mod kernels;
 pub mod lightfc;

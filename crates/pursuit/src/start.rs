@@ -126,6 +126,7 @@ impl Start {
             (Self::Detector, Some(detector)) => session.finding(detector, methods.acquire)?,
             (Self::Many(boxes), Some(detector)) => {
                 let mut targets = Associating::new(session.clocked(detector), methods.many)?;
+                targets = targets.with_embedder(methods.embedder);
                 if config.tracker.is_some() {
                     targets = targets.with_appearance(methods.recipe);
                 }
@@ -145,7 +146,9 @@ impl Start {
         let detector = methods.detector.map(|detector| session.clocked(detector));
         let targets: Box<dyn MultiTracker> = match (self, detector) {
             (Self::Detector, Some(detector)) => Box::new(Acquiring::restore(state, detector, &recipe_of)?),
-            (Self::Many(_), Some(detector)) => Box::new(Associating::restore(state, detector, &recipe_of)?),
+            (Self::Many(_), Some(detector)) => {
+                Box::new(Associating::restore(state, detector, &recipe_of)?.with_embedder(methods.embedder))
+            }
             _ => Box::new(TargetSet::restore(state, &recipe_of)?),
         };
         Ok(session.continuing(targets, !matches!(self, Self::Many(_))))

@@ -15,6 +15,7 @@ pub mod depth;
 pub mod depth_occlusion;
 pub mod detectors;
 pub mod dsst;
+pub mod embedding;
 pub mod families;
 pub mod features;
 pub mod flow;

@@ -36,7 +36,7 @@ pub use localizer::{Gate, Localizer, Look, Measurement, Outcome, Search, ViewSiz
 pub use many::{MultiTracker, TargetId, TargetSet, Track};
 pub use recipe::{GroupParams, LocalizerRecipe, TrackerRecipe};
 pub use registry::{DetectorEntry, DetectorRecipe, TrackerEntry};
-pub use roles::{Detection, Detector, Followed, Prior};
+pub use roles::{Detection, Detector, Embedder, Followed, Prior};
 pub use searcher::{Appearance, Told};
 pub use single_target::SingleTarget;
 pub use toml::Table;

@@ -45,6 +45,16 @@ impl Detection {
     }
 }
 
+/// Says what things look like, so that they are told apart by it: colours, or a network for re-identification.
+pub trait Embedder: Send {
+    /// What the inside of `bbox`, which may reach over the border, looks like: as many numbers as ever, nearer is more alike by the
+    /// cosine of the angle between two.
+    ///
+    /// # Errors
+    /// When the method fails on this frame.
+    fn embed(&mut self, frame: &Frame, bbox: &BBox) -> Result<Arc<[f32]>>;
+}
+
 /// What a detector is told of the targets that are being followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Followed {

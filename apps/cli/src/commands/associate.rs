@@ -1,6 +1,6 @@
 use super::{print, settings};
 use crate::args::Associate;
-use crate::console;
+use crate::{console, networks};
 use pursuit::RunError;
 use pursuit::associate::{Associate as Options, Associated};
 use pursuit::geometry::Size;
@@ -16,7 +16,7 @@ pub fn run(args: &Associate) -> anyhow::Result<ExitCode> {
         fps: args.fps,
         size: args.size.as_deref().map(size).transpose()?,
         preset: args.preset.as_deref().map(str::parse).transpose().map_err(RunError::Parameter)?,
-        parameters: settings(&args.settings)?,
+        parameters: networks::located(settings(&args.settings)?, std::iter::empty(), None),
         offline: args.offline,
         formats: args.formats.clone(),
         open: OpenOptions::from_env(),

@@ -13,6 +13,7 @@ use pursuit::associate::Associate;
 use pursuit::geometry::Size;
 use pursuit::parameters::ParameterError;
 use pursuit::toml::Table;
+use pursuit::trackers::embedding::embedder;
 use pursuit::tracking::many::Associating;
 use pursuit::tracking::{MultiTracker as _, TrackingError};
 use pyo3::prelude::*;
@@ -113,7 +114,8 @@ impl Associator {
         let prefixed = settings.parameters.iter().map(|(key, value)| (format!("many.{key}"), value.clone()));
         let options = Associate { preset, parameters: prefixed.collect(), ..Associate::default() };
         let params = options.params().map_err(|e| of_run(&e))?;
-        let targets = Associating::fed(params).map_err(of_tracking)?;
+        let looks = embedder(&params.embedding).map_err(of_tracking)?;
+        let targets = Associating::fed(params).map_err(of_tracking)?.with_embedder(looks);
         Ok(Self::of(settings, targets, 0, 0.0))
     }
 
@@ -173,6 +175,8 @@ impl Associator {
         }
         let recipe_of = |name: &str| pursuit::trackers::registry::tracker(name).map(|entry| entry.default_recipe());
         let targets = Associating::restore_fed(state, &recipe_of).map_err(of_tracking)?;
+        let looks = embedder(&targets.params().embedding).map_err(of_tracking)?;
+        let targets = targets.with_embedder(looks);
         Ok(Self::of(settings, targets, next, at))
     }
 

@@ -8,6 +8,7 @@ use crate::{Record, RunError};
 use pursuit_evaluation::boxes::{Boxes, read_boxes};
 use pursuit_geometry::Size;
 use pursuit_media::Source;
+use pursuit_trackers::embedding::embedder;
 use pursuit_tracking::many::{Associating, Looked, ManyParams, OfflineParams, Placed, offline};
 use pursuit_tracking::{Detection, Estimate};
 use std::path::{Path, PathBuf};
@@ -36,7 +37,7 @@ impl Track<'_> {
         let boxes = read_boxes(&work.detections, self.options.format, size)?.in_pixels();
         are_probabilities(&work.detections, &boxes)?;
         let mut files = Files::create(self, size)?;
-        let mut targets = Associating::fed(self.params.clone())?;
+        let mut targets = Associating::fed(self.params.clone())?.with_embedder(embedder(&self.params.embedding)?);
         let mut known = Known::default();
         match &mut video {
             None if self.options.offline => self.offline(size, &boxes, &mut files, &mut known)?,

@@ -17,7 +17,7 @@ use pursuit_evaluation::boxes::BoxFormat;
 use pursuit_geometry::Size;
 use pursuit_media::OpenOptions;
 use pursuit_parameters::Parameters;
-use pursuit_tracking::many::{ManyParams, Preset};
+use pursuit_tracking::many::{EmbeddingModel, ManyParams, Preset};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -112,6 +112,11 @@ impl Associate {
             ));
         }
         let params = self.params()?;
+        if params.embedding.model != EmbeddingModel::None && self.video.is_none() {
+            return Err(RunError::usage(
+                "many.embedding.model wants pixels: name the video that the detections are of, `--video clip.mp4`",
+            ));
+        }
         let layout = if works.iter().all(|w| w.set == works[0].set) { layout } else { Layout::BySet };
         for work in works {
             work.spares_inputs(&work.file(layout, out))?;

@@ -22,9 +22,10 @@ use pursuit_address::Locator;
 use pursuit_geometry::BBox;
 use pursuit_media::depth::DepthOptions;
 use pursuit_parameters::Parameters;
+use pursuit_trackers::embedding::embedder;
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{AcquisitionParams, ManyParams};
-use pursuit_tracking::{Detector, Recipe};
+use pursuit_tracking::{Detector, Embedder, Recipe};
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
@@ -222,13 +223,15 @@ impl RunConfig {
             Some(detector) => Some(Box::new(detector) as Box<dyn Detector>),
             None => detector.map(|d| d.detector(&settings.detector)).transpose()?,
         };
+        let many = many.with(MANY_PREFIX, &settings.many)?;
         Ok(Methods {
             recipe,
             compared,
             detector,
             detector_parameters,
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
-            many: many.with(MANY_PREFIX, &settings.many)?,
+            embedder: embedder(&many.embedding)?,
+            many,
         })
     }
 }
@@ -247,6 +250,8 @@ pub struct Methods {
     pub acquire: AcquisitionParams,
     /// How many targets are told apart.
     pub many: ManyParams,
+    /// Says what those look like, where that is asked for.
+    pub embedder: Option<Box<dyn Embedder>>,
 }
 
 /// The trackers `names` with their parameters, as an evaluation wants them; whose a parameter is, [`Settings::split`] says.

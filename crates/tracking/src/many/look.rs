@@ -4,7 +4,11 @@ use serde::{Deserialize, Serialize};
 
 /// A mean of embeddings, the newest counting most (wojke2017; zhang2021: moving average).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Look(Vec<f32>);
+pub(super) struct Look {
+    mean: Vec<f32>,
+    /// Time since an embedding was learned, in seconds.
+    age_s: f64,
+}
 
 /// How much of the mean stays when an embedding joins it.
 const KEPT: f32 = 0.9;
@@ -16,22 +20,33 @@ impl Look {
         if !length.is_finite() || length <= f32::MIN_POSITIVE {
             return;
         }
+        self.age_s = 0.0;
         let unit = embedding.iter().map(|v| v / length);
-        if self.0.len() == embedding.len() {
-            self.0.iter_mut().zip(unit).for_each(|(mean, new)| *mean = KEPT * *mean + (1.0 - KEPT) * new);
+        if self.mean.len() == embedding.len() {
+            self.mean.iter_mut().zip(unit).for_each(|(mean, new)| *mean = KEPT * *mean + (1.0 - KEPT) * new);
         } else {
-            self.0.clear();
-            self.0.extend(unit);
+            self.mean.clear();
+            self.mean.extend(unit);
         }
+    }
+
+    /// Time goes by.
+    pub fn wait(&mut self, dt_s: f64) {
+        self.age_s += dt_s;
+    }
+
+    /// Whether nothing was learned yet, or nothing for so long.
+    pub fn is_due(&self, every_s: f64) -> bool {
+        self.mean.is_empty() || self.age_s >= every_s
     }
 
     /// The cosine of the angle between the mean and an embedding, in [−1, 1]; `None` where they cannot be compared.
     pub fn likeness(&self, embedding: &[f32]) -> Option<f64> {
-        if self.0.is_empty() || self.0.len() != embedding.len() {
+        if self.mean.is_empty() || self.mean.len() != embedding.len() {
             return None;
         }
         let (mut dot, mut own, mut other) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for (a, b) in self.0.iter().zip(embedding) {
+        for (a, b) in self.mean.iter().zip(embedding) {
             let (a, b) = (f64::from(*a), f64::from(*b));
             (dot, own, other) = (dot + a * b, own + a * a, other + b * b);
         }
@@ -41,7 +56,7 @@ impl Look {
 
     /// Whether it can be a mean: what is restored is checked.
     pub fn is_sound(&self) -> bool {
-        self.0.iter().all(|v| v.is_finite())
+        self.mean.iter().all(|v| v.is_finite()) && self.age_s.is_finite()
     }
 }
 

@@ -1,6 +1,8 @@
 //! The groups `[many]` and `[acquire]`.
 
-use super::{AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams, HitsParams, WholeParams};
+use super::{
+    AssociationParams, BirthModel, BirthParams, DeathParams, DoublesParams, EmbeddingParams, HitsParams, WholeParams,
+};
 use crate::motion::MotionParams;
 use crate::policy::{GatedParams, PolicyModel, PolicyParams};
 
@@ -29,6 +31,8 @@ pursuit_parameters::parameters! {
         pub appearance_overlap: f64 = 0.3, in 0.0..=1.0, source "ours";
         /// Which detection is of which target.
         pub association: AssociationParams = AssociationParams::default();
+        /// What detections look like, of those that come without an embedding.
+        pub embedding: EmbeddingParams = EmbeddingParams::default();
         /// When what a detector finds becomes a target.
         pub birth: BirthParams = BirthParams::default();
         /// When a target is given up.

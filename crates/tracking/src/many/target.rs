@@ -174,6 +174,7 @@ impl Target {
         self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
         self.prior = Some(prior);
         self.known.branches.predict(dt_s, &params.motion);
+        self.known.look.wait(dt_s);
         self.grown = false;
         self.revised = None;
         Ok(())

@@ -1,7 +1,7 @@
 //! What callers ask of [`Associating`].
 
 use super::super::{MultiTracker, TargetId, Track};
-use super::{Associating, Association, NAME, Standing, Target, failed, saved};
+use super::{Associating, NAME, Standing, Target, association, failed, saved};
 use crate::motion::{CameraShift, Motion};
 use crate::{Forecast, Recipe, Result, TrackingError, check_box};
 use pursuit_geometry::BBox;
@@ -52,7 +52,13 @@ impl MultiTracker for Associating {
             return Err(ParameterError::new(NAME, name, "belongs to all targets together; change it for all").into());
         }
         let params = self.params.with(NAME, changes)?;
-        let association = Association::new(params.association.clone()).map_err(|e| failed(0, e))?;
+        if params.embedding.model != self.params.embedding.model
+            || params.embedding.network != self.params.embedding.network
+        {
+            let why = "what says what detections look like cannot be changed while it runs; start again";
+            return Err(ParameterError::new(NAME, "embedding", why).into());
+        }
+        let association = association(&params)?;
         // The motion is tried on its own first, so that an error changes no target.
         for target in &self.targets {
             Motion::new(params.motion.clone(), target.bbox()).map_err(|e| failed(0, e))?;

@@ -10,7 +10,7 @@ use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock, doubles, whole};
 use crate::belief::Stamp;
 use crate::motion::CameraShift;
-use crate::{Detection, Detector, Followed, Recipe, Result};
+use crate::{Detection, Detector, Embedder, Followed, Recipe, Result};
 use fed::Fed;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -47,16 +47,18 @@ pub(super) const NAME: &str = "associating";
 /// when a target is given up, is said by the models that [`ManyParams`] name; only a target has an id. A target that is not
 /// detected is followed by its appearance, where a recipe was given, then coasted, then lost, and given up in the end.
 pub struct Associating {
-    params: ManyParams,
+    pub(super) params: ManyParams,
     /// `None` where detections come from outside.
     detector: Option<Box<dyn Detector>>,
     appearance: Option<Box<dyn Recipe>>,
-    targets: Vec<Target>,
+    /// Says what detections look like.
+    pub(super) embedder: Option<Box<dyn Embedder>>,
+    pub(super) targets: Vec<Target>,
     last_id: u64,
     clock: Arc<dyn Clock>,
     /// Keeps its memory from frame to frame.
-    association: Association,
-    claimants: Vec<Claimant<'static>>,
+    pub(super) association: Association,
+    pub(super) claimants: Vec<Claimant<'static>>,
     camera: CameraShift,
     /// Where the targets are, also in cells; scratch.
     boxes: Vec<BBox>,
@@ -83,6 +85,13 @@ pub(super) fn usable(least: f64, detections: &[Detection]) -> impl Iterator<Item
     detections.iter().enumerate().filter(move |(_, d)| d.confidence >= least && !d.bbox.is_empty())
 }
 
+/// Gives detections to targets as `params` say, looks weighed by what says them.
+fn association(params: &ManyParams) -> Result<Association> {
+    let mut own = params.association.clone();
+    own.nearest.look_even = params.embedding.even().unwrap_or(own.nearest.look_even);
+    Association::new(own).map_err(|e| failed(0, e))
+}
+
 impl Associating {
     /// Nothing followed yet.
     ///
@@ -99,7 +108,7 @@ impl Associating {
     pub fn fed(params: ManyParams) -> Result<Self> {
         params.validate(NAME)?;
         Ok(Self {
-            association: Association::new(params.association.clone()).map_err(|e| failed(0, e))?,
+            association: association(&params)?,
             claimants: Vec::new(),
             camera: CameraShift::new(params.motion.camera),
             boxes: Vec::new(),
@@ -110,6 +119,7 @@ impl Associating {
             params,
             detector: None,
             appearance: None,
+            embedder: None,
             targets: Vec::new(),
             last_id: 0,
             clock: Arc::new(WallClock::default()),
@@ -126,6 +136,13 @@ impl Associating {
     #[must_use]
     pub fn with_appearance(self, recipe: Box<dyn Recipe>) -> Self {
         Self { appearance: Some(recipe), ..self }
+    }
+
+    /// What detections look like is asked of `embedder` where it decides whose they are: of those without an embedding, in frames with
+    /// pixels.
+    #[must_use]
+    pub fn with_embedder(self, embedder: Option<Box<dyn Embedder>>) -> Self {
+        Self { embedder, ..self }
     }
 
     /// What the targets' work takes is told by `clock`.
@@ -192,7 +209,8 @@ impl Associating {
             kept.push(detection.clone());
             places.push(place);
         }
-        let taken = self.conclude(view, &kept);
+        let asked = view.frame.map_or(Ok(()), |frame| self.embed(frame, &mut kept));
+        let taken = asked.and_then(|()| self.conclude(view, &kept));
         (self.kept, self.places) = (kept, places);
         taken?;
         self.remember(view.stamp.index, known);

@@ -24,6 +24,7 @@ pub use two_stage::TwoStageParams;
 
 use super::branches::Branches;
 use super::cells::Cells;
+use super::embedding::Undecided;
 use super::look::Look;
 use super::observed::Observed;
 use crate::class::Classes;
@@ -158,6 +159,7 @@ pub(super) struct Association {
     model: Model,
     near: Near,
     given: Given,
+    undecided: Undecided,
     /// Every branch of every target, of models that have them; none between two frames.
     branches: Vec<Claimant<'static>>,
 }
@@ -197,7 +199,8 @@ impl Association {
             AssociationModel::Joint => Model::Joint(Box::default()),
             AssociationModel::Hypotheses => Model::Hypotheses(Box::default()),
         };
-        Ok(Self { params, model, near: Near::default(), given: Given::default(), branches: Vec::new() })
+        let (near, given, undecided) = (Near::default(), Given::default(), Undecided::default());
+        Ok(Self { params, model, near, given, undecided, branches: Vec::new() })
     }
 
     /// Gives `detections`, which were found in a picture of the size `frame`, to targets.
@@ -211,7 +214,7 @@ impl Association {
         frame: Size,
     ) -> Result<(), EstimationError> {
         self.given.clear(targets.len(), detections.len());
-        let Self { params, model, near, given, branches } = self;
+        let Self { params, model, near, given, branches, .. } = self;
         // Branches go on without detections too, and are looked at each by itself.
         if let Model::Hypotheses(hypotheses) = model {
             let mut all: Vec<Claimant<'_>> = std::mem::take(branches);
@@ -234,6 +237,13 @@ impl Association {
             Model::Joint(joint) => joint.associate(&pairs, given),
             Model::Hypotheses(_) => Ok(()),
         }
+    }
+
+    /// Of each detection, whether its looks would decide whose it is; a target's are wanted anew after `every_s`.
+    pub fn undecided(&mut self, targets: &[Claimant<'_>], detections: &[Detection], every_s: f64) -> &[bool] {
+        self.near.find(&self.params, targets, detections);
+        let pairs = self.near.pairs().iter().map(|pair| (pair.target, pair.detection));
+        self.undecided.find(targets, detections.len(), pairs, every_s)
     }
 
     /// What each target was given.

@@ -1,0 +1,233 @@
+//! What makes embeddings of detections that come without, and of which of them.
+
+use super::association::Claimant;
+use super::target::Target;
+use super::{Associating, association};
+use crate::{Detection, Result};
+use pursuit_imaging::Frame;
+use pursuit_parameters::FileName;
+
+pursuit_parameters::choices! {
+    /// What says what a detection looks like.
+    pub enum EmbeddingModel {
+        /// Nothing but what comes with the detections themselves.
+        None = "none",
+        /// Colours and edges in cells of the box: nothing to install, and for things whose colours differ.
+        Colors = "colors",
+        /// A network for re-identification by file, such as OSNet.
+        Network = "network",
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// What detections look like, where that decides whose they are and frames have pixels.
+    pub struct EmbeddingParams {
+        /// What says it; embeddings that come with detections are taken as they are.
+        pub model: EmbeddingModel = EmbeddingModel::None, source "ours";
+        /// Beside what is near two targets, or near a target that was missed, a detection is looked at where its target was not for so long.
+        pub every_s: f64 = 0.5, in 0.0.., unit "s", source "ours";
+        /// By colours.
+        pub colors: ColorsEmbeddingParams = ColorsEmbeddingParams::default(), of [EmbeddingModel::Colors];
+        /// By a network.
+        pub network: NetworkEmbeddingParams = NetworkEmbeddingParams::default(), of [EmbeddingModel::Network];
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// Colour names and oriented gradients in cells of the box.
+    pub struct ColorsEmbeddingParams {
+        /// The likeness that speaks neither for a pair nor against it, in place of `association.nearest.look_even`.
+        pub even: f64 = 0.72, in -1.0..=1.0, source "ours, people of two clips";
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// A network that says what the inside of a box looks like.
+    pub struct NetworkEmbeddingParams {
+        /// An ONNX file whose one input is an image of three planes, red, green and blue, less the means of ImageNet and over its
+        /// deviations.
+        pub file: FileName = FileName::default();
+        /// Width of its image, where the file leaves it open.
+        pub width_px: usize = 128, in 8..=1024, unit "pixels", source "zhou2019, section 4.1";
+        /// Height of its image, likewise.
+        pub height_px: usize = 256, in 8..=1024, unit "pixels", source "zhou2019, section 4.1";
+        /// The likeness that speaks neither for a pair nor against it, in place of `association.nearest.look_even`.
+        pub even: f64 = 0.64, in -1.0..=1.0, source "ours, OSNet on people of two clips";
+        /// The file of the onnxruntime library, or the folder it is in; empty: the first found where systems put it.
+        pub onnxruntime: FileName = FileName::default();
+    }
+}
+
+impl EmbeddingParams {
+    /// The likeness that speaks neither for a pair nor against it, of embeddings that it makes.
+    pub(super) const fn even(&self) -> Option<f64> {
+        match self.model {
+            EmbeddingModel::None => None,
+            EmbeddingModel::Colors => Some(self.colors.even),
+            EmbeddingModel::Network => Some(self.network.even),
+        }
+    }
+}
+
+/// The detections whose looks decide something.
+#[derive(Debug, Default)]
+pub(super) struct Undecided {
+    /// How many detections are near each target, and how many targets near each detection.
+    near: (Vec<u32>, Vec<u32>),
+    /// Of each detection, whether it is one.
+    is: Vec<bool>,
+}
+
+impl Undecided {
+    /// Looks at the pairs `(target, detection)` inside the gates: those of a target near which there are two detections, or that was
+    /// missed, or whose looks are due; and those of a detection near two targets.
+    pub fn find(
+        &mut self,
+        targets: &[Claimant<'_>],
+        detections: usize,
+        pairs: impl Iterator<Item = (usize, usize)> + Clone,
+        every_s: f64,
+    ) -> &[bool] {
+        let (of_target, of_detection) = &mut self.near;
+        of_target.clear();
+        of_target.resize(targets.len(), 0);
+        of_detection.clear();
+        of_detection.resize(detections, 0);
+        self.is.clear();
+        self.is.resize(detections, false);
+        let pairs = pairs.filter(|(target, _)| targets[*target].confirmed);
+        for (target, detection) in pairs.clone() {
+            of_target[target] += 1;
+            of_detection[detection] += 1;
+        }
+        for (target, detection) in pairs {
+            let Claimant { look, unseen_s, .. } = &targets[target];
+            let contested = of_target[target] > 1 || of_detection[detection] > 1;
+            self.is[detection] |= contested || *unseen_s > 0.0 || look.is_due(every_s);
+        }
+        &self.is
+    }
+}
+
+impl Associating {
+    /// Asks what those of `detections` look like that have no embedding, where that decides whose they are.
+    pub(super) fn embed(&mut self, frame: &Frame, detections: &mut [Detection]) -> Result<()> {
+        let Some(embedder) = &mut self.embedder else { return Ok(()) };
+        let mut claimants: Vec<Claimant<'_>> = std::mem::take(&mut self.claimants);
+        claimants.extend(self.targets.iter().filter_map(Target::claimant));
+        let undecided = self.association.undecided(&claimants, detections, self.params.embedding.every_s);
+        let mut asked = Ok(());
+        for (detection, _) in detections.iter_mut().zip(undecided).filter(|(d, is)| **is && d.embedding.is_none()) {
+            match embedder.embed(frame, &detection.bbox) {
+                Ok(embedding) => detection.embedding = Some(embedding),
+                Err(error) => {
+                    asked = Err(error);
+                    break;
+                }
+            }
+        }
+        self.claimants = association::emptied(claimants);
+        asked
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::many::{ManyParams, Track};
+    use pursuit_geometry::BBox;
+    use pursuit_imaging::Image;
+    use pursuit_parameters::Parameters;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// The colour in the middle of the box, and how often it was asked.
+    struct Middle(Arc<AtomicUsize>);
+
+    impl crate::Embedder for Middle {
+        fn embed(&mut self, frame: &Frame, bbox: &BBox) -> Result<Arc<[f32]>> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            let center = bbox.center();
+            let color = frame.color().get(center.x as usize, center.y as usize).copied().unwrap_or([60; 3]);
+            Ok(color.map(|code| f32::from(code) - 60.0).into())
+        }
+    }
+
+    const RED: [u8; 3] = [200, 20, 20];
+    const BLUE: [u8; 3] = [20, 20, 200];
+
+    fn walker(x: f64) -> BBox {
+        BBox::from_ltwh(x, 60.0, 20.0, 40.0)
+    }
+
+    /// Walkers in their colours, and a detection of each.
+    fn frame(k: u64, walkers: &[(f64, [u8; 3])]) -> (Frame, Vec<Detection>) {
+        let inside =
+            |x: usize, y: usize, left: f64| (left..left + 20.0).contains(&(x as f64)) && (60..100).contains(&y);
+        let image = Image::from_fn(320, 160, |x, y| {
+            walkers.iter().find(|(left, _)| inside(x, y, *left)).map_or([60; 3], |(_, color)| *color)
+        })
+        .unwrap();
+        let detections = walkers.iter().map(|(left, _)| Detection::new(walker(*left), 0.9)).collect();
+        (Frame::new(k, k as f64 / 10.0, image), detections)
+    }
+
+    fn many() -> (Associating, Arc<AtomicUsize>) {
+        let asked = Arc::new(AtomicUsize::new(0));
+        let params = ManyParams::default().with("many", &"embedding.every_s = 1.0".parse().unwrap()).unwrap();
+        let embedder: Box<dyn crate::Embedder> = Box::new(Middle(asked.clone()));
+        (Associating::fed(params).unwrap().with_embedder(Some(embedder)), asked)
+    }
+
+    fn ids(tracks: &[Track]) -> Vec<(u64, Option<usize>)> {
+        tracks.iter().map(|t| (t.id.0, t.detection)).collect()
+    }
+
+    #[test]
+    fn looks_tell_two_who_changed_places_unseen() {
+        let (mut many, _) = many();
+        let apart = [(100.0, RED), (124.0, BLUE)];
+        for k in 0..20 {
+            let (frame, found) = frame(k, &apart);
+            many.update_in(&frame, &found).unwrap();
+        }
+        for k in 20..24 {
+            let (frame, _) = frame(k, &[]);
+            many.update_in(&frame, &[]).unwrap();
+        }
+        let (changed, found) = frame(24, &[(100.0, BLUE), (124.0, RED)]);
+        assert_eq!(ids(many.update_in(&changed, &found).unwrap()), [(1, Some(1)), (2, Some(0))]);
+        // By their places alone they are the other way round.
+        let mut blind = Associating::fed(ManyParams::default()).unwrap();
+        for k in 0..25 {
+            let walkers: &[_] = if (20..24).contains(&k) { &[] } else { &apart };
+            let (frame, found) = frame(k, walkers);
+            blind.update_in(&frame, &found).unwrap();
+        }
+        let (frame, found) = frame(25, &[(100.0, BLUE), (124.0, RED)]);
+        assert_eq!(ids(blind.update_in(&frame, &found).unwrap()), [(1, Some(0)), (2, Some(1))]);
+    }
+
+    #[test]
+    fn who_is_alone_is_looked_at_now_and_then() {
+        let (mut many, asked) = many();
+        for k in 0..50 {
+            let (frame, found) = frame(k, &[(40.0, RED), (240.0, BLUE)]);
+            many.update_in(&frame, &found).unwrap();
+        }
+        // Ten frames a second: both once a second.
+        let so_often = asked.load(Ordering::Relaxed);
+        assert!((6..=14).contains(&so_often), "{so_often}");
+    }
+
+    #[test]
+    fn an_embedding_that_came_along_is_kept() {
+        let (mut many, asked) = many();
+        let (frame, mut found) = frame(0, &[(40.0, RED), (64.0, BLUE)]);
+        found.iter_mut().for_each(|d| d.embedding = Some([1.0, 0.0].into()));
+        for k in 0..5 {
+            many.update_in(&frame.clone().retimed(k, k as f64 / 10.0), &found).unwrap();
+        }
+        assert_eq!(asked.load(Ordering::Relaxed), 0);
+    }
+}
