@@ -133,6 +133,29 @@ def test_embeddings_tell_neighbours_apart():
     assert swapped([[np.nan, 0.0], [np.nan, 1.0]]), "a row with NaN says nothing"
 
 
+def test_colours_of_the_picture_tell_neighbours_apart():
+    def picture(boxes):
+        image = np.full((240, 320, 3), 90, np.uint8)
+        for (left, top, width, height), color in zip(boxes, ([200, 30, 30], [30, 30, 200])):
+            image[top : top + height, left : left + width] = color
+        return image
+
+    def swapped(**parameters):
+        associator = pursuit.Associator(size=(320, 240), fps=25, **parameters)
+        for _ in range(20):
+            apart = [[100, 100, 30, 60], [131, 100, 30, 60]]
+            before = associator.update(apart, [0.9, 0.9], frame=picture(apart))
+        for _ in range(5):
+            associator.update([], [], frame=picture([]))
+        crossed = [[131, 100, 30, 60], [100, 100, 30, 60]]
+        after = associator.update(crossed, [0.9, 0.9], frame=picture(crossed))
+        return before.detections.tolist() != after.detections.tolist()
+
+    assert swapped() and not swapped(embedding__model="colors")
+    with pytest.raises(pursuit.PursuitError, match="names no network"):
+        pursuit.Associator(embedding__model="network")
+
+
 def test_a_frame_tells_the_camera_s_motion():
     images, _ = moving_square(frames=1, size=(240, 320))
     wide = np.tile(images[0], (2, 2))

@@ -213,6 +213,9 @@ fn what_makes_no_sense_is_said() {
     }
     fails(&associate(&path, &out, &["--set", "many.association.model=guess"]), 2, &["guess", "nearest"]);
     fails(&associate(&path, &out, &["--set", "many.gait=3"]), 2, &["gait"]);
+    fails(&associate(&path, &out, &["--set", "many.embedding.model=colors"]), 2, &["wants pixels", "--video"]);
+    let unnamed = ["--video", "scene:drift?seed=1", "--set", "many.embedding.model=network"];
+    fails(&associate(&path, &out, &unnamed), 2, &["names no network", "many.embedding.network.file"]);
     fails(&associate(folder.path(), folder.path(), &["--format", "yolo", "--size", "9x9"]), 3, &["det.txt"]);
     let ended = associate(&path, &out, &[]);
     assert!(ended.status.success() && stderr(&ended).contains("25 are assumed"), "{}", stderr(&ended));
