@@ -26,7 +26,7 @@ pub use camera::{CameraCompensation, CameraMotion, CameraShift};
 pub use constant_acceleration::ConstantAccelerationParams;
 pub use constant_velocity::{Agile, BoxFilter, BoxNoise, MeasurementNoise, RelativeNoise};
 pub use coordinated_turn::CoordinatedTurnParams;
-pub use gao2007::Gao2007Params;
+pub use gao2007::{Gao2007Params, HeldOrWhite};
 pub use imm::ImmParams;
 pub use input_estimation::InputEstimationParams;
 pub use params::{MotionModel, MotionParams};

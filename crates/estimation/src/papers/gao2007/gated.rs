@@ -4,8 +4,9 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::params::{GatedParams, MOST};
+use super::params::{AccelerationNoise, GatedParams, MOST};
 use super::{motion, sensor, start};
+use crate::motion::ConstantVelocity;
 use crate::regression::{Kernel, LeastSquaresSvm};
 use crate::{EstimationError, Gaussian, Innovation, MotionModel, Result};
 
@@ -43,6 +44,10 @@ struct State {
     opened: bool,
     /// Whether a measurement came since the last prediction.
     fresh: bool,
+    /// Where the position is expected now without the regression, and with it; where a guard compares them.
+    rivals: Option<[f64; 2]>,
+    /// Means of their squared errors.
+    errors: [f64; 2],
 }
 
 impl PartialEq for GatedFilter {
@@ -75,8 +80,9 @@ impl TryFrom<State> for GatedFilter {
             return Err(EstimationError::Length { what: "times of velocities", got, expected });
         }
         let (time_s, position) = state.last.unwrap_or_default();
-        let numbers = state.surprises.iter().chain(&state.times_s).chain(&state.velocities);
-        if !numbers.chain(&[time_s, position, state.now_s]).all(|value| value.is_finite()) {
+        let numbers = state.surprises.iter().chain(&state.times_s).chain(&state.velocities).chain(&state.errors);
+        let rivals = state.rivals.iter().flatten();
+        if !numbers.chain(rivals).chain(&[time_s, position, state.now_s]).all(|value| value.is_finite()) {
             return Err(EstimationError::NotFinite { what: "the history of the filter" });
         }
         Ok(Self { regression: LeastSquaresSvm::new(state.params.kernel, state.params.gamma)?, state })
@@ -99,7 +105,7 @@ impl GatedFilter {
     pub fn from_belief(params: GatedParams, belief: Gaussian<2>) -> Result<Self> {
         params.validate()?;
         sensor(params.measurement_variance)?;
-        motion(params.acceleration_variance).over(1.0)?;
+        driven(&params).over(1.0)?;
         Ok(Self {
             regression: LeastSquaresSvm::new(params.kernel, params.gamma)?,
             state: State {
@@ -113,6 +119,8 @@ impl GatedFilter {
                 open: 0,
                 opened: false,
                 fresh: false,
+                rivals: None,
+                errors: [0.0; 2],
             },
         })
     }
@@ -134,7 +142,9 @@ impl GatedFilter {
     pub fn predict(&mut self, dt_s: f64) -> Result<()> {
         let (open, opened) = self.state.gate();
         let belief = self.state.predicted(opened, &mut self.regression, dt_s)?;
+        let rivals = self.state.rivals(&mut self.regression, dt_s)?;
         let state = &mut self.state;
+        state.rivals = rivals;
         if state.fresh {
             state.open = open.saturating_sub(1);
         }
@@ -173,6 +183,11 @@ impl GatedFilter {
         let state = &mut self.state;
         let innovation = state.belief.update(&sensor(variance)?, &SVector::<f64, 1>::new(position))?;
         push(&mut state.surprises, innovation.nis(), state.params.window);
+        if let Some(rivals) = state.rivals.take() {
+            for (error, expected) in state.errors.iter_mut().zip(rivals) {
+                *error += state.params.guard * ((position - expected).powi(2) - *error);
+            }
+        }
         // The start is not among the differences: its position may come from elsewhere.
         if let Some((time_s, before)) = state.last
             && state.now_s > time_s
@@ -193,12 +208,24 @@ impl State {
         let surprised = self.surprises.len() == params.window
             && self.surprises.iter().sum::<f64>() > params.threshold * params.window as f64;
         let open = if surprised { params.hold } else { self.open };
-        (open, self.fresh && open > 0 && self.velocities.len() == params.samples)
+        let [without, with] = self.errors;
+        let trusted = params.guard == 0.0 || with < without;
+        (open, self.fresh && open > 0 && self.velocities.len() == params.samples && trusted)
+    }
+
+    /// Where the position is expected after `dt_s` seconds without the regression, and with it, of filters that are guarded.
+    fn rivals(&self, regression: &mut LeastSquaresSvm<1>, dt_s: f64) -> Result<Option<[f64; 2]>> {
+        if self.params.guard == 0.0 || !self.fresh || self.velocities.len() < self.params.samples {
+            return Ok(None);
+        }
+        let (at, velocity) = (self.belief.mean()[0], self.belief.mean()[1]);
+        let regressed = self.regressed_velocity(regression, dt_s)?;
+        Ok(Some([at + velocity * dt_s, at + regressed * dt_s]).filter(|r| r.iter().all(|v| v.is_finite())))
     }
 
     /// The belief after `dt_s` seconds; with `opened`, of the regressed velocity.
     fn predicted(&self, opened: bool, regression: &mut LeastSquaresSvm<1>, dt_s: f64) -> Result<Gaussian<2>> {
-        let transition = motion(self.params.acceleration_variance).over(dt_s)?;
+        let transition = driven(&self.params).over(dt_s)?;
         if !opened {
             return self.belief.predicted(&transition);
         }
@@ -226,6 +253,14 @@ impl State {
         }
         regression.fit(times, &self.velocities)?;
         Ok(regression.predict(&[0.0]))
+    }
+}
+
+/// The motion between measurements.
+const fn driven(params: &GatedParams) -> ConstantVelocity<1> {
+    match params.noise {
+        AccelerationNoise::Held => motion(params.acceleration_variance),
+        AccelerationNoise::White => ConstantVelocity::white(params.acceleration_variance),
     }
 }
 
@@ -270,8 +305,10 @@ mod tests {
 
     #[test]
     fn a_forecast_is_the_prediction_and_changes_nothing() {
-        for kernel in [Kernel::Linear, Kernel::Rbf { sigma2: 30.0 }] {
-            let params = GatedParams { kernel, ..GatedParams::recommended(1e-4, 1.0) };
+        let forms = [(0.0, AccelerationNoise::Held), (0.2, AccelerationNoise::White)];
+        let kernels = [Kernel::Linear, Kernel::Rbf { sigma2: 30.0 }];
+        for (kernel, (guard, noise)) in kernels.into_iter().flat_map(|kernel| forms.map(|form| (kernel, form))) {
+            let params = GatedParams { kernel, guard, noise, ..GatedParams::recommended(1e-4, 1.0) };
             let mut filter = GatedFilter::new(params, 0.0, 2.0).unwrap();
             let mut opened = 0;
             for k in 1..40_i32 {
@@ -287,5 +324,62 @@ mod tests {
             }
             assert!(opened > 0);
         }
+    }
+
+    /// Root mean square error of the predictions after the eighth of `measured`, which come a second apart.
+    fn error_of(params: GatedParams, measured: &[f64]) -> f64 {
+        let mut filter = GatedFilter::new(params, measured[0], 0.0).unwrap();
+        let mut squares = Vec::new();
+        for (k, &z) in measured.iter().enumerate().skip(1) {
+            filter.predict(1.0).unwrap();
+            if k > 8 {
+                squares.push((filter.belief().mean()[0] - z).powi(2));
+            }
+            filter.update(z).unwrap();
+        }
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn white_noise_does_not_swing_where_measurements_are_believed() {
+        // A walk with a pixel of jitter, which a filter that believes measurements to a hundredth takes for motion.
+        let jitter = |k: i32| f64::from((k * 7919 + 13) % 101 - 50) / 50.0;
+        let measured: Vec<f64> = (0..200).map(|k| 1.5 * f64::from(k) + jitter(k * k)).collect();
+        let held = GatedParams { threshold: 1e9, ..GatedParams::recommended(4.0, 1e-4) };
+        let white = GatedParams { noise: AccelerationNoise::White, ..held };
+        let (held, white) = (error_of(held, &measured), error_of(white, &measured));
+        assert!(white < 0.8 * held, "{white} of {held}");
+    }
+
+    #[test]
+    fn a_guarded_gate_opens_only_where_the_regression_was_better() {
+        let unguarded = GatedParams { threshold: 1e-9, ..GatedParams::recommended(1e-4, 1.0) };
+        let guarded = GatedParams { guard: 0.2, ..unguarded };
+        // A wild zigzag: regressed velocities are of no use, a filter that hardly moves is.
+        let zigzag: Vec<f64> = (0..120).map(|k| if k % 4 < 2 { 3.0 } else { -3.0 }).collect();
+        assert!(error_of(guarded, &zigzag) < 0.8 * error_of(unguarded, &zigzag));
+        // A turn: the filter goes straight on for long, the regression does not.
+        let turn: Vec<f64> = (0..120).map(|k| 2.0 * f64::from(60 - (k - 60_i32).abs())).collect();
+        let never = GatedParams { threshold: 1e9, ..unguarded };
+        assert!(error_of(guarded, &turn) < 0.8 * error_of(never, &turn));
+    }
+
+    #[test]
+    fn a_guard_out_of_range_or_a_state_that_cannot_be_is_refused() {
+        for guard in [-0.1, 1.1, f64::NAN] {
+            assert!(GatedFilter::new(GatedParams { guard, ..GatedParams::recommended(1e-4, 1.0) }, 0.0, 0.0).is_err());
+        }
+        let params = GatedParams { guard: 0.2, ..GatedParams::recommended(1e-4, 1.0) };
+        let mut filter = GatedFilter::new(params, 0.0, 1.0).unwrap();
+        for k in 1..12 {
+            filter.predict(1.0).unwrap();
+            filter.update(f64::from(k)).unwrap();
+        }
+        filter.predict(1.0).unwrap();
+        assert!(filter.state.rivals.is_some());
+        let back = |state: State| postcard::from_bytes::<GatedFilter>(&postcard::to_stdvec(&state).unwrap());
+        assert_eq!(back(filter.state.clone()).unwrap(), filter);
+        assert!(back(State { errors: [f64::NAN, 0.0], ..filter.state.clone() }).is_err());
+        assert!(back(State { rivals: Some([0.0, f64::INFINITY]), ..filter.state.clone() }).is_err());
     }
 }

@@ -11,7 +11,7 @@ mod params;
 
 pub use gated::GatedFilter;
 pub use literal::LiteralFilter;
-pub use params::{GatedParams, LiteralParams, RatioGuard, VelocityReading};
+pub use params::{AccelerationNoise, GatedParams, LiteralParams, RatioGuard, VelocityReading};
 
 use crate::motion::ConstantVelocity;
 use crate::{Gaussian, LinearMeasurement, Result};

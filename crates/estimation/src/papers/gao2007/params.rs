@@ -6,12 +6,25 @@ use crate::error::require;
 use crate::regression::Kernel;
 use crate::{EstimationError, Result};
 
+/// How the acceleration that disturbs the gated filter goes on within a step. With a measurement that is believed nearly as it is the
+/// difference is large: an acceleration that is held puts every innovation twice into the velocity, which then swings about the target's.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AccelerationNoise {
+    /// Constant over a step: `Q = q [[T⁴/4, T³/2], [T³/2, T²]]`, as printed.
+    #[default]
+    Held,
+    /// White: `Q = q [[T³/3, T²/2], [T²/2, T]]`.
+    White,
+}
+
 /// Parameters of the gated, division-free filter. The paper prints no values: these were chosen on synthetic benches and
 /// checked on fresh seeds (see the paper's page).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GatedParams {
-    /// `q`, variance of the acceleration that is constant over a step, (units/s²)². ≥ 0.
+    /// `q`, variance of the acceleration that is constant over a step, (units/s²)²; of white noise its spectral density, units²/s³. ≥ 0.
     pub acceleration_variance: f64,
+    /// Which of both it is.
+    pub noise: AccelerationNoise,
     /// `R`, variance of the measured position, units². > 0.
     pub measurement_variance: f64,
     /// `N`, how many velocities are regressed on time. 2 to 64.
@@ -26,6 +39,9 @@ pub struct GatedParams {
     pub threshold: f64,
     /// For how many steps the gate stays open once opened. ≥ 1.
     pub hold: usize,
+    /// The gate opens only where the regression has predicted the last measurements better than the filter without it: the share of a new
+    /// squared error in the means that are compared, in `[0, 1]`. 0: it opens all the same.
+    pub guard: f64,
 }
 
 impl GatedParams {
@@ -33,6 +49,7 @@ impl GatedParams {
     pub const fn recommended(acceleration_variance: f64, measurement_variance: f64) -> Self {
         Self {
             acceleration_variance,
+            noise: AccelerationNoise::Held,
             measurement_variance,
             samples: 5,
             gamma: 1.0,
@@ -40,6 +57,7 @@ impl GatedParams {
             window: 3,
             threshold: 3.0,
             hold: 1,
+            guard: 0.0,
         }
     }
 
@@ -47,6 +65,7 @@ impl GatedParams {
         count("samples", self.samples, 2)?;
         count("window", self.window, 1)?;
         require("threshold", self.threshold, self.threshold > 0.0, "positive")?;
+        require("guard", self.guard, (0.0..=1.0).contains(&self.guard), "between 0 and 1")?;
         require("hold", self.hold as f64, self.hold > 0, "one or more")
     }
 }
