@@ -77,7 +77,6 @@ pub fn many(detector: &DetectorEntry) -> ManyParams {
     match detector.name {
         // Networks of objects say chances; what the other detectors say are shares.
         "objects" => ManyParams { motion, ..ManyParams::default() },
-        "motion" | "moving-objects" => motion::many(motion),
         _ => ManyParams::counting(motion),
     }
 }

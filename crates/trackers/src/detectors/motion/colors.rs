@@ -79,8 +79,12 @@ mod tests {
         (BBox::from_ltwh(8.0, 4.0, size as f64, 3.0 * size as f64), mask, Image::from_fn(64, 100, color).unwrap())
     }
 
+    fn three() -> ColorsParams {
+        ColorsParams { bands: 3, ..ColorsParams::default() }
+    }
+
     fn seen((bounds, mask, frame): &(BBox, Image<u8>, Image<[u8; 3]>)) -> Arc<[f32]> {
-        colors(&ColorsParams::default(), bounds, mask, frame.view()).unwrap()
+        colors(&three(), bounds, mask, frame.view()).unwrap()
     }
 
     #[test]
@@ -99,13 +103,10 @@ mod tests {
     fn too_little_says_nothing() {
         let (bounds, mask, frame) = dressed([200, 30, 40], [40, 40, 90], 12);
         let said = |params: &ColorsParams, bounds: &BBox| colors(params, bounds, &mask, frame.view());
-        let off = ColorsParams { bands: 0, ..ColorsParams::default() };
-        assert!(said(&off, &bounds).is_none());
-        assert!(
-            said(&ColorsParams::default(), &BBox::from_ltwh(40.0, 4.0, 12.0, 36.0)).is_none(),
-            "nothing stands out"
-        );
-        assert!(said(&ColorsParams::default(), &bounds.translated(500.0, 0.0)).is_none(), "outside");
+        assert!(said(&three(), &bounds).is_some());
+        assert!(said(&ColorsParams::default(), &bounds).is_none(), "nobody asked");
+        assert!(said(&three(), &BBox::from_ltwh(40.0, 4.0, 12.0, 36.0)).is_none(), "nothing stands out");
+        assert!(said(&three(), &bounds.translated(500.0, 0.0)).is_none(), "outside");
     }
 
     #[test]

@@ -22,21 +22,7 @@ pub use params::{
     ShadeParams, StartParams,
 };
 
-use pursuit_tracking::many::{AssociationModel, ManyParams};
 use pursuit_tracking::motion::MotionParams;
-
-/// How regions are made into targets. Histograms of colours are all alike: two sights of one person by .98 in the middle, those of two
-/// people by .84, and one of two by more than .93 in one of twenty. Where people meet it is decided some frames later, by what they wear, who is
-/// who: farther from where they are expected than where place alone decides, and for longer.
-pub(crate) fn many(motion: MotionParams) -> ManyParams {
-    let mut params = ManyParams::counting(motion);
-    let association = &mut params.association;
-    association.model = AssociationModel::Hypotheses;
-    (association.nearest.look_even, association.nearest.look_weight) = (0.92, 80.0);
-    (association.gate, association.buffer) = (200.0, 0.6);
-    params.death.unseen.after_s = 8.0;
-    params
-}
 
 /// How what moves is expected to move, and how exactly it is measured: regions fray.
 pub(crate) fn detected_motion() -> MotionParams {

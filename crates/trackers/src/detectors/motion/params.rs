@@ -125,8 +125,8 @@ pursuit_parameters::parameters! {
 pursuit_parameters::parameters! {
     /// How it is said what somebody wears: histograms of colours, band by band from head to feet.
     pub struct ColorsParams {
-        /// Bands above one another, each with a histogram of its own; 0: nothing is said of colours.
-        pub bands: usize = 3, in 0..=16, source "ours";
+        /// Bands above one another, each with a histogram of its own, 3 for people; 0: nothing is said of colours.
+        pub bands: usize = 0, in 0..=16, source "ours";
         /// Bins a channel.
         pub bins: usize = 6, in 2..=8, source "ours";
         /// Where less stands out nothing is said.
