@@ -74,10 +74,11 @@ pub fn ready_detectors() -> impl Iterator<Item = &'static DetectorEntry> {
 /// How what a detector finds is made into targets, unless the user says otherwise.
 pub fn many(detector: &DetectorEntry) -> ManyParams {
     let motion = detector.motion();
-    match detector.name {
-        // Networks of objects say chances; what the other detectors say are shares.
-        "objects" => ManyParams { motion, ..ManyParams::default() },
-        _ => ManyParams::counting(motion),
+    // Networks of objects say chances; what the other detectors say are shares.
+    if detector.name == "objects" {
+        ManyParams { motion, ..ManyParams::default() }
+    } else {
+        ManyParams::counting(motion)
     }
 }
 

@@ -15,6 +15,13 @@ pub(super) struct Confirmed {
     pub region: Option<usize>,
 }
 
+impl Confirmed {
+    /// Whether the last answer had it.
+    pub const fn is_seen(&self) -> bool {
+        self.missed == 0
+    }
+}
+
 /// When an object and a region, or a target, are the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Agreement {

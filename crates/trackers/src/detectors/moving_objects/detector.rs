@@ -76,8 +76,8 @@ impl MovingObjects {
         let mut all = Vec::with_capacity(regions.len());
         let mut told = vec![false; self.confirmed.len()];
         for (r, region) in regions.iter().enumerate() {
-            let lies_in = |object: &Confirmed| agreement.lies_in(object, &region.bbox);
-            if asked && agreement.is_several(&self.confirmed, &region.bbox) {
+            let lies_in = |object: &Confirmed| object.is_seen() && agreement.lies_in(object, &region.bbox);
+            if asked && self.confirmed.iter().filter(|object| lies_in(object)).count() > 1 {
                 for (object, told) in self.confirmed.iter().zip(&mut told).filter(|(object, _)| lies_in(object)) {
                     all.push(named(object, Detection::new(object.bbox, object.score)));
                     *told = true;
@@ -97,7 +97,8 @@ impl MovingObjects {
             }
         }
         let still = |object: &Confirmed| {
-            nearest(&object.bbox, followed.iter().map(|f| f.bbox), params.agree).is_some()
+            object.is_seen()
+                && nearest(&object.bbox, followed.iter().map(|f| f.bbox), params.agree).is_some()
                 && nearest(&object.bbox, regions.iter().map(|r| r.bbox), params.agree).is_none()
         };
         let stands = self.confirmed.iter().zip(&told).filter(|(object, told)| asked && !**told && still(object));
