@@ -5,6 +5,7 @@
 //! CLIP is a file, or `fault:NAME`, a scene in which one thing leads a background astray (`tests/movers/faults.rs`); TRUTH is then its seed.
 //! Else TRUTH is `frame,x,y,w,h` with a title line (no line: nobody is there), or a MOT ground truth (`.txt`, frames from 1). VARY is
 //! one of the changes of [`vary`]; settings are those of the detector, `many.KEY` and `acquire.KEY` those of what follows.
+//! `fps=N` says how fast a folder of pictures was taken (25 a second), `mot=FILE` writes what was told (MOTChallenge).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "an instrument for developers may panic")]
 
 #[path = "../tests/movers/faults.rs"]
@@ -19,8 +20,9 @@ use pursuit_imaging::{Frame, Image, Pixels};
 use pursuit_media::{OpenOptions, open};
 use pursuit_parameters::Parameters;
 use pursuit_trackers::registry;
-use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
-use pursuit_tracking::{MultiTracker, Track};
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating};
+use pursuit_tracking::{MultiTracker, Track, TrackState};
+use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 fn truth(path: &str) -> Truth {
@@ -82,7 +84,7 @@ fn targets(mode: &str, settings: &[String]) -> Box<dyn MultiTracker> {
     };
     let entry = registry::detector("motion").unwrap();
     let detector = entry.detector(&table("")).unwrap();
-    let many = ManyParams::counting(entry.motion()).with("many", &table("many.")).unwrap();
+    let many = registry::many(entry).with("many", &table("many.")).unwrap();
     if mode == "many" {
         return Box::new(Associating::new(detector, many).unwrap());
     }
@@ -96,7 +98,13 @@ fn main() {
     let [clip, truth_path, mode, rest @ ..] = args.as_slice() else {
         panic!("CLIP TRUTH one|many [VARY] [KEY=VALUE …]")
     };
-    let (settings, how): (Vec<String>, Vec<String>) = rest.iter().cloned().partition(|s| s.contains('='));
+    let (mut settings, how): (Vec<String>, Vec<String>) = rest.iter().cloned().partition(|s| s.contains('='));
+    let mut said_apart = |name: &str| {
+        let at = settings.iter().position(|s| s.starts_with(name))?;
+        Some(settings.remove(at).split_off(name.len()))
+    };
+    let default_fps = said_apart("fps=").map_or(25.0, |fps| fps.parse().unwrap());
+    let mot = said_apart("mot=");
     let verbose = how.iter().any(|h| h == "verbose");
     let how = how.iter().find(|h| *h != "verbose").map_or("none", String::as_str);
     let truth = if clip.starts_with("fault:") { Truth::new() } else { truth(truth_path) };
@@ -113,10 +121,13 @@ fn main() {
         }
     } else {
         let mut first = None;
-        let mut source = open(clip, &OpenOptions { default_fps: 25.0, ..OpenOptions::from_env() }).unwrap();
+        let mut source = open(clip, &OpenOptions { default_fps, ..OpenOptions::from_env() }).unwrap();
         while let Some(frame) = source.next_frame().unwrap() {
             run.look(&vary(frame, how, &mut first));
         }
+    }
+    if let Some(file) = mot {
+        std::fs::write(file, run.mot()).unwrap();
     }
     let (took, frames) = (run.took.as_secs_f64(), run.said.len().max(1));
     println!(
@@ -150,6 +161,28 @@ impl Run {
             println!("{} {} {:?} {:?} {:.2} {foreground:.3}", frame.index(), track.id, e.state, e.bbox.ltwh(), e.score);
         }
         self.said.push((frame.index(), tracks));
+    }
+
+    /// A line a box that is told as tracked: frame, identity, left, top, width, height; frames and pixels are counted from 1.
+    fn mot(&self) -> String {
+        let mut text = String::new();
+        for (k, tracks) in &self.said {
+            for (id, e) in tracks.iter().filter_map(|t| Some((t.id, t.estimate.as_ref()?))) {
+                let (left, top, width, height) = e.bbox.ltwh();
+                if e.state == TrackState::Tracking {
+                    writeln!(
+                        text,
+                        "{},{id},{:.2},{:.2},{width:.2},{height:.2},{:.3},-1,-1,-1",
+                        k + 1,
+                        left + 1.0,
+                        top + 1.0,
+                        e.score
+                    )
+                    .unwrap();
+                }
+            }
+        }
+        text
     }
 
     fn figures(&self) -> Figures {

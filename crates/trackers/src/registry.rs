@@ -3,8 +3,10 @@
 
 use crate::ball::BallDetectorParams;
 use crate::detectors::flow::{self, FlowDetectorParams};
-use crate::detectors::motion::{self, MotionDetectorParams};
+use crate::detectors::motion::{self, MotionDetectorParams, PaperParams};
+use crate::detectors::moving_objects::{self, MovingObjectsParams};
 use crate::detectors::objects::{self, ObjectsParams};
+use pursuit_tracking::many::ManyParams;
 use pursuit_tracking::registry::unknown;
 use pursuit_tracking::{DetectorEntry, Result, TrackerEntry};
 
@@ -36,6 +38,12 @@ pub const fn detectors() -> &'static [DetectorEntry] {
             "person",
             motion::detected_motion,
         ),
+        DetectorEntry::of::<PaperParams>(
+            "qu2010",
+            "the same as the paper has it: against the first frame, with nothing that was added since",
+            "person",
+            motion::detected_motion,
+        ),
         DetectorEntry::of::<FlowDetectorParams>(
             "flow",
             "whatever moves against the scene in front of a camera that moves itself",
@@ -48,6 +56,12 @@ pub const fn detectors() -> &'static [DetectorEntry] {
             "pursuit",
             objects::detected_motion,
         ),
+        DetectorEntry::of::<MovingObjectsParams>(
+            "moving-objects",
+            "objects that move in front of a camera that stands still: motion proposes, a network of yours confirms and names every few frames",
+            "person",
+            moving_objects::detected_motion,
+        ),
     ];
     DETECTORS
 }
@@ -55,6 +69,17 @@ pub const fn detectors() -> &'static [DetectorEntry] {
 /// The detectors that need no file of the user's: those that start with their default parameters.
 pub fn ready_detectors() -> impl Iterator<Item = &'static DetectorEntry> {
     detectors().iter().filter(|d| !d.needs.file)
+}
+
+/// How what a detector finds is made into targets, unless the user says otherwise.
+pub fn many(detector: &DetectorEntry) -> ManyParams {
+    let motion = detector.motion();
+    // Networks of objects say chances; what the other detectors say are shares.
+    if detector.name == "objects" {
+        ManyParams { motion, ..ManyParams::default() }
+    } else {
+        ManyParams::counting(motion)
+    }
 }
 
 /// The tracker called `name`.

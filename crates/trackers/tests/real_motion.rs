@@ -7,7 +7,7 @@ use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image, Pixels, Rgb8};
 use pursuit_media::{OpenOptions, open};
 use pursuit_trackers::registry;
-use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating};
 use pursuit_tracking::{Estimate, MultiTracker, Track, TrackState};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -38,8 +38,7 @@ fn detector(set: &str) -> Box<dyn pursuit_tracking::Detector> {
 
 /// Everybody, by the four phases.
 fn many(set: &str) -> Box<dyn MultiTracker> {
-    let motion = registry::detector("motion").unwrap().motion();
-    let params = ManyParams::counting(motion);
+    let params = registry::many(registry::detector("motion").unwrap());
     Box::new(Associating::new(detector(set), params).unwrap())
 }
 

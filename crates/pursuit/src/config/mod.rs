@@ -206,13 +206,7 @@ impl RunConfig {
         let mut recipes = trackers.iter().zip(&settings.trackers).map(|(tracker, own)| tracker.recipe(own));
         let recipe = recipes.next().unwrap_or_else(|| tracker.recipe(&toml::Table::new()))?;
         let compared = recipes.collect::<Result<Vec<_>, _>>()?;
-        let many = ManyParams::default();
-        let many = match detector {
-            // Networks of objects say chances; what the other detectors say are shares.
-            Some(detector) if detector.name == "objects" => ManyParams { motion: detector.motion(), ..many },
-            Some(detector) => ManyParams::counting(detector.motion()),
-            None => many,
-        };
+        let many = detector.map_or_else(ManyParams::default, registry::many);
         let from_file = self.detections.as_deref().map(|file| FileDetector::read(file, None)).transpose()?;
         let file = |path: &PathBuf| toml::Table::from_iter([("file".to_owned(), path.display().to_string().into())]);
         let detector_parameters = match &self.detections {

@@ -23,7 +23,7 @@ enum Kind {
 struct Clip {
     input: String,
     lens: Lens,
-    /// Times and boxes from the first that has one on, seconds from there.
+    /// Times and boxes from the first on that shows enough of the target, seconds from there.
     boxes: Vec<(f64, Option<BBox>)>,
     starts_s: f64,
 }
@@ -60,7 +60,7 @@ impl KnownWorld {
             let truth = usize::try_from(frame.index()).ok().and_then(|k| truth.get(k));
             boxes.push((frame.time_s(), truth.and_then(Truth::bbox)));
         }
-        let first = boxes.iter().position(|b| b.1.is_some());
+        let first = start(&boxes);
         boxes.drain(..first.unwrap_or(boxes.len()));
         let starts_s = boxes.first().map(|b| b.0);
         let starts_s = starts_s.ok_or_else(|| RunError::usage(format!("nobody is to be seen in {input}")))?;
@@ -137,6 +137,18 @@ fn in_scene(scene: &dyn Scene, time_s: f64) -> Option<KnownTarget> {
         at = view.direction_of(bbox.center());
     }
     Some((Direction::new(at.pan_rad.to_degrees(), at.tilt_rad.to_degrees()), width, height))
+}
+
+/// Where to start: on the first box of at least this share of the usual area. Of who comes in a sliver is seen at first, and a tracker
+/// that is started on a sliver goes on with that.
+const LEAST_SEEN: f64 = 0.5;
+
+/// The first box to start on; `None` where there is none at all.
+fn start(boxes: &[(f64, Option<BBox>)]) -> Option<usize> {
+    let mut areas: Vec<f64> = boxes.iter().filter_map(|b| Some(b.1?.area())).collect();
+    areas.sort_by(f64::total_cmp);
+    let usual = *areas.get(areas.len() / 2)?;
+    boxes.iter().position(|b| b.1.is_some_and(|b| b.area() >= LEAST_SEEN * usual))
 }
 
 impl Clip {
@@ -219,6 +231,23 @@ mod tests {
             (seen.render(2.0, &lens, direction).unwrap(), seen.render(2.0, &lens, Direction::AHEAD).unwrap());
         assert_ne!(on_it, beside);
         assert!(KnownWorld::scene("no-such-scene").is_err());
+    }
+
+    #[test]
+    fn a_sliver_is_no_start() {
+        let seen = |k: f64, width: f64| (k, Some(BBox::from_ltwh(0.0, 0.0, width, 100.0)));
+        let comes = [
+            (0.0, None),
+            seen(1.0, 4.0),
+            seen(2.0, 19.0),
+            seen(3.0, 21.0),
+            seen(4.0, 40.0),
+            seen(5.0, 40.0),
+            seen(6.0, 44.0),
+        ];
+        assert_eq!(start(&comes), Some(3), "half of 40 and more");
+        assert_eq!(start(&[(0.0, None), seen(1.0, 4.0)]), Some(1));
+        assert_eq!((start(&[(0.0, None)]), start(&[])), (None, None));
     }
 
     #[test]

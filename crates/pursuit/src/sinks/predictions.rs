@@ -14,7 +14,8 @@ pub(super) const FORMAT: Format = Format(&Declared {
     kind: Kind::Text(|_| Box::<Predictions>::default(), None),
 });
 
-/// The table of qu2010, the actual position of a target beside what was predicted for it a sample before, in whole pixels.
+/// The table of qu2010, the actual position of a target beside what was predicted for it a sample before, in whole pixels. Where the
+/// target was not seen when a prediction fell due, its row says `missed` for the actual position.
 ///
 /// Of motion models that sample (`qu2010`, `qu2010-simplified`) there is a row a sample; of all others a row a frame, with the
 /// prediction made before the frame was seen.
@@ -49,10 +50,12 @@ impl Text for Predictions {
 
     fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
         for record in row.records {
-            let Some(estimate) = record.estimate.as_ref().filter(|e| e.state == TrackState::Tracking) else { continue };
+            let Some(estimate) = &record.estimate else { continue };
             let Some(predicted) = self.predicted(record, estimate) else { continue };
             let cell = |p: Point| format!("({:.0}, {:.0})", p.x, p.y);
-            let (actual, predicted) = (cell(estimate.bbox.center()), cell(predicted));
+            let seen = estimate.state == TrackState::Tracking;
+            let actual = if seen { cell(estimate.bbox.center()) } else { "missed".to_owned() };
+            let predicted = cell(predicted);
             // Writing to memory cannot fail.
             let _ = writeln!(out, "{:>8} {:>7} {actual:>15} {predicted:>15}", record.frame, record.target);
         }
@@ -79,6 +82,11 @@ mod tests {
 
     /// What is written of one target that goes along `path`, five frames to each position.
     fn written(model: MotionModel, path: &[[f64; 2]]) -> String {
+        written_without(model, path, 0..0)
+    }
+
+    /// The same, where the target is not seen in the frames `missed`.
+    fn written_without(model: MotionModel, path: &[[f64; 2]], missed: std::ops::Range<u64>) -> String {
         let mut rows = Vec::new();
         let mut motion = Motion::new(MotionParams { model, ..MotionParams::default() }, bbox(path[0])).unwrap();
         for k in 0..5 * path.len() as u64 - 4 {
@@ -87,7 +95,11 @@ mod tests {
             let mut estimate = Estimate::started(frame.time_s(), seen, 1.0);
             if k > 0 {
                 estimate.prediction = Some(motion.predict(0.04).unwrap().bbox);
-                motion.correct(&Sight::of(seen, None)).unwrap();
+                if missed.contains(&k) {
+                    estimate.state = TrackState::Occluded;
+                } else {
+                    motion.correct(&Sight::of(seen, None)).unwrap();
+                }
                 estimate.next = motion.next_sample();
             }
             let track = Track {
@@ -113,6 +125,22 @@ mod tests {
         assert_eq!(rows[1], ["10", "1", "(34,", "120)", "(20,", "113)"], "{early}");
         assert_eq!(rows[2], ["15", "1", "(59,", "113)", "(52,", "124)"], "{early}");
         assert_eq!(rows.len(), 3, "{early}");
+    }
+
+    #[test]
+    fn missed_frames_are_kept_and_said() {
+        let path = [[12.0, 119.0], [16.0, 116.0]];
+        let text = written_without(MotionModel::None, &path, 2..4);
+        let actual: Vec<&str> = text.lines().skip(1).map(|l| l[16..32].trim()).collect();
+        assert_eq!(actual, ["(12, 119)", "missed", "missed", "(12, 119)", "(16, 116)"], "{text}");
+    }
+
+    #[test]
+    fn a_sample_that_was_missed_has_its_row() {
+        let path = [[12.0, 119.0], [16.0, 116.0], [34.0, 120.0], [59.0, 113.0]];
+        let text = written_without(MotionModel::Qu2010Simplified, &path, 10..11);
+        let row = text.lines().find(|l| l.split_whitespace().next() == Some("10")).unwrap_or_else(|| panic!("{text}"));
+        assert!(row.contains("missed") && row.trim_end().ends_with("(20, 113)"), "{text}");
     }
 
     #[test]

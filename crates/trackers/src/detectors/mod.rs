@@ -2,4 +2,5 @@
 
 pub mod flow;
 pub mod motion;
+pub mod moving_objects;
 pub mod objects;

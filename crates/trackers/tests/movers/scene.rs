@@ -4,7 +4,7 @@ use crate::faults::{Fault, Staged};
 use crate::figures::{Figures, Truth};
 use pursuit_trackers::registry;
 use pursuit_tracking::MultiTracker;
-use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating, ManyParams};
+use pursuit_tracking::many::{Acquiring, AcquisitionParams, Associating};
 
 fn targets(one: bool) -> Box<dyn MultiTracker> {
     let entry = registry::detector("motion").unwrap();
@@ -13,7 +13,7 @@ fn targets(one: bool) -> Box<dyn MultiTracker> {
         let person = registry::tracker("person").unwrap().default_recipe();
         return Box::new(Acquiring::new(detector, person, AcquisitionParams::default()).unwrap());
     }
-    Box::new(Associating::new(detector, ManyParams::counting(entry.motion())).unwrap())
+    Box::new(Associating::new(detector, registry::many(entry)).unwrap())
 }
 
 /// Follows the people of a scene.

@@ -67,6 +67,14 @@ impl MotionDetector {
             None => &[],
         }
     }
+
+    fn colors(&self) -> &[Option<Arc<[f32]>>] {
+        match &self.scene {
+            Some(Kind::Gray(scene)) => scene.colors(),
+            Some(Kind::Color(scene)) => scene.colors(),
+            None => &[],
+        }
+    }
 }
 
 impl Detector for MotionDetector {
@@ -81,8 +89,10 @@ impl Detector for MotionDetector {
         })?;
         let least = *self.params.rule.ranges(frame.size()).area_px.start();
         let targets: Vec<BBox> = followed.iter().map(|f| place(f, self.found(), &self.params.start)).collect();
-        let mut detections: Vec<Detection> =
-            self.found().iter().map(|f| detection(f, least, (followed, &targets), &self.params)).collect();
+        let colors = self.colors().iter().cloned().chain(std::iter::repeat(None));
+        let said = |f: &Found| detection(f, least, (followed, &targets), &self.params);
+        let detections = self.found().iter().zip(colors).map(|(f, embedding)| Detection { embedding, ..said(f) });
+        let mut detections: Vec<Detection> = detections.collect();
         detections.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
         Ok(detections)
     }

@@ -5,18 +5,21 @@
 //! light does not flood the mask, and is said; a ghost (the background that a thing uncovers when it leaves the place it
 //! was learnt at) is told from a thing by its edges, and learnt at once.
 
+mod colors;
 mod detector;
 mod found;
 mod ghost;
 mod groups;
 mod held;
+mod paper;
 mod params;
 mod scene;
 mod shade;
 
+pub use paper::PaperParams;
 pub use params::{
-    BackgroundKind, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams, ShadeParams,
-    StartParams,
+    BackgroundKind, ColorsParams, GhostParams, GroupingParams, LightParams, MatchingParams, MotionDetectorParams,
+    ShadeParams, StartParams,
 };
 
 use pursuit_tracking::motion::MotionParams;

@@ -67,6 +67,8 @@ pursuit_parameters::parameters! {
         pub grouping: GroupingParams = GroupingParams::default();
         /// What starts a target.
         pub start: StartParams = StartParams::default();
+        /// Colours, by which one is told from another.
+        pub colors: ColorsParams = ColorsParams::default();
         /// Steps of the light.
         pub light: LightParams = LightParams::default();
         /// The matching rule.
@@ -117,6 +119,18 @@ pursuit_parameters::parameters! {
         pub reach: f64 = 0.7, in above(0.0), unit "widths and heights", source "ours";
         /// A part of less than this share of the expected box's area is no sight of the target.
         pub least_part: f64 = 0.25, in 0.0..=1.0, source "ours";
+    }
+}
+
+pursuit_parameters::parameters! {
+    /// How it is said what somebody wears: histograms of colours, band by band from head to feet.
+    pub struct ColorsParams {
+        /// Bands above one another, each with a histogram of its own, 3 for people; 0: nothing is said of colours.
+        pub bands: usize = 0, in 0..=16, source "ours";
+        /// Bins a channel.
+        pub bins: usize = 6, in 2..=8, source "ours";
+        /// Where less stands out nothing is said.
+        pub least_px: usize = 40, in 1..=1_000_000, unit "px", source "ours";
     }
 }
 

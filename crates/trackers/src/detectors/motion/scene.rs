@@ -1,5 +1,6 @@
 //! The background of one camera, and the regions that stand out of it.
 
+use super::colors::colors;
 use super::found::{Found, admits, join};
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
@@ -66,6 +67,8 @@ pub(super) struct Scene<P> {
     morphology: MorphologyScratch,
     outline: Vec<(usize, usize)>,
     found: Vec<Found>,
+    /// What each of them wears.
+    colors: Vec<Option<Arc<[f32]>>>,
     /// The frame before, and the frame looked at, in the exposure of the background.
     last: Image<P>,
     now: Option<Image<P>>,
@@ -94,6 +97,7 @@ impl<P: Channels> Scene<P> {
             morphology: MorphologyScratch::default(),
             outline: Vec::new(),
             found: Vec::new(),
+            colors: Vec::new(),
             last: Image::filled(1, 1, P::default())?,
             now: None,
             ghosts: Vec::new(),
@@ -103,6 +107,11 @@ impl<P: Channels> Scene<P> {
     /// The regions found last that the matching rule admits.
     pub fn found(&self) -> &[Found] {
         &self.found
+    }
+
+    /// What each of them wears, where that can be said.
+    pub fn colors(&self) -> &[Option<Arc<[f32]>>] {
+        &self.colors
     }
 
     /// Share of `bbox` that stood out of the background in the last frame; `None` before it has settled, and outside of the picture.
@@ -169,6 +178,7 @@ impl<P: Channels> Scene<P> {
         self.held.count(&self.mask, dt_s);
         self.seen_s += dt_s;
         self.found.clear();
+        self.colors.clear();
         self.ghosts.clear();
         // What follows compares the frame with the background and with the frame before, all in one exposure.
         let lit = self.model.relit().unwrap_or(frame);
@@ -244,6 +254,9 @@ impl<P: Channels> Scene<P> {
         join(&mut self.found, frame.size(), params);
         self.divide(&params.grouping);
         self.found.retain(|f| f.part || admits(&ranges, &f.features, frame.size()));
+        // The part that one has in a region shows colours of the others too.
+        let worn = |f: &Found| colors(&params.colors, &f.features.bounds, &self.mask, frame);
+        self.colors.extend(self.found.iter().map(|f| if f.part { None } else { worn(f) }));
         if !self.ghosts.is_empty() {
             // Everything but the ghosts is kept.
             protect_foreground(self.mask.view(), &self.ghosts, &mut self.protect)?;
