@@ -137,6 +137,15 @@ fn a_walker_who_stands_is_met_without_overshoot_and_then_left_alone() {
 }
 
 #[test]
+fn before_the_delays_are_known_a_head_does_not_go_far_past_who_stands() {
+    // Half of the commands act .3 s and more later than assumed, and nobody has said so.
+    let mut past: Vec<f64> =
+        (0..16).map(|seed| overshoot(&walk(&wireless(), Walk::Standing, seed, &follower(params())))).collect();
+    past.sort_by(f64::total_cmp);
+    assert!(past[8] <= 0.3 && past[15] <= 1.0, "{past:?}");
+}
+
+#[test]
 fn a_head_with_play_and_steps_does_not_swing_about_a_walker_who_stands() {
     let mut simulation = plain();
     simulation.head.limits.pan.backlash_deg = 0.3;

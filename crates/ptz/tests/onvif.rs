@@ -58,18 +58,43 @@ fn moves_presets_status_and_stop_go_out_as_the_service_has_them() {
     assert_eq!(head.set_preset("a<b").unwrap(), "9");
     head.send(&Command::Preset { number: 2 }).unwrap();
     head.send(&Command::Home).unwrap();
-    let got: Vec<Heard> = (0..4).map(|_| next()).collect();
+    let got: Vec<Heard> = (0..5).map(|_| next()).collect();
     assert_eq!(
         got.iter().map(|g| g.0.as_str()).collect::<Vec<_>>(),
-        ["getpresets", "setpreset", "gotopreset", "gotohomeposition"]
+        ["getpresets", "setpreset", "getpresets", "gotopreset", "gotohomeposition"]
     );
-    assert!(got[1].2.contains("a&lt;b") && got[2].2.contains("<n:PresetToken>2<"));
+    assert!(got[1].2.contains("a&lt;b") && got[3].2.contains("<n:PresetToken>2<"));
     let status = head.status().unwrap().unwrap();
     let position = status.position.unwrap();
     assert_eq!((position.direction, position.zoom, status.moving), (Direction::new(90.0, -45.0), 0.25, Some(false)));
     next();
     drop(head);
     assert_eq!(next().0, "stop", "it was on its way home");
+}
+
+#[test]
+fn stored_positions_are_found_by_their_numbers_whatever_their_tokens_are() {
+    let goes_to = |list: &'static str, number: u8| {
+        let (url, heard) = camera(move |action, _, _| match action {
+            "getpresets" if list.is_empty() => Does::Status(400, "", fault("ter:ActionNotSupported")),
+            "getpresets" => Does::Answers(format!("<r>{list}</r>")),
+            _ => usual(action),
+        });
+        connect(&url).unwrap().send(&Command::Preset { number }).unwrap();
+        let (_, _, body) = heard.try_iter().find(|(action, _, _)| action == "gotopreset").unwrap();
+        let token = body.split_once("PresetToken>").unwrap().1.split_once('<').unwrap().0;
+        token.to_owned()
+    };
+    let numbers = "<t:Preset token='7'><tt:Name>2</tt:Name></t:Preset><t:Preset token='2'/>";
+    assert_eq!(goes_to(numbers, 2), "2");
+    let words = "<t:Preset token='PRESET_12'/><t:Preset token='PRESET_2'/><t:Preset token='PRESET_03'/>";
+    assert_eq!(["PRESET_2", "PRESET_03"], [goes_to(words, 2), goes_to(words, 3)].each_ref().map(String::as_str));
+    let names =
+        "<t:Preset token='aa'><tt:Name>2</tt:Name></t:Preset><t:Preset token='bb'><tt:Name>1</tt:Name></t:Preset>";
+    assert_eq!(goes_to(names, 1), "bb");
+    let nothing = "<t:Preset token='door'/><t:Preset token='gate'/>";
+    assert_eq!((goes_to(nothing, 2), goes_to(nothing, 9)), ("gate".to_owned(), "9".to_owned()));
+    assert_eq!(goes_to("", 4), "4");
 }
 
 #[test]

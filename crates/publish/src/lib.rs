@@ -28,6 +28,7 @@ mod mqtt;
 #[cfg(feature = "nats")]
 mod nats;
 mod outbox;
+mod own_topics;
 mod publisher;
 mod report;
 #[cfg(feature = "tls")]
@@ -36,6 +37,7 @@ mod tls;
 pub use address::{Broker, Login, Scheme};
 pub use error::PublishError;
 pub use message::{Message, Qos};
+pub use own_topics::OwnTopics;
 pub use publisher::{Counts, Options, Publisher};
 
 type Result<T> = std::result::Result<T, PublishError>;

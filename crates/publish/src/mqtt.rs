@@ -6,7 +6,7 @@ use crate::publisher::Options;
 use crate::{Message, Qos, Result};
 use rumqttc::{
     AsyncClient, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions, Outgoing, Packet, QoS,
-    Request, StateError, Transport,
+    Request, StateError, SubscribeFilter, Transport,
 };
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
@@ -146,11 +146,12 @@ impl Tally {
         }
     }
 
-    fn note(&self, event: &Event) {
+    fn note(&self, event: &Event, link: &Link<'_>) {
         // Only what was there before is handed on as retained.
         if let Event::Incoming(Packet::Publish(left)) = event
             && left.retain
             && !left.payload.is_empty()
+            && link.options.own_topics.iter().any(|own| own.is_left(&left.topic, &left.payload))
         {
             self.ghosts.borrow_mut().push(left.topic.clone());
         }
@@ -209,9 +210,11 @@ impl Connection for Session {
 async fn feed(link: &Link<'_>, tally: &Tally, client: &AsyncClient) -> Infallible {
     let ended = link.outbox.ended();
     // A broker that closes the connection at the question is not asked again.
-    if let Some(own) = link.options.own_topics.as_ref().filter(|_| link.report.connections() <= 1) {
+    let own = &link.options.own_topics;
+    if !own.is_empty() && link.report.connections() <= 1 {
         // It is the first request of this connection: there is room.
-        let _ = client.try_subscribe(own, QoS::AtLeastOnce);
+        let filters = own.iter().map(|own| SubscribeFilter::new(own.filter().to_owned(), QoS::AtLeastOnce));
+        let _ = client.try_subscribe_many(filters);
     }
     tally.give(client, link.status("online")).await;
     for document in link.outbox.documents() {
@@ -249,7 +252,7 @@ async fn pump(
         }
         match events.poll().await? {
             Event::Outgoing(Outgoing::Disconnect) => return Ok(()),
-            event => tally.note(&event),
+            event => tally.note(&event, link),
         }
     }
 }

@@ -1,6 +1,7 @@
 use crate::address::Broker;
 use crate::link::{self, Link};
 use crate::outbox::Queue;
+use crate::own_topics::OwnTopics;
 use crate::report::Report;
 use crate::{Message, PublishError, Result};
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// How a publisher works.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// How many messages wait at most; of more the oldest are dropped.
     pub capacity: usize,
@@ -20,9 +21,8 @@ pub struct Options {
     pub keep_alive: Duration,
     /// For how long the end waits for what has not been sent yet.
     pub linger: Duration,
-    /// Topics that are this publisher's alone, as a filter of MQTT (`yard/targets/+/state`): what one before it left retained
-    /// there is made forgotten at the first connection. Of no meaning to brokers that retain nothing.
-    pub own_topics: Option<String>,
+    /// Topics that are this publisher's alone. Of no meaning to brokers that retain nothing.
+    pub own_topics: Vec<OwnTopics>,
 }
 
 impl Options {
@@ -33,7 +33,7 @@ impl Options {
             status_topic: status_topic.into(),
             keep_alive: Duration::from_secs(10),
             linger: Duration::from_secs(5),
-            own_topics: None,
+            own_topics: Vec::new(),
         }
     }
 }

@@ -8,7 +8,7 @@ mod publishers;
 
 use common::{Gate, Mosquitto, wait_until};
 use publishers::{options, publisher};
-use pursuit_publish::{Broker, Message, Options, Publisher, Qos};
+use pursuit_publish::{Broker, Message, Options, OwnTopics, Publisher, Qos};
 use std::collections::BTreeSet;
 
 fn broker(port: u16) -> Broker {
@@ -104,8 +104,12 @@ fn what_a_former_publisher_left_is_forgotten() {
         former.push(Message::retained(format!("t/targets/{n}/state"), "present"));
     }
     former.push(Message::retained("t/other/1/state", "stays"));
+    for n in 0..60 {
+        former.push(Message::retained(format!("t/numbers/{n}"), n.to_string()));
+    }
     assert_eq!(former.finish().dropped, 0);
-    let own = Options { own_topics: Some("t/targets/+/state".into()), ..options() };
+    let odd = OwnTopics::those("t/numbers/+", |payload| payload.last().is_some_and(|digit| digit % 2 == 1));
+    let own = Options { own_topics: vec![OwnTopics::all("t/targets/+/state"), odd], ..options() };
     let mut next = publisher(broker(mosquitto.port), own, Qos::AtLeastOnce);
     next.push(Message::retained("t/targets/7/state", "new"));
     let counts = next.finish();
@@ -114,7 +118,9 @@ fn what_a_former_publisher_left_is_forgotten() {
     fresh.wait_for("t/status", "offline");
     let left: BTreeSet<String> =
         fresh.heard().iter().filter(|h| h.is_old && h.topic != "t/status").map(|h| h.topic.clone()).collect();
-    assert_eq!(left.into_iter().collect::<Vec<_>>(), ["t/other/1/state", "t/targets/7/state"]);
+    let even = (0..60).step_by(2).map(|n| format!("t/numbers/{n}"));
+    let stays: BTreeSet<String> = even.chain(["t/other/1/state".into(), "t/targets/7/state".into()]).collect();
+    assert_eq!(left, stays);
 }
 
 #[cfg(unix)]

@@ -205,7 +205,7 @@ impl Run {
         let mut sinks = std::mem::take(&mut self.further);
         let published = match &self.publication {
             Some(publication) => {
-                let sink = publication.start(&facts.input, &facts.recipe)?;
+                let sink = publication.start(&facts.input, &facts.recipe, &self.rules.zones)?;
                 let published = sink.facts();
                 sinks.push(Box::new(sink));
                 Some(published)

@@ -2,6 +2,7 @@
 
 mod associate;
 mod batch;
+mod credentials;
 mod days;
 mod eval;
 mod flow;
@@ -19,6 +20,7 @@ mod tests;
 
 pub use associate::Associate;
 pub use batch::Batch;
+pub use credentials::Credentials;
 pub use days::Days;
 pub use eval::{Eval, Measured};
 pub use flow::Flow;
@@ -172,12 +174,8 @@ pub struct Track {
     /// `scene:NAME[?seed=1&key=value]`; several are tracked in one after the other, each into a folder of its own
     #[arg(value_name = "INPUT", required_unless_present = "config")]
     pub inputs: Vec<OsString>,
-    /// Variable of the environment that holds USER:PASSWORD of the input
-    #[arg(long, value_name = "NAME")]
-    pub credentials_env: Option<String>,
-    /// File whose first line is USER:PASSWORD of the input
-    #[arg(long, value_name = "FILE", conflicts_with = "credentials_env")]
-    pub credentials_file: Option<PathBuf>,
+    #[command(flatten)]
+    pub credentials: Credentials,
     /// Start on this box: left, top, width, height in pixels (repeat for several targets)
     #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
     pub boxes: Vec<String>,

@@ -1,4 +1,4 @@
-use super::Track;
+use super::{Credentials, Track};
 use clap::{Args, Subcommand};
 use pursuit::ptz::simulation::{Contender, Walk};
 use std::path::PathBuf;
@@ -65,6 +65,8 @@ pub struct PtzCalibrate {
     /// The camera on the head, live: `camera:0`, `rtsp://…`, `http(s)://…` or `-` (Y4M or MJPEG on standard input)
     pub input: String,
     #[command(flatten)]
+    pub credentials: Credentials,
+    #[command(flatten)]
     pub head: HeadAt,
     /// How old a picture is when it arrives; the rest of the delay counts as the commands'
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
@@ -116,6 +118,9 @@ pub struct PtzSimulate {
     /// Where the heat map of --grid goes
     #[arg(long, value_name = "FILE.svg", default_value = "ptz-grid.svg", requires = "grid")]
     pub heat_map: PathBuf,
+    /// Of --scene or --clip: a video of what the camera saw, of one --controller and one seed
+    #[arg(long, value_name = "FILE.mp4")]
+    pub film: Option<PathBuf>,
     /// Print the figures as JSON
     #[arg(long)]
     pub json: bool,

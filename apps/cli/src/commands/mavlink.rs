@@ -3,13 +3,15 @@ use crate::commands::ptz::Manner;
 use crate::commands::{ptz, track};
 use crate::console;
 use anyhow::Context;
-use pursuit::mavlink::{Identity, MavlinkOptions, SigningKey};
+use pursuit::mavlink::{Endpoint, Identity, LinkCounts, MavlinkOptions, SigningKey};
 use pursuit::ptz::control::Follower;
 use pursuit::ptz::drivers::{GimbalHead, Pilot};
 use pursuit::ptz::geometry::FieldsOfView;
 use pursuit::{Finished, Run, RunConfig, RunError, StartFrom, head};
 use std::fmt::Write;
 use std::process::ExitCode;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
 
 /// `pursuit mavlink`: a run as `pursuit track` makes it, which ground stations tell what to track.
 pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
@@ -23,7 +25,9 @@ pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
     let config = RunConfig { video: config.video.or(Some(false)), ..config };
     let Some(config) = track::with_box(config, &args.track)? else { return Ok(ExitCode::SUCCESS) };
     let config = if args.gimbal.is_some() { manner.on_a_head(config) } else { config };
+    let is_told = config.start == Some(StartFrom::Command);
     let mavlink = pursuit::mavlink::Mavlink::open(options(args)?)?;
+    let _watched = tell_of_silence(mavlink.endpoint().clone(), is_told, global);
     let input = config.input.clone();
     let open = || Run::prepare(config, &track::open_options(&args.track));
     let run = console::connecting(input.as_ref(), global, open)?;
@@ -58,6 +62,47 @@ fn until_told(config: RunConfig) -> RunConfig {
     let says = !config.boxes.is_empty() || config.detect.is_some() || config.detections.is_some();
     let start = config.start.or((!says).then_some(StartFrom::Command));
     RunConfig { start, ..config }
+}
+
+/// Says, as long as the sender lives, that nobody was heard after a moment, and when somebody is.
+fn tell_of_silence(endpoint: Endpoint, is_told: bool, global: &Global) -> Sender<()> {
+    /// A ground station says every second that it is there.
+    const MOMENT: Duration = Duration::from_secs(3);
+    const AGAIN: Duration = Duration::from_millis(500);
+    let (lives, ends) = channel::<()>();
+    let is_quiet = global.quiet;
+    std::thread::spawn(move || {
+        let heard = || endpoint.counts().iter().any(|counts| counts.received > 0);
+        let waits = |time| ends.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
+        if is_quiet || !waits(MOMENT) || heard() {
+            return;
+        }
+        anstream::eprintln!("{}", console::printable(&silence(&endpoint.counts(), is_told)));
+        while !heard() {
+            if !waits(AGAIN) {
+                return;
+            }
+        }
+        anstream::eprintln!("somebody is heard");
+    });
+    lives
+}
+
+/// What is waited for.
+fn silence(links: &[LinkCounts], is_told: bool) -> String {
+    let how = |counts: &LinkCounts| {
+        let link = &counts.link;
+        match link.split(':').next() {
+            Some("udpin") => format!("{link} (point the ground station or the autopilot at this port of this machine)"),
+            Some("udpout") => format!("{link} (nothing came back from there)"),
+            Some("tcp") if counts.connections == 0 => format!("{link} (nothing listens there)"),
+            Some("serial") if counts.connections == 0 => format!("{link} (it cannot be opened)"),
+            _ => format!("{link} (it is open; is its other end sending, at this rate?)"),
+        }
+    };
+    let places = links.iter().map(how).collect::<Vec<_>>().join(", ");
+    let until = if is_told { "; nothing is tracked until a ground station says what" } else { "" };
+    format!("no ground station and no vehicle heard yet: waiting on {places}{until}")
 }
 
 fn options(args: &Mavlink) -> anyhow::Result<MavlinkOptions> {

@@ -2,6 +2,7 @@
 
 pub mod associate;
 pub mod batch;
+pub mod credentials;
 pub mod demo;
 pub mod eval;
 mod eval_many;

@@ -1,3 +1,4 @@
+use super::credentials::with_credentials;
 use super::{print, settings};
 use crate::args::{Global, Overlay, Track};
 use crate::{console, memory, networks};
@@ -105,7 +106,7 @@ fn configs(args: &Track) -> Result<Vec<RunConfig>, RunError> {
         if *count > 1 {
             folder.push(format!("-{count}"));
         }
-        let input = with_credentials(Locator::from(name.clone()), args)?;
+        let input = with_credentials(Locator::from(name.clone()), &args.credentials)?;
         let out = config.out.as_ref().map(|out| out.join(folder));
         Ok(RunConfig { input: Some(input), out, ..config.clone() })
     };
@@ -219,29 +220,11 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
 
 /// With credentials and networks, which are kept elsewhere.
 fn completed(config: RunConfig, args: &Track) -> Result<RunConfig, RunError> {
-    let input = config.input.map(|input| with_credentials(input, args)).transpose()?;
+    let input = config.input.map(|input| with_credentials(input, &args.credentials)).transpose()?;
     let detector = config.detect.as_deref();
     let parameters = networks::located(config.parameters, config.tracker.as_deref().into_iter(), detector);
     let publish = config.publish.map(|address| args.publish.with_password(address)).transpose()?;
     Ok(RunConfig { input, publish, parameters, ..config })
-}
-
-/// The input with the credentials that are kept elsewhere.
-#[allow(clippy::disallowed_methods, reason = "the variable that the user names")]
-fn with_credentials(input: Locator, args: &Track) -> Result<Locator, RunError> {
-    let (text, place) = match (&args.credentials_env, &args.credentials_file) {
-        (Some(name), _) => (std::env::var(name).map_err(|e| e.to_string()), format!("the variable {name}")),
-        (None, Some(path)) => {
-            (std::fs::read_to_string(path).map_err(|e| e.to_string()), format!("the file {}", path.display()))
-        }
-        (None, None) => return Ok(input),
-    };
-    let text =
-        text.map_err(|e| RunError::usage(format!("no credentials in {place}: {e}; it should hold USER:PASSWORD")))?;
-    match text.lines().next().and_then(|line| line.trim_end().split_once(':')) {
-        Some((user, password)) => Ok(input.with_credentials(user, password)),
-        None => Err(RunError::usage(format!("no credentials in {place}: its first line is not USER:PASSWORD"))),
-    }
 }
 
 /// How depth images are to be read.

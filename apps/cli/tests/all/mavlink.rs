@@ -51,6 +51,18 @@ fn a_box_is_tracked_at_once_and_said_to_who_listens() {
 }
 
 #[test]
+fn who_is_waited_for_is_said() {
+    let (link, folder) = (format!("udpin:127.0.0.1:{}", free_port()), tempfile::tempdir().unwrap());
+    let out = folder.path().join("out");
+    let args = ["mavlink", "scene:drift?seed=7&duration=6", "--real-time", "--no-video", "--link", &link];
+    let said = stderr(&command(&args).arg("--out").arg(&out).output().unwrap());
+    let waits = format!("no ground station and no vehicle heard yet: waiting on {link}");
+    assert!(said.contains(&waits) && said.contains("until a ground station says what"), "{said}");
+    let said = stderr(&command(&args).args(["--quiet", "--out"]).arg(folder.path().join("quiet")).output().unwrap());
+    assert!(!said.contains("waiting"), "{said}");
+}
+
+#[test]
 fn wrong_uses_say_what_would_do() {
     let link = format!("udpin:127.0.0.1:{}", free_port());
     for (args, says) in [

@@ -100,6 +100,35 @@ fn a_simulated_camera_crops_its_pictures_from_a_scene() {
 }
 
 #[test]
+fn a_simulated_run_says_its_seed_and_leaves_a_film() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = folder.path().join("film.mp4");
+    let film = film.to_str().unwrap();
+    let scene =
+        ["ptz", "simulate", "--scene", "wide-world?seed=3&reach=30&duration=4", "--tracker", "kcf", "--film", film];
+    let output = pursuit(&[&scene[..], &["--controller", "velocity", "--first-seed", "7"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).starts_with("One run, seed 7. "), "{}", stdout(&output));
+    // It is a video that is read like any other, with a picture for each that arrived within the four seconds.
+    let read = pursuit(&["track", film, "--box", "300,160,20,40", "--tracker", "mosse", "--no-video", "--out", "-"]);
+    let frames = stdout(&read).lines().filter(|line| line.starts_with('{')).count();
+    assert!((90..=101).contains(&frames), "{frames}: {}", stderr(&read));
+    fails(&pursuit(&scene), 2, &["one --controller"]);
+    fails(&pursuit(&["ptz", "simulate", "--film", film]), 2, &["--scene"]);
+}
+
+#[test]
+fn credentials_of_the_camera_are_kept_elsewhere_while_a_head_is_calibrated_too() {
+    let calibrate = ["ptz", "calibrate", "rtsp://127.0.0.1:1/stream", "--head", "hook:true"];
+    let without = pursuit(&[&calibrate[..], &["--credentials-env", "PURSUIT_NO_SUCH_VARIABLE"]].concat());
+    fails(&without, 2, &["PURSUIT_NO_SUCH_VARIABLE", "USER:PASSWORD"]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("secret");
+    std::fs::write(&file, "no colon\n").unwrap();
+    fails(&pursuit(&[&calibrate[..], &["--credentials-file", file.to_str().unwrap()]].concat()), 2, &["first line"]);
+}
+
+#[test]
 fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
     let folder = tempfile::tempdir().unwrap();
     let mut list = "index,image,x,y,w,h\n".to_owned();

@@ -161,6 +161,52 @@ fn a_broker_that_is_not_there_holds_nothing_up() {
 }
 
 #[test]
+fn nothing_of_former_versions_and_zones_haunts_home_assistant() {
+    let Some(mosquitto) = Mosquitto::open() else { return };
+    let config = |kind: &str, what: &str| format!("homeassistant/{kind}/yard_1/{what}/config");
+    let listens = |to: &str| format!("{{\"name\":\"x\",\"state_topic\":\"{to}\"}}");
+    // Version 0.1 told of every target by four entities, and of who is present by another.
+    for n in 1..=9 {
+        let state = listens(&format!("yard/1/targets/{n}/state"));
+        mosquitto.leave(&config("binary_sensor", &format!("target_{n}")), &state);
+        for what in ["x", "y", "score"] {
+            let frame = listens(&format!("yard/1/targets/{n}/frame"));
+            mosquitto.leave(&config("sensor", &format!("target_{n}_{what}")), &frame);
+        }
+        mosquitto.leave(&format!("yard/1/targets/{n}/state"), "{\"present\":true}");
+    }
+    mosquitto.leave(&config("sensor", "present"), &listens("yard/1/present"));
+    // A zone that is no more, one that still is, a class; and a neighbour whose prefix has the same name there.
+    mosquitto.leave("yard/1/zones/gate", "{\"present\":true}");
+    mosquitto.leave(&config("binary_sensor", "gate_present"), &listens("yard/1/zones/gate"));
+    mosquitto.leave(&config("binary_sensor", "door_person_present"), &listens("yard/1/zones/door"));
+    mosquitto.leave(&config("sensor", "person_count"), &listens("yard/1/counts"));
+    mosquitto.leave(&config("binary_sensor", "target_77"), &listens("yard_1/targets/77/state"));
+    let folder = tempfile::tempdir().unwrap();
+    let broker = format!("mqtt://127.0.0.1:{}/yard/1", mosquitto.port);
+    let zone = "door=0,0,2000,0,2000,2000,0,2000";
+    let more = ["--publish", &broker, "--publish-discovery", "homeassistant", "--zone", zone];
+    let output = track_for(2, folder.path(), &more);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let fresh = mosquitto.listen(&[]);
+    fresh.wait_for("yard/1/status", "offline");
+    let heard = fresh.heard();
+    let mut left: Vec<&str> = heard.iter().map(|heard| &*heard.topic).collect();
+    left.sort_unstable();
+    let mut stays: Vec<String> = ["present", "picture", "run", "status"].map(|what| format!("yard/1/{what}")).into();
+    for what in ["present", "door_present", "door_person_present", "target_77"] {
+        stays.push(config("binary_sensor", what));
+    }
+    for what in ["count", "door_count", "person_count"] {
+        stays.push(config("sensor", what));
+    }
+    stays.push(config("image", "last_event"));
+    stays.sort_unstable();
+    assert_eq!(left, stays);
+    assert_eq!(all_json(fresh.under("yard/1/present"))[0]["targets"], serde_json::json!([]));
+}
+
+#[test]
 #[cfg(unix)]
 fn the_broker_says_when_a_watcher_died() {
     let Some(mosquitto) = Mosquitto::open() else { return };

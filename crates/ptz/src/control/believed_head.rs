@@ -36,7 +36,8 @@ impl BelievedHead {
         self.word.departure()
     }
 
-    fn prompt(&self) -> bool {
+    /// Whether what the head says of itself is true and prompt, and so is what is believed.
+    pub fn prompt(&self) -> bool {
         self.word.honesty() == Honesty::Prompt
     }
 

@@ -53,6 +53,8 @@ pub struct Follower {
 impl Follower {
     /// How often a head that shall stand is told so, seconds: a command may get lost.
     const STOP_AGAIN_S: f64 = 0.5;
+    /// A delay known to this deviation counts as known, seconds.
+    const KNOWN_S: f64 = 0.03;
     /// How close to a place on its way the head need not come closer, degrees.
     const NEAR_DEG: f64 = 0.1;
 
@@ -120,7 +122,14 @@ impl Follower {
 
     /// The head says how it stands.
     fn hear(&mut self, now_s: f64, status: &Status) -> Result<()> {
+        let (was_prompt, before_s) = (self.head.prompt(), self.head.late_s());
         let by = self.head.hear(now_s, status);
+        if self.head.prompt() != was_prompt
+            && let Some(target) = &mut self.target
+        {
+            // How late commands are is known by the head's word from now on, no longer by sightings, or the other way round.
+            target.later(before_s - self.head.late_s())?;
+        }
         if by == Direction::AHEAD {
             return Ok(());
         }
@@ -223,7 +232,7 @@ impl Follower {
     ) -> Option<Command> {
         let away = there.direction.from(head.direction);
         let (half_x, half_y) = self.half_view_deg(head.zoom);
-        let (params, limits) = (&self.params, self.limits());
+        let (params, limits, gain_per_s) = (&self.params, self.limits(), self.gain_per_s());
         let pan = AxisAim {
             head_deg: head.direction.pan_deg,
             head_deg_s: turning.pan_deg_s,
@@ -242,7 +251,7 @@ impl Follower {
         let drive = |rest: &mut DeadZone, aim: AxisAim, half_deg: f64, limits| {
             let zone = if there.is_waypoint { Self::NEAR_DEG } else { params.dead_zone * half_deg };
             let rests = rest.rests(aim.away_deg, speed, zone, params.still_deg_s);
-            if rests { 0.0 } else { aim.speed_deg_s(params.gain_per_s, limits) }
+            if rests { 0.0 } else { aim.speed_deg_s(gain_per_s, limits) }
         };
         let velocity = Velocity {
             pan_deg_s: drive(pan_rest, pan, half_x, &limits.pan),
@@ -272,6 +281,14 @@ impl Follower {
 
     const fn permit(&self) -> Permit<'_> {
         Permit { zones: &self.params.zones, views: &self.views, size: self.size, limits: &self.params.limits }
+    }
+
+    /// How fast the distance is closed: more slowly while the delays are not known. A head that obeys later than assumed makes the target seem
+    /// to run ahead of it, and is sent after that, past a target that stands.
+    fn gain_per_s(&self) -> f64 {
+        let FollowerParams { gain_per_s, caution, .. } = self.params;
+        let unsure_s = self.target.as_ref().map_or(0.0, |target| (target.late_s().1 - Self::KNOWN_S).max(0.0));
+        gain_per_s / (1.0 + caution * gain_per_s * unsure_s)
     }
 
     /// What the head can do, slower where the target is near.

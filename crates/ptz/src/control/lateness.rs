@@ -75,6 +75,18 @@ impl Lateness {
         self.members.iter_mut().try_for_each(|member| member.motion.shift(by))
     }
 
+    /// What is assumed of commands and pictures together has changed: they take by `by_s` longer than assumed than was believed.
+    ///
+    /// # Errors
+    /// Where the number is not finite.
+    pub fn later(&mut self, by_s: f64) -> Result<()> {
+        self.members.iter_mut().try_for_each(|member| {
+            member.motion.later(by_s)?;
+            member.from_s += by_s;
+            Ok(())
+        })
+    }
+
     /// The target was seen again at `time_s`, `seen` by how much later than assumed and which jitter.
     ///
     /// # Errors

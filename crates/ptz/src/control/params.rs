@@ -45,7 +45,7 @@ parameters! {
         /// Standard deviation of a sighting where the tracker gives no covariance, and the least one believed.
         pub sigma_px: f64 = 2.0, in above(0.0).at_most(1e6), unit "px";
         /// How uncertain the delays of commands and pictures together are, one standard deviation.
-        pub timing_s: f64 = 0.1, in 0.0..=1.0, unit "s";
+        pub timing_s: f64 = 0.3, in 0.0..=1.0, unit "s";
         /// How much the delay varies from command to command, one standard deviation.
         pub jitter_s: f64 = 0.05, in 0.0..=1.0, unit "s";
         /// How much the age varies from picture to picture, one standard deviation.
@@ -168,6 +168,9 @@ parameters! {
         pub period_s: f64 = 0.04, in 0.01..=2.0, unit "s";
         /// How fast the velocity scheme closes the distance.
         pub gain_per_s: f64 = 4.5, in 0.01..=50.0, unit "1/s";
+        /// How much more slowly it does so while the delays are not known: the gain is divided by `1 + caution · gain · (σ − 0.03 s)`, σ being
+        /// how uncertain they are.
+        pub caution: f64 = 2.0, in 0.0..=100.0;
         /// The first target, or all together.
         pub subject: Subject = Subject::First;
         /// Where in the picture the target shall be.

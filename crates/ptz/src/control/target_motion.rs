@@ -98,7 +98,18 @@ impl TargetMotion {
     /// # Errors
     /// Where a number is not finite; the belief is then as it was.
     pub fn shift(&mut self, by: Direction) -> Result<()> {
-        let by = SVector::from([by.pan_deg, by.tilt_deg, 0.0, 0.0, 0.0]);
+        self.moved(SVector::from([by.pan_deg, by.tilt_deg, 0.0, 0.0, 0.0]))
+    }
+
+    /// What is assumed of commands and pictures together has changed: they take by `by_s` longer than assumed than was believed.
+    ///
+    /// # Errors
+    /// Where the number is not finite; the belief is then as it was.
+    pub fn later(&mut self, by_s: f64) -> Result<()> {
+        self.moved(SVector::from([0.0, 0.0, 0.0, 0.0, by_s]))
+    }
+
+    fn moved(&mut self, by: SVector<f64, 5>) -> Result<()> {
         let [calm, brisk] = self.belief.beliefs();
         let shifted = |of: &Gaussian<5>| Gaussian::new(of.mean() + by, *of.covariance());
         let probabilities = (*self.belief.probabilities()).into();
@@ -293,6 +304,17 @@ mod tests {
         let belief = motion.at(32.3).unwrap();
         assert!((belief.direction.pan_deg - 10.0).abs() < 0.2, "{belief:?}");
         assert_eq!(belief.late_s, late);
+    }
+
+    #[test]
+    fn what_is_assumed_of_the_delay_may_change() {
+        let mut motion = walked(1.0, |t| 3.0 * t);
+        let (before, (late, sigma)) = (motion.at(1.2).unwrap(), motion.late_s());
+        motion.later(-0.3).unwrap();
+        let after = motion.at(1.2).unwrap();
+        assert_eq!((after.direction, after.speed_deg_s), (before.direction, before.speed_deg_s));
+        assert!((motion.late_s().0 - (late - 0.3)).abs() < 1e-12 && (motion.late_s().1 - sigma).abs() < 1e-12);
+        assert!(motion.later(f64::NAN).is_err() && (motion.late_s().0 - (late - 0.3)).abs() < 1e-12);
     }
 
     #[test]

@@ -11,12 +11,22 @@ pub struct TrackingEye<'a> {
     recipe: &'a dyn Recipe,
     tracker: Option<Box<dyn Tracker>>,
     looked: u64,
+    watcher: Option<Box<Watcher<'a>>>,
 }
+
+/// Is shown each picture that was looked at, how it was taken, and what the tracker said of it.
+type Watcher<'a> = dyn FnMut(&Frame, &Exposure, Option<&Estimate>) -> Result<()> + 'a;
 
 impl<'a> TrackingEye<'a> {
     /// An eye for `world`, with a tracker by `recipe`.
     pub const fn new(world: Box<dyn World + 'a>, recipe: &'a dyn Recipe) -> Self {
-        Self { world, recipe, tracker: None, looked: 0 }
+        Self { world, recipe, tracker: None, looked: 0, watcher: None }
+    }
+
+    /// The same, and `watcher` is shown each picture that was looked at, how it was taken, and what the tracker said of it.
+    #[must_use]
+    pub fn shown_to(self, watcher: impl FnMut(&Frame, &Exposure, Option<&Estimate>) -> Result<()> + 'a) -> Self {
+        Self { watcher: Some(Box::new(watcher)), ..self }
     }
 
     /// What is said of a frame.
@@ -47,6 +57,9 @@ impl Eye for TrackingEye<'_> {
         };
         self.looked += 1;
         let seen = self.estimate(&frame, exposure)?;
+        if let Some(watcher) = &mut self.watcher {
+            watcher(&frame, exposure, seen.as_ref())?;
+        }
         let (tracker, stamp_s) = (self.tracker.as_deref(), exposure.arrival_s);
         Ok(Box::new(move |time_s: f64| {
             Aim::ahead(seen.as_ref()?, time_s - stamp_s, |seconds| tracker?.forecast(seconds).ok())
@@ -132,7 +145,14 @@ mod tests {
             let samples = study.follow(contender, 1, Direction::new(0.0, 2.0), &target, eye).unwrap();
             Figures::of(&samples, 3.0)
         };
-        let with = follow(Contender::Velocity, &mut eye(&recipe));
+        let mut shown = Vec::new();
+        let mut seen = eye(&recipe).shown_to(|frame, exposure, estimate| {
+            shown.push((frame.time_s(), exposure.time_s, estimate.is_some()));
+            Ok(())
+        });
+        let with = follow(Contender::Velocity, &mut seen);
+        drop(seen);
+        assert!(shown.len() > 250 && shown.iter().all(|(at, taken, told)| at == taken && *told), "{}", shown.len());
         assert!(with.central > 0.9 && with.shown == 1.0, "{with:?}");
         let without = follow(Contender::StopAndGo, &mut eye(&recipe));
         assert!(without.central < with.central - 0.2, "{without:?}");

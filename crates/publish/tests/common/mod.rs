@@ -99,6 +99,13 @@ impl Mosquitto {
         wait_until("the broker", || TcpStream::connect((Ipv4Addr::LOCALHOST, port)).is_ok());
     }
 
+    /// Leaves a retained message, as somebody else.
+    pub fn leave(&self, topic: &str, payload: &str) {
+        let mut command = Command::new(program("mosquitto_pub").unwrap());
+        let own = ["-h", "127.0.0.1", "-p", &self.port.to_string(), "-q", "1", "-r", "-t", topic, "-m", payload];
+        assert!(made_quietly(command.args(own)).status().unwrap().success());
+    }
+
     pub fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
             child.kill().unwrap();

@@ -4,11 +4,15 @@
 //! each frame and of where the tracker expects that, and [`Poses`], which says of each frame how the head stood when it was
 //! taken, for trackers with `motion.camera = pose`. [`follow`] puts both into a run.
 
+#[cfg(feature = "encode")]
+mod film;
 mod grid_map;
 mod known_world;
 mod sink;
 mod steering;
 
+#[cfg(feature = "encode")]
+pub use film::Film;
 pub use grid_map::grid_map;
 pub use known_world::{KnownTarget, KnownWorld};
 pub use sink::HeadSink;

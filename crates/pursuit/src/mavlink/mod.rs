@@ -7,4 +7,4 @@ mod steering;
 pub use options::{Mavlink, MavlinkOptions};
 pub use sink::CameraSink;
 
-pub use pursuit_mavlink::{Identity, LinkAddress, LinkCounts, SigningKey};
+pub use pursuit_mavlink::{Endpoint, Identity, LinkAddress, LinkCounts, SigningKey};

@@ -4,7 +4,8 @@
 //! each class that was ever seen, and a picture of the last thing that happened. They are called `count` and `present`, of people
 //! `person_count` and `person_present`, of a zone `door_count`, of people in it `door_person_count`.
 
-use pursuit_publish::Message;
+use crate::events::Zone;
+use pursuit_publish::{Message, OwnTopics};
 use pursuit_tracking::Class;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -44,6 +45,21 @@ impl HomeAssistant {
         });
         let former = Message { payload: Vec::new(), ..self.config("sensor", "present", json!({})) };
         [self.config("image", "last_event", picture), former]
+    }
+
+    /// What is no more of what was told before: former versions told of every target, and zones come and go. What is told of classes
+    /// stays, for they may be seen again.
+    pub fn leftovers(&self, zones: &[Zone]) -> OwnTopics {
+        let (prefix, zones) =
+            (self.prefix.clone(), zones.iter().map(|zone| zone.name.clone()).collect::<BTreeSet<_>>());
+        OwnTopics::those(format!("{DISCOVERY}/+/{}/+/config", self.node), move |config| {
+            let Ok(config) = serde_json::from_slice::<Value>(config) else { return false };
+            // Another prefix may have the same name inside Home Assistant: the topics that are listened to tell them apart.
+            let topic =
+                config["state_topic"].as_str().and_then(|topic| topic.strip_prefix(&*prefix)?.strip_prefix('/'));
+            let Some(topic) = topic else { return false };
+            topic.starts_with("targets/") || topic.strip_prefix("zones/").is_some_and(|zone| !zones.contains(zone))
+        })
     }
 
     /// Where the picture of what happened last is.

@@ -2,6 +2,7 @@
 
 use super::{PublishFacts, PublishOptions};
 use crate::RunError;
+use crate::events::Zone;
 use crate::run::{InputFacts, RecipeFacts};
 use crate::sinks::{Moment, Sink};
 use pursuit_address::Locator;
@@ -24,7 +25,7 @@ impl Publication {
         Err(RunError::usage(format!("this build cannot publish; build with `--features {feature}`")))
     }
 
-    pub fn start(&self, _: &InputFacts, _: &RecipeFacts) -> Result<PublishSink, RunError> {
+    pub fn start(&self, _: &InputFacts, _: &RecipeFacts, _: &[Zone]) -> Result<PublishSink, RunError> {
         match *self {}
     }
 }

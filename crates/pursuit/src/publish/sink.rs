@@ -3,13 +3,13 @@ use super::message::{PRESENT_SCHEMA, Present, RUN_SCHEMA, RunMessage, Sample, to
 use super::picture::{is_shown, picture_of};
 use super::{Every, PublishFacts, PublishOptions};
 use crate::RunError;
-use crate::events::{EventMessage, Occupancy, Watched, counts};
+use crate::events::{EventMessage, Occupancy, Watched, Zone, counts};
 use crate::run::{InputFacts, RecipeFacts};
 use crate::sinks::{Moment, Sink};
 use pursuit_address::Locator;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_publish::{Broker, Message, Options, PublishError, Publisher, Qos};
+use pursuit_publish::{Broker, Message, Options, OwnTopics, PublishError, Publisher, Qos};
 use pursuit_tracking::{TargetId, TrackState};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -77,14 +77,16 @@ impl Publication {
         Ok(Self { broker, prefix, options: options.clone() })
     }
 
-    /// Begins to connect.
+    /// Begins to connect. `zones` are those that are watched.
     ///
     /// # Errors
     /// What this build cannot reach, and certificates that are of no use.
-    pub fn start(&self, input: &InputFacts, recipe: &RecipeFacts) -> Result<PublishSink, RunError> {
+    pub fn start(&self, input: &InputFacts, recipe: &RecipeFacts, zones: &[Zone]) -> Result<PublishSink, RunError> {
         let mut options = Options::new(format!("{}/status", self.prefix));
         options.capacity = self.options.buffer.unwrap_or(options.capacity);
-        options.own_topics = Some(format!("{}/targets/+/state", self.prefix));
+        let home = self.options.discovery.map(|_| HomeAssistant::new(&self.prefix));
+        let own = ["targets/+/state", "zones/+", "counts"].map(|own| OwnTopics::all(format!("{}/{own}", self.prefix)));
+        options.own_topics = own.into_iter().chain(home.iter().map(|home| home.leftovers(zones))).collect();
         let qos = self.options.qos.and_then(Qos::of).unwrap_or(Qos::AtMostOnce);
         let (every, prefix) = (self.options.every(), self.prefix.clone());
         let encode = move |sample: Sample| Message {
@@ -104,7 +106,6 @@ impl Publication {
         };
         let publisher =
             Publisher::start(self.broker.clone(), options, encode).map_err(|e| RunError::usage(e.to_string()))?;
-        let home = self.options.discovery.map(|_| HomeAssistant::new(&self.prefix));
         let run = RunMessage {
             schema: RUN_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),

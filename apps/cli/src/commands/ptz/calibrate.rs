@@ -1,7 +1,9 @@
-use crate::args::PtzCalibrate;
+use crate::args::{Global, PtzCalibrate};
+use crate::commands::credentials::with_credentials;
 use crate::commands::print;
 use crate::console;
 use anyhow::{Context, bail};
+use pursuit::media::Locator;
 use pursuit::open;
 use pursuit::ptz::calibration::{CalibrationParams, Calibrator, Shift, ShiftMeter, Step};
 use pursuit::ptz::control::FollowerParams;
@@ -15,9 +17,11 @@ const LONGEST_SIDE: usize = 512;
 const WATCHDOG: Duration = Duration::from_millis(1800);
 
 /// `pursuit ptz calibrate`.
-pub fn run(args: &PtzCalibrate) -> anyhow::Result<ExitCode> {
+pub fn run(args: &PtzCalibrate, global: &Global) -> anyhow::Result<ExitCode> {
     let stop = console::stop_flag();
-    let mut source = open(args.input.as_str())?;
+    let input = with_credentials(Locator::from(args.input.as_str()), &args.credentials)?;
+    let open_input = || open(input.clone());
+    let mut source = console::connecting(Some(&input), global, open_input)?;
     let size = source.info().size;
     let side = |length: usize| (length / 2 * 2).min(LONGEST_SIDE);
     let mut meter = ShiftMeter::new(side(size.width), side(size.height))?;

@@ -24,7 +24,7 @@ pub fn run(args: &Ptz, global: &Global) -> anyhow::Result<ExitCode> {
     match &args.command {
         PtzCommand::Simulate(args) => simulate::run(args),
         PtzCommand::Follow(args) => follow::run(args, global),
-        PtzCommand::Calibrate(args) => calibrate::run(args),
+        PtzCommand::Calibrate(args) => calibrate::run(args, global),
         PtzCommand::Probe(args) => probe::run(args),
     }
 }

@@ -1,14 +1,21 @@
 use crate::args::PtzSimulate;
 use crate::commands::{print, settings};
 use anyhow::Context;
+#[cfg(feature = "encode")]
+use pursuit::head::Film;
 use pursuit::head::KnownWorld;
 use pursuit::parameters::{Table, Value, merge, nested};
-use pursuit::ptz::simulation::{Contender, Figures, Study, TrackingEye, Walk};
+#[cfg(feature = "encode")]
+use pursuit::ptz::PtzError;
+#[cfg(feature = "encode")]
+use pursuit::ptz::simulation::CameraParams;
+use pursuit::ptz::simulation::{Contender, Eye, Figures, Sample, Study, TrackingEye, Walk};
 use pursuit::trackers::registry;
 use pursuit::{Recipe, RunError};
 use std::cell::Cell;
 use std::fmt::Write;
 use std::ops::Range;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// The figures of one controller on one walk.
@@ -53,6 +60,10 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     if args.grid {
         return super::grid::run(args, &study);
     }
+    let film = args.film.as_deref();
+    if film.is_some() && args.scene.is_none() && args.clip.is_none() {
+        return Err(RunError::usage("a film needs pictures: give --scene or --clip with --film").into());
+    }
     let world = match (&args.scene, &args.clip) {
         (Some(query), _) => Some(KnownWorld::scene(query)?),
         (_, Some(input)) => Some(KnownWorld::clip(input, args.clip_view)?),
@@ -63,6 +74,9 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     let seeds = args.first_seed..args.first_seed + seeds;
     let asked = |name: &str| args.controller.is_empty() || args.controller.iter().any(|asked| asked == name);
     let contenders = || Contender::ALL.into_iter().filter(|c| asked(c.name()));
+    if film.is_some() && (contenders().count(), seeds.end - seeds.start) != (1, 1) {
+        return Err(RunError::usage("a film shows one run: give one --controller and --seeds 1 with --film").into());
+    }
     let tracker = registry::tracker(&args.tracker)?;
     let recipe_for = |contender: Contender| {
         let by_pose = (contender == Contender::Forecast).then(|| ("motion.camera".to_owned(), "pose".into()));
@@ -74,7 +88,7 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     if let Some(world) = &world {
         for contender in contenders() {
             let recipe = recipe_for(contender)?;
-            let runs = seeds.clone().map(|seed| look(&study, world, contender, seed, &*recipe));
+            let runs = seeds.clone().map(|seed| look(&study, world, contender, seed, &*recipe, film));
             let figures = Figures::mean(&runs.collect::<anyhow::Result<Vec<_>>>()?);
             rows.push(Row { walk: world.name().to_owned(), contender, figures, stands: false });
         }
@@ -105,6 +119,7 @@ fn look(
     contender: Contender,
     seed: u64,
     recipe: &dyn Recipe,
+    film: Option<&Path>,
 ) -> anyhow::Result<Figures> {
     let study = Study { duration_s: study.duration_s.min(world.duration_s()), ..study.clone() };
     if study.duration_s <= study.judged_from_s {
@@ -113,7 +128,7 @@ fn look(
             "there are {lasts:.1} s to look at, and runs are judged from {from} s on; lower judged_from_s in --head FILE.toml"
         );
     }
-    let mut eye = TrackingEye::new(world.world()?, recipe);
+    let eye = TrackingEye::new(world.world()?, recipe);
     let Some(first) = world.target(0.0) else { anyhow::bail!("the target is not there at the beginning") };
     // Who has left is where he was seen last.
     let last = Cell::new(first);
@@ -121,16 +136,47 @@ fn look(
         last.set(world.target(time_s).unwrap_or(last.get()));
         last.get()
     };
-    let samples = study.follow(contender, seed, first.0, &target, &mut eye)?;
+    let samples = match film {
+        None => study.follow(contender, seed, first.0, &target, &mut { eye })?,
+        Some(path) => filmed(&study, eye, path, |eye| study.follow(contender, seed, first.0, &target, eye))?,
+    };
     Ok(Figures::of(&samples, study.judged_from_s))
+}
+
+/// A run whose pictures become a video.
+#[cfg(feature = "encode")]
+fn filmed(
+    study: &Study,
+    eye: TrackingEye<'_>,
+    path: &Path,
+    run: impl FnOnce(&mut dyn Eye) -> pursuit::ptz::Result<Vec<Sample>>,
+) -> anyhow::Result<Vec<Sample>> {
+    let fps = study.camera.clone().map_or_else(CameraParams::usual, Ok)?.fps;
+    let mut film = Film::create(path, fps)?;
+    let failed = |error: RunError| PtzError::Picture { reason: error.to_string() };
+    let mut eye = eye.shown_to(|frame, taken, estimate| film.add(frame, taken, estimate).map_err(failed));
+    let samples = run(&mut eye)?;
+    drop(eye);
+    film.finish()?;
+    Ok(samples)
+}
+
+#[cfg(not(feature = "encode"))]
+fn filmed(
+    _: &Study,
+    _: TrackingEye<'_>,
+    _: &Path,
+    _: impl FnOnce(&mut dyn Eye) -> pursuit::ptz::Result<Vec<Sample>>,
+) -> anyhow::Result<Vec<Sample>> {
+    Err(RunError::usage(pursuit::NO_OVERLAY.unwrap_or("this build writes no video")).into())
 }
 
 fn table(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
     let wide = rows.iter().map(|row| row.walk.len()).max().unwrap_or(0).max(10);
     let mut text = format!(
-        "Means over {} seeds. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
+        "{}. central: within the central 20 % of the picture; rms: off the middle; shown: in the picture.\n\n\
          {:<wide$} {:<13} {:>9} {:>8} {:>9} {:>16} {:>10} {:>9}\n",
-        seeds.end - seeds.start,
+        over(seeds),
         "walk",
         "controller",
         "central",
@@ -155,6 +201,14 @@ fn table(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {
         }
     }
     Ok(text)
+}
+
+/// Over how many runs the figures are means.
+fn over(seeds: &Range<u64>) -> String {
+    match seeds.end - seeds.start {
+        1 => format!("One run, seed {}", seeds.start),
+        many => format!("Means over {many} seeds"),
+    }
 }
 
 fn json(rows: &[Row], seeds: &Range<u64>) -> anyhow::Result<String> {

@@ -203,6 +203,22 @@ impl Onvif {
     }
 }
 
+/// The token of the stored position of a number, of those that a camera lists with their names. Many makers' tokens are the numbers; of
+/// others they end in them (`PRESET_3`), or mean nothing, and the positions count in the order of the list.
+fn token_of(number: u8, stored: &[(String, String)]) -> String {
+    let text = number.to_string();
+    let ends = |token: &str| {
+        let digits = token.len() - token.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        token[token.len() - digits..].parse() == Ok(number)
+    };
+    let find = |is_it: &dyn Fn(&(String, String)) -> bool| stored.iter().find(|one| is_it(one));
+    let found = find(&|(token, _)| *token == text)
+        .or_else(|| find(&|(_, name)| *name == text))
+        .or_else(|| find(&|(token, _)| ends(token)))
+        .or_else(|| stored.get(usize::from(number).checked_sub(1)?));
+    found.map_or(text, |(token, _)| token.clone())
+}
+
 impl Head for Onvif {
     fn name(&self) -> &str {
         &self.client.name
@@ -234,7 +250,11 @@ impl Head for Onvif {
             Command::Move(velocity) => self.velocity(&velocity)?,
             Command::GoTo { direction, zoom } => self.go_to(direction, zoom)?,
             Command::TurnBy { by } => self.turn_by(by)?,
-            Command::Preset { number } => self.goto_preset(&number.to_string())?,
+            Command::Preset { number } => {
+                // Where the camera lists nothing, the number is all there is to go by.
+                let stored = self.presets().unwrap_or_default();
+                self.goto_preset(&token_of(number, &stored))?;
+            }
             Command::Home if self.facts.home => self.act("GotoHomePosition", "")?,
             Command::Home => {
                 return Err(PtzError::Unsupported { head: self.client.name.clone(), what: "go home" });
