@@ -96,7 +96,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("film.mp4");
         let mut film = Film::create(&path, 25.0).unwrap();
-        for k in 0..10 {
+        for k in 0..10_i32 {
             let time_s = f64::from(k) * 0.04;
             let frame = Frame::new(u64::from(k.unsigned_abs()), time_s, Image::filled(160, 90, [60; 3]).unwrap());
             film.add(&frame, &taken(time_s, at(80.0)), Some(&tracked)).unwrap();
