@@ -27,7 +27,6 @@ pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
     let config = if args.gimbal.is_some() { manner.on_a_head(config) } else { config };
     let is_told = config.start == Some(StartFrom::Command);
     let mavlink = pursuit::mavlink::Mavlink::open(options(args)?)?;
-    let _watched = tell_of_silence(mavlink.endpoint().clone(), is_told, global);
     let input = config.input.clone();
     let open = || Run::prepare(config, &track::open_options(&args.track));
     let run = console::connecting(input.as_ref(), global, open)?;
@@ -45,6 +44,8 @@ pub fn run(args: &Mavlink, global: &Global) -> anyhow::Result<ExitCode> {
         }
         _ => mavlink.serve(run, None)?,
     };
+    // Whoever looks for a gimbal in vain has said so by now.
+    let _watched = tell_of_silence(mavlink.endpoint().clone(), is_told, global);
     let say = |finished: &Finished| match (&finished.out, args.track.json) {
         (None, _) => Ok(String::new()),
         (Some(_), true) => {

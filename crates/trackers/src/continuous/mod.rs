@@ -51,7 +51,8 @@ impl LocalizerRecipe for ContinuousParams {
 pub fn eco_hc(name: &'static str) -> TrackerRecipe<ContinuousParams> {
     let groups = GroupParams {
         motion: MotionParams::calm(),
-        policy: PolicyParams::default(),
+        // By the usual thresholds a third of the frames without the target were told as tracked.
+        policy: PolicyParams { occluded_below: 0.5, seen_from: 0.6, found_from: 0.6, ..PolicyParams::default() },
         search: SearchParams { wide_windows: 6, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer: ContinuousParams::default(), groups }
