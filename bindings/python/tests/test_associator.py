@@ -145,7 +145,7 @@ def test_colours_of_the_picture_tell_neighbours_apart():
         for _ in range(20):
             apart = [[100, 100, 30, 60], [131, 100, 30, 60]]
             before = associator.update(apart, [0.9, 0.9], frame=picture(apart))
-        for _ in range(5):
+        for _ in range(30):
             associator.update([], [], frame=picture([]))
         crossed = [[131, 100, 30, 60], [100, 100, 30, 60]]
         after = associator.update(crossed, [0.9, 0.9], frame=picture(crossed))

@@ -191,20 +191,20 @@ mod tests {
             let (frame, found) = frame(k, &apart);
             many.update_in(&frame, &found).unwrap();
         }
-        for k in 20..24 {
+        for k in 20..32 {
             let (frame, _) = frame(k, &[]);
             many.update_in(&frame, &[]).unwrap();
         }
-        let (changed, found) = frame(24, &[(100.0, BLUE), (124.0, RED)]);
+        let (changed, found) = frame(32, &[(100.0, BLUE), (124.0, RED)]);
         assert_eq!(ids(many.update_in(&changed, &found).unwrap()), [(1, Some(1)), (2, Some(0))]);
         // By their places alone they are the other way round.
         let mut blind = Associating::fed(ManyParams::default()).unwrap();
-        for k in 0..25 {
-            let walkers: &[_] = if (20..24).contains(&k) { &[] } else { &apart };
+        for k in 0..32 {
+            let walkers: &[_] = if k >= 20 { &[] } else { &apart };
             let (frame, found) = frame(k, walkers);
             blind.update_in(&frame, &found).unwrap();
         }
-        let (frame, found) = frame(25, &[(100.0, BLUE), (124.0, RED)]);
+        let (frame, found) = frame(32, &[(100.0, BLUE), (124.0, RED)]);
         assert_eq!(ids(blind.update_in(&frame, &found).unwrap()), [(1, Some(0)), (2, Some(1))]);
     }
 
