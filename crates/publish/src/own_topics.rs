@@ -1,11 +1,14 @@
 use std::fmt;
 use std::sync::Arc;
 
+/// Says of a payload whether it is left over.
+type IsLeft = dyn Fn(&[u8]) -> bool + Send + Sync;
+
 /// Topics that are a publisher's alone. What one before it left retained there is made forgotten at the first connection.
 #[derive(Clone)]
 pub struct OwnTopics {
     filter: String,
-    is_left: Arc<dyn Fn(&[u8]) -> bool + Send + Sync>,
+    is_left: Arc<IsLeft>,
 }
 
 impl OwnTopics {
