@@ -11,8 +11,8 @@ mod mavlink;
 mod measure;
 mod ptz;
 mod publish;
-#[cfg(feature = "studio")]
 mod span;
+#[cfg(feature = "studio")]
 mod studio;
 mod survey;
 #[cfg(test)]
