@@ -2,14 +2,10 @@
 //! with all in `reproduce_in_full`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use pursuit_experiments::{Options, Paper, run};
+mod common;
 
-fn check(paper: Paper) {
-    let reproduction = run(paper, &Options::default()).unwrap();
-    assert!(reproduction.rows.iter().any(|row| row.bar.is_some()), "nothing was judged");
-    assert!(reproduction.rows.iter().all(|row| row.ours.value.is_finite()), "{reproduction}");
-    assert_eq!(reproduction.missed().count(), 0, "{reproduction}");
-}
+use common::check;
+use pursuit_experiments::{Options, Paper, run};
 
 #[test]
 #[ignore = "release: 200 seeds"]

@@ -1,14 +1,10 @@
 //! The two papers whose experiments take minutes with all their seeds: no figure may miss its bar.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use pursuit_experiments::{Options, Paper, run};
+mod common;
 
-fn check(paper: Paper) {
-    let reproduction = run(paper, &Options::default()).unwrap();
-    assert!(reproduction.rows.iter().any(|row| row.bar.is_some()), "nothing was judged");
-    assert!(reproduction.rows.iter().all(|row| row.ours.value.is_finite()), "{reproduction}");
-    assert_eq!(reproduction.missed().count(), 0, "{reproduction}");
-}
+use common::check;
+use pursuit_experiments::Paper;
 
 #[test]
 #[ignore = "whole: 1000 seeds, and 100 of the particle filter"]

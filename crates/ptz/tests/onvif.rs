@@ -95,6 +95,8 @@ fn stored_positions_are_found_by_their_numbers_whatever_their_tokens_are() {
     let nothing = "<t:Preset token='door'/><t:Preset token='gate'/>";
     assert_eq!((goes_to(nothing, 2), goes_to(nothing, 9)), ("gate".to_owned(), "9".to_owned()));
     assert_eq!(goes_to("", 4), "4");
+    let gap = "<t:Preset token='1'/><t:Preset token='3'/>";
+    assert_eq!(goes_to(gap, 2), "2", "what is not stored is no other position");
 }
 
 #[test]

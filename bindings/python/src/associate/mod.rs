@@ -123,7 +123,7 @@ impl Associator {
     ///
     /// boxes: (n, 4), left, top, width, height in pixels; with corners=True left, top, right, bottom. scores: (n,), confidences in [0, 1]; 1 without.
     /// classes: (n,), whole numbers; below 0: not known. embeddings: (n, d), what each box looks like; a row with NaN has none.
-    /// time_s: seconds, not before the frame before; without, a step of 1 / fps. frame: the picture, for the camera's motion (motion__camera="flow").
+    /// time_s: seconds, not before the frame before; without, a step of 1 / fps. frame: the picture, for the camera's motion (motion__camera="flow") and looks (embedding__model="colors").
     ///
     /// Raises UsageError for arrays whose shapes do not fit or a time that runs backward, InputError for a box that is not finite or a score outside of [0, 1];
     /// everything is then as before.

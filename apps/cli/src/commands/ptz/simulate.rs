@@ -155,10 +155,11 @@ fn filmed(
     let mut film = Film::create(path, fps)?;
     let failed = |error: RunError| PtzError::Picture { reason: error.to_string() };
     let mut eye = eye.shown_to(|frame, taken, estimate| film.add(frame, taken, estimate).map_err(failed));
-    let samples = run(&mut eye)?;
+    let samples = run(&mut eye);
     drop(eye);
+    // What was seen until something went wrong can be looked at.
     film.finish()?;
-    Ok(samples)
+    Ok(samples?)
 }
 
 #[cfg(not(feature = "encode"))]

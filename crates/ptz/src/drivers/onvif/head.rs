@@ -204,18 +204,20 @@ impl Onvif {
 }
 
 /// The token of the stored position of a number, of those that a camera lists with their names. Many makers' tokens are the numbers; of
-/// others they end in them (`PRESET_3`), or mean nothing, and the positions count in the order of the list.
+/// others they end in them (`PRESET_3`). Where no token ends in a number the positions count in the order of the list; where some do, a
+/// number that none has is no position, and the camera is left to say so.
 fn token_of(number: u8, stored: &[(String, String)]) -> String {
     let text = number.to_string();
-    let ends = |token: &str| {
-        let digits = token.len() - token.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-        token[token.len() - digits..].parse() == Ok(number)
+    let number_in = |token: &str| {
+        let word = token.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        token[word..].parse::<u64>().ok()
     };
+    let is_numbered = stored.iter().any(|(token, _)| number_in(token).is_some());
     let find = |is_it: &dyn Fn(&(String, String)) -> bool| stored.iter().find(|one| is_it(one));
     let found = find(&|(token, _)| *token == text)
         .or_else(|| find(&|(_, name)| *name == text))
-        .or_else(|| find(&|(token, _)| ends(token)))
-        .or_else(|| stored.get(usize::from(number).checked_sub(1)?));
+        .or_else(|| find(&|(token, _)| number_in(token) == Some(u64::from(number))))
+        .or_else(|| stored.get(usize::from(number).checked_sub(1)?).filter(|_| !is_numbered));
     found.map_or(text, |(token, _)| token.clone())
 }
 

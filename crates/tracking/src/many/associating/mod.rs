@@ -2,9 +2,10 @@
 
 mod commands;
 mod fed;
+mod looks;
 mod saved;
 
-use super::association::{Association, Claimant, Shares, emptied};
+use super::association::{Association, AssociationModel, Claimant, Shares, emptied};
 use super::cells::Cells;
 use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock, doubles, whole};
@@ -14,7 +15,7 @@ use crate::{Detection, Detector, Embedder, Followed, Recipe, Result};
 use fed::Fed;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
-use pursuit_parameters::Parameters;
+use pursuit_parameters::{ParameterError, Parameters};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -47,18 +48,18 @@ pub(super) const NAME: &str = "associating";
 /// when a target is given up, is said by the models that [`ManyParams`] name; only a target has an id. A target that is not
 /// detected is followed by its appearance, where a recipe was given, then coasted, then lost, and given up in the end.
 pub struct Associating {
-    pub(super) params: ManyParams,
+    params: ManyParams,
     /// `None` where detections come from outside.
     detector: Option<Box<dyn Detector>>,
     appearance: Option<Box<dyn Recipe>>,
     /// Says what detections look like.
-    pub(super) embedder: Option<Box<dyn Embedder>>,
-    pub(super) targets: Vec<Target>,
+    embedder: Option<Box<dyn Embedder>>,
+    targets: Vec<Target>,
     last_id: u64,
     clock: Arc<dyn Clock>,
     /// Keeps its memory from frame to frame.
-    pub(super) association: Association,
-    pub(super) claimants: Vec<Claimant<'static>>,
+    association: Association,
+    claimants: Vec<Claimant<'static>>,
     camera: CameraShift,
     /// Where the targets are, also in cells; scratch.
     boxes: Vec<BBox>,
@@ -86,7 +87,22 @@ pub(super) fn usable(least: f64, detections: &[Detection]) -> impl Iterator<Item
 }
 
 /// Gives detections to targets as `params` say, looks weighed by what says them.
+///
+/// # Errors
+/// Where the model of association does not ask for looks that are to be made.
 fn association(params: &ManyParams) -> Result<Association> {
+    let weighs_looks = match params.association.model {
+        AssociationModel::Nearest | AssociationModel::Hypotheses => true,
+        AssociationModel::TwoStage
+        | AssociationModel::Buffered
+        | AssociationModel::Observation
+        | AssociationModel::Joint => false,
+    };
+    if params.embedding.even().is_some() && !weighs_looks {
+        let why =
+            "is read by the models of association `nearest` and `hypotheses` alone; choose one of these, or `none`";
+        return Err(ParameterError::new("many", "embedding.model", why).into());
+    }
     let mut own = params.association.clone();
     own.nearest.look_even = params.embedding.even().unwrap_or(own.nearest.look_even);
     Association::new(own).map_err(|e| failed(0, e))
