@@ -1,7 +1,7 @@
 use crate::link::Link;
 use crate::wire::{self, Content, Parcel, SigningKey, Unsupported};
 use crate::{LinkAddress, MavlinkError, Result};
-use mavlink::dialects::common::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavState, MavType};
+use mavlink::dialects::common::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavState, MavType};
 use mavlink::{MavHeader, Message, SigningData};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -100,6 +100,8 @@ impl Endpoint {
             let theirs = shared.clone();
             link.start(first, shared.signing.clone(), Box::new(move |parcel| theirs.take(parcel)))?;
         }
+        // Who it is comes before anything else that it says.
+        shared.say_that_it_is_there();
         let beating = shared.clone();
         let beat = std::thread::Builder::new().name("mavlink heartbeat".to_owned()).spawn(move || beating.beat());
         beat.map_err(|source| MavlinkError::Io { link: "MAVLink".to_owned(), doing: "starting a thread", source })?;
@@ -202,20 +204,23 @@ impl Shared {
         }
     }
 
-    fn beat(&self) {
-        let heartbeat = HEARTBEAT_DATA {
+    fn say_that_it_is_there(&self) {
+        self.send(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
             mavtype: MavType::MAV_TYPE_CAMERA,
             autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
+            base_mode: MavModeFlag::empty(),
             system_status: MavState::MAV_STATE_ACTIVE,
             mavlink_version: 3,
             ..HEARTBEAT_DATA::default()
-        };
-        let heartbeat = HEARTBEAT_DATA { base_mode: mavlink::dialects::common::MavModeFlag::empty(), ..heartbeat };
+        }));
+    }
+
+    fn beat(&self) {
         let has_ended = || self.links.iter().all(|link| link.outbox.has_ended());
-        let mut next = Instant::now();
+        let mut next = Instant::now() + Endpoint::HEARTBEAT;
         while !has_ended() {
             if Instant::now() >= next {
-                self.send(&MavMessage::HEARTBEAT(heartbeat.clone()));
+                self.say_that_it_is_there();
                 next = Instant::now() + Endpoint::HEARTBEAT;
             }
             std::thread::sleep(Duration::from_millis(50));
