@@ -1,8 +1,9 @@
-use super::{LANES, Map, functions, is_wide, lanes_at, pointwise::accumulate};
+use super::panels::{self, Sums, outputs};
+use super::{LANES, Map, functions, lanes_at, window_at};
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use std::ops::Range;
 
-/// Keys, or channels, handled together.
+/// What the number of keys, and that of channels, is a multiple of.
 const PANEL: usize = 8;
 
 /// The normalisation of each token over its channels (Ba et al. 2016, eq. 3), and a weight and a bias a channel.
@@ -59,10 +60,12 @@ impl LayerNorm {
 #[derive(Debug, Clone)]
 pub struct Attention {
     channels: usize,
-    /// For each eight keys, for each channel, the eight.
-    keys: Vec<[f32; PANEL]>,
-    /// For each eight channels, for each key, the eight.
-    values: Vec<[f32; PANEL]>,
+    /// For each panel of keys, for each channel, the keys' numbers.
+    keys: Vec<f32>,
+    /// For each panel of channels, for each key, its numbers.
+    values: Vec<f32>,
+    /// Keys, or channels, of a panel: those that are handled together.
+    together: usize,
     /// Of the queries that are looked at, two sixteens a key.
     products: Vec<f32>,
     /// Where each key's products begin.
@@ -73,11 +76,12 @@ impl Attention {
     /// For `tokens` tokens, a whole number of sixteens, of `channels` channels, a whole number of eights.
     pub fn new(tokens: usize, channels: usize) -> Self {
         debug_assert!(tokens.is_multiple_of(LANES) && channels.is_multiple_of(PANEL));
-        let panels = vec![[0.0; PANEL]; tokens * channels / PANEL];
+        let panels = vec![0.0; tokens * channels];
         Self {
             channels,
             keys: panels.clone(),
             values: panels,
+            together: dispatch!(Level::new(), simd => together(simd)),
             products: vec![0.0; tokens * 2 * LANES],
             starts: (0..tokens).map(|k| k * 2 * LANES).collect(),
         }
@@ -90,9 +94,9 @@ impl Attention {
         self.pack(input);
         dispatch!(Level::new(), simd => {
             for y in rows.step_by(2) {
-                match is_wide(simd) {
-                    true => self.rows::<_, 2, 8>(simd, input, y, out),
-                    false => (y..y + 2).for_each(|y| self.rows::<_, 1, 4>(simd, input, y, out)),
+                match together(simd) {
+                    8 => self.rows::<_, 2, 8>(simd, input, y, out),
+                    _ => (y..y + 2).for_each(|y| self.rows::<_, 1, 4>(simd, input, y, out)),
                 }
             }
         });
@@ -100,18 +104,18 @@ impl Attention {
 
     /// Lays keys and values out as weights.
     fn pack(&mut self, input: &Map) {
-        let (channels, tokens) = (self.channels, self.starts.len());
+        let (channels, tokens, together) = (self.channels, self.starts.len(), self.together);
         for y in 0..input.height {
             let (keys, values) = input.row(y)[channels * LANES..].split_at(channels * LANES);
             for (c, (keys, values)) in keys.as_chunks::<LANES>().0.iter().zip(values.as_chunks::<LANES>().0).enumerate()
             {
-                let panel = y * LANES / PANEL * channels + c;
-                for (half, keys) in keys.as_chunks::<PANEL>().0.iter().enumerate() {
-                    self.keys[panel + half * channels] = *keys;
+                for (n, keys) in keys.chunks_exact(together).enumerate() {
+                    let panel = y * LANES / together + n;
+                    self.keys[(panel * channels + c) * together..][..together].copy_from_slice(keys);
                 }
-                let first = c / PANEL * tokens + y * LANES;
-                for (to, value) in self.values[first..first + LANES].iter_mut().zip(values) {
-                    to[c % PANEL] = *value;
+                let first = c / together * tokens + y * LANES;
+                for (to, value) in self.values[first * together..].chunks_exact_mut(together).zip(values) {
+                    to[c % together] = *value;
                 }
             }
         }
@@ -120,19 +124,19 @@ impl Attention {
     /// The tokens of `P` rows from row `y` on.
     #[inline(always)]
     fn rows<S: Simd, const P: usize, const M: usize>(&mut self, simd: S, input: &Map, y: usize, out: &mut Map) {
-        let Self { channels, keys, values, products, starts } = self;
+        let Self { channels, keys, values, products, starts, .. } = self;
         let mut most = [f32x16::splat(simd, f32::MIN); P];
         let queries: [&[f32]; P] = std::array::from_fn(|p| input.row(y + p));
-        for (n, keys) in keys.chunks_exact(*channels).enumerate() {
-            for m in (0..PANEL).step_by(M) {
-                let zeros = [[f32x16::splat(simd, 0.0); M]; P];
-                let sums = accumulate(simd, (keys, m), (0..*channels).map(|c| c * LANES), queries, zeros);
-                for p in 0..P {
-                    for i in 0..M {
-                        most[p] = most[p].max(sums[p][i]);
-                        let at = starts[n * PANEL + m + i] + p * LANES;
-                        sums[p][i].store_slice(&mut products[at..at + LANES]);
-                    }
+        for (keys, starts) in keys.as_chunks::<M>().0.chunks_exact(*channels).zip(starts.chunks_exact(M)) {
+            let mut sums: Sums<S, P, M> = [[f32x16::splat(simd, 0.0); M]; P];
+            for (c, keys) in keys.iter().enumerate() {
+                panels::add(simd, keys, queries.map(|query| window_at(query, c * LANES)), &mut sums);
+            }
+            for p in 0..P {
+                for i in 0..M {
+                    most[p] = most[p].max(sums[p][i]);
+                    let at = starts[i] + p * LANES;
+                    sums[p][i].store_slice(&mut products[at..at + LANES]);
                 }
             }
         }
@@ -146,19 +150,25 @@ impl Attention {
             }
         }
         let shares: [f32x16<S>; P] = std::array::from_fn(|p| 1.0 / totals[p]);
-        let sources: [&[f32]; P] = std::array::from_fn(|p| &products[p * LANES..]);
-        for (n, values) in values.chunks_exact(starts.len()).enumerate() {
-            for m in (0..PANEL).step_by(M) {
-                let zeros = [[f32x16::splat(simd, 0.0); M]; P];
-                let sums = accumulate(simd, (values, m), starts.iter().copied(), sources, zeros);
-                for p in 0..P {
-                    let row = out.row_mut(y + p);
-                    for i in 0..M {
-                        let at = (n * PANEL + m + i) * LANES;
-                        (sums[p][i] * shares[p]).store_slice(&mut row[at..at + LANES]);
-                    }
+        for (n, values) in values.as_chunks::<M>().0.chunks_exact(starts.len()).enumerate() {
+            let mut sums: Sums<S, P, M> = [[f32x16::splat(simd, 0.0); M]; P];
+            for (values, &start) in values.iter().zip(&*starts) {
+                let x = std::array::from_fn(|p| window_at(products, start + p * LANES));
+                panels::add(simd, values, x, &mut sums);
+            }
+            for p in 0..P {
+                let row = out.row_mut(y + p);
+                for i in 0..M {
+                    let at = (n * M + i) * LANES;
+                    (sums[p][i] * shares[p]).store_slice(&mut row[at..at + LANES]);
                 }
             }
         }
     }
+}
+
+/// How many keys, or channels, are handled together: no six of them, which does not divide their number.
+#[inline(always)]
+const fn together<S: Simd>(simd: S) -> usize {
+    if outputs(simd) == 8 { 8 } else { 4 }
 }

@@ -192,27 +192,37 @@ fn weighted<S: Simd, const K: usize, const KK: usize, const T: usize, const L: u
     source: &[f32],
     (stride, half): (usize, usize),
 ) -> [f32x16<S>; R] {
-    let mut sums = [f32x16::splat(simd, bias); R];
-    // A loop over the rows would be left as one, with a test for each weight.
+    // Names instead of an array, and no loops: else the compiler gives the sums a place in memory and stores each whenever it changes.
+    let [mut a, mut b, mut c, mut d] = [f32x16::splat(simd, bias); BLOCK];
+    macro_rules! add {
+        ($row:literal, $kx:literal, $even:ident, $odd:ident, $($sum:ident $r:literal)*) => {
+            if $kx < K {
+                let x = match T {
+                    1 => lanes_at(simd, $even, $kx),
+                    _ => lanes_at(simd, if $kx % 2 == 0 { $even } else { $odd }, $kx / 2),
+                };
+                $(
+                    if $r < R && $row >= $r * T && $row < $r * T + K {
+                        $sum = x.mul_add(taps[($row - $r * T) * K + $kx], $sum);
+                    }
+                )*
+            }
+        };
+    }
     macro_rules! rows {
         ($($row:literal)*) => { $(
             if $row < (R - 1) * T + K {
                 let even: &[f32; L] = window_at(source, $row * stride);
                 let odd: &[f32; L] = if T == 1 { even } else { window_at(source, $row * stride + half) };
-                for kx in 0..K {
-                    let x = match T {
-                        1 => lanes_at(simd, even, kx),
-                        _ => lanes_at(simd, if kx % 2 == 0 { even } else { odd }, kx / 2),
-                    };
-                    for r in 0..R {
-                        if $row >= r * T && $row - r * T < K {
-                            sums[r] = x.mul_add(taps[($row - r * T) * K + kx], sums[r]);
-                        }
-                    }
-                }
+                add!($row, 0, even, odd, a 0 b 1 c 2 d 3);
+                add!($row, 1, even, odd, a 0 b 1 c 2 d 3);
+                add!($row, 2, even, odd, a 0 b 1 c 2 d 3);
+                add!($row, 3, even, odd, a 0 b 1 c 2 d 3);
+                add!($row, 4, even, odd, a 0 b 1 c 2 d 3);
             }
         )* };
     }
     rows!(0 1 2 3 4 5 6 7 8 9 10);
-    sums
+    let sums = [a, b, c, d];
+    std::array::from_fn(|r| sums[r])
 }

@@ -6,6 +6,7 @@ mod convolution;
 mod depthwise;
 mod functions;
 mod map;
+mod panels;
 mod pointwise;
 #[cfg(test)]
 mod reference;
@@ -16,7 +17,8 @@ pub use attention::{Attention, LayerNorm};
 pub use convolution::Convolution;
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use map::{Columns, LANES, Map};
-pub use pointwise::{PANEL as TOGETHER, Pointwise, PointwiseInput};
+pub use panels::TOGETHER;
+pub use pointwise::{Pointwise, PointwiseInput};
 pub use squeeze::{Excitation, SqueezeExcite, means};
 pub use winograd::{Winograd, WinogradInput};
 
@@ -93,12 +95,6 @@ impl Activation {
 #[allow(clippy::manual_clamp, reason = "two instructions; `clamp` would test for NaN")]
 pub fn hard_sigmoid(x: f32) -> f32 {
     (x * (1.0 / 6.0) + 0.5).max(0.0).min(1.0)
-}
-
-/// Whether sixteen columns are one register, as with AVX-512.
-#[inline(always)]
-const fn is_wide<S: Simd>(_: S) -> bool {
-    S::f32s::LEN >= LANES
 }
 
 /// Sixteen neighbouring columns from `at` on.

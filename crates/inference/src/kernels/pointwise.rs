@@ -1,24 +1,15 @@
-use super::{Activation, Columns, Depthwise, LANES, Map, depthwise, is_wide, lanes_at};
+use super::panels::{self, Panels, Sums, TOGETHER, by_registers};
+use super::{Activation, Columns, Depthwise, LANES, Map, depthwise, lanes_at, window_at};
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use std::ops::Range;
-
-/// Outputs computed together from a packed panel of weights.
-pub const PANEL: usize = 8;
 
 /// The number of each lane.
 const NUMBERS: [f32; LANES] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
 
-/// Of `M` outputs at `P` places.
-type Sums<S, const P: usize, const M: usize> = [[f32x16<S>; M]; P];
-
 /// A convolution of 1 × 1: for every pixel, `outputs` weighted sums of its channels, a bias and an activation.
 #[derive(Debug, Clone)]
 pub struct Pointwise {
-    inputs: usize,
-    outputs: usize,
-    /// For each eight outputs, for each input, the eight weights; missing outputs have weights of zero.
-    panels: Vec<[f32; PANEL]>,
-    bias: Vec<[f32; PANEL]>,
+    pub(super) panels: Panels,
     activation: Activation,
 }
 
@@ -45,16 +36,8 @@ impl<'a> PointwiseInput<'a> {
 impl Pointwise {
     /// From weights in output, input order (`outputs · inputs` numbers) and one bias an output.
     pub fn new(weights: &[f32], bias: &[f32], activation: Activation) -> Self {
-        let (inputs, outputs) = (weights.len() / bias.len(), bias.len());
-        let mut panels = vec![[0.0; PANEL]; inputs * outputs.div_ceil(PANEL)];
-        let mut biases = vec![[0.0; PANEL]; outputs.div_ceil(PANEL)];
-        for o in 0..outputs {
-            biases[o / PANEL][o % PANEL] = bias[o];
-            for i in 0..inputs {
-                panels[o / PANEL * inputs + i][o % PANEL] = weights[o * inputs + i];
-            }
-        }
-        Self { inputs, outputs, panels, bias: biases, activation }
+        let inputs = weights.len() / bias.len();
+        Self { panels: Panels::new(bias, inputs, |o, i| weights[o * inputs + i]), activation }
     }
 
     /// Computes every row of `out`.
@@ -64,13 +47,16 @@ impl Pointwise {
 
     /// Computes these rows of `out`.
     pub fn run_rows(&self, mut input: PointwiseInput<'_>, out: &mut Map, rows: Range<usize>) {
-        debug_assert_eq!(out.channels, self.outputs);
+        debug_assert_eq!(out.channels, self.panels.outputs());
         self.check(&input, out);
         dispatch!(Level::new(), simd => {
             for y in rows.clone().step_by(2) {
                 let rows = y..(y + 2).min(rows.end);
                 gate(simd, &mut input, rows.clone());
-                (0..self.bias.len()).for_each(|n| panel(simd, self, &input, n, rows.clone(), out, n * PANEL));
+                for n in 0..self.panels.count() {
+                    let first = n * self.panels.together();
+                    by_registers!(simd => panel(self, &input, n, rows.clone(), out, first));
+                }
             }
         });
     }
@@ -86,48 +72,32 @@ impl Pointwise {
         out: &mut Map,
         rows: &Range<usize>,
     ) {
-        debug_assert_eq!((between.channels, out.channels), (PANEL, self.outputs));
+        debug_assert_eq!((between.channels, out.channels), (TOGETHER, self.panels.outputs()));
         self.check(input, between);
         let reach = next.reach(rows, between);
         dispatch!(Level::new(), simd => {
             if rows.start == 0 {
                 gate(simd, input, 0..between.height);
             }
-            for n in 0..self.bias.len() {
-                panel(simd, self, input, n, reach.clone(), between, 0);
-                let channels = n * PANEL..((n + 1) * PANEL).min(self.outputs);
+            for n in 0..self.panels.count() {
+                by_registers!(simd => panel(self, input, n, reach.clone(), between, 0));
+                let together = self.panels.together();
+                let channels = n * together..((n + 1) * together).min(self.panels.outputs());
                 depthwise::channels(simd, next, channels, between, out, rows);
             }
         });
     }
 
     fn check(&self, input: &PointwiseInput<'_>, out: &Map) {
-        debug_assert_eq!(input.map.channels + input.more.map_or(0, |m| m.channels), self.inputs);
+        debug_assert_eq!(input.map.channels + input.more.map_or(0, |m| m.channels), self.panels.taps());
         debug_assert_eq!((input.map.height, input.map.width), (out.height, out.width));
     }
 }
 
-/// Eight outputs, the `n`-th of such, in `rows`: as many sums at a time as there are registers for. They are written to
-/// the channels of `out` from `at` on.
+/// The `M` outputs of panel `n` in `rows`, at `P` places of sixteen columns at a time. They are written to the channels of `out` from
+/// `at` on.
 #[inline(always)]
-fn panel<S: Simd>(
-    simd: S,
-    p: &Pointwise,
-    input: &PointwiseInput<'_>,
-    n: usize,
-    rows: Range<usize>,
-    out: &mut Map,
-    at: usize,
-) {
-    match is_wide(simd) {
-        true => tiles::<S, 2, 8>(simd, p, input, n, rows, out, at),
-        false => tiles::<S, 1, 4>(simd, p, input, n, rows, out, at),
-    }
-}
-
-/// A panel by `M` outputs at `P` places of sixteen columns at a time.
-#[inline(always)]
-pub(super) fn tiles<S: Simd, const P: usize, const M: usize>(
+pub(super) fn panel<S: Simd, const P: usize, const M: usize>(
     simd: S,
     p: &Pointwise,
     input: &PointwiseInput<'_>,
@@ -140,41 +110,63 @@ pub(super) fn tiles<S: Simd, const P: usize, const M: usize>(
     let place = |i: usize| (rows.start + i / segments, i % segments);
     let places = rows.len() * segments;
     let whole = places / P * P;
-    for m in (0..PANEL).step_by(M) {
-        let (first, at) = (n * PANEL + m, at + m);
-        for i in (0..whole).step_by(P) {
-            tile::<S, P, M>(simd, p, input, first, std::array::from_fn(|k| place(i + k)), out, at);
-        }
-        for i in whole..places {
-            tile::<S, 1, M>(simd, p, input, first, [place(i)], out, at);
-        }
+    for i in (0..whole).step_by(P) {
+        tile::<S, P, M>(simd, p, input, n, std::array::from_fn(|k| place(i + k)), out, at);
+    }
+    for i in whole..places {
+        tile::<S, 1, M>(simd, p, input, n, [place(i)], out, at);
     }
 }
 
-/// `M` outputs from `first` on at each (row, segment) of `places`.
+/// The outputs of panel `n` at each (row, segment) of `places`.
 #[inline(always)]
 fn tile<S: Simd, const P: usize, const M: usize>(
     simd: S,
     p: &Pointwise,
     input: &PointwiseInput<'_>,
-    first: usize,
+    n: usize,
     places: [(usize, usize); P],
     out: &mut Map,
     at: usize,
 ) {
-    let (panel, m) = (first / PANEL, first % PANEL);
-    let (head, tail) = p.panels[panel * p.inputs..(panel + 1) * p.inputs].split_at(input.map.channels);
-    let biases: Sums<S, P, M> = [biased(simd, &p.bias[panel], m); P];
-    let sums = accumulate(simd, (head, m), offsets(input.map), sources(input.map, places), biases);
+    let (head, tail) = p.panels.weights::<M>(n).split_at(input.map.channels);
+    let sums = add(simd, head, input.map, places, p.panels.biases(simd, n));
     let sums = match input.more {
-        Some(more) => accumulate(simd, (tail, m), offsets(more), sources(more, places), sums),
+        Some(more) => add(simd, tail, more, places, sums),
         None => sums,
     };
     // A call of its own: what it needs would take registers from the sums.
     simd.vectorize(
         #[inline(always)]
-        || finish(simd, p, input.residual, first, (&places, &sums), out, at),
+        || finish(simd, p, input.residual, n * M, (&places, &sums), out, at),
     );
+}
+
+/// Adds what the channels of `map` give at `places`.
+#[inline(always)]
+fn add<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    weights: &[[f32; M]],
+    map: &Map,
+    places: [(usize, usize); P],
+    mut sums: Sums<S, P, M>,
+) -> Sums<S, P, M> {
+    let mut channels: [_; P] = places.map(|(y, s)| windows(map, y, s));
+    for weights in weights {
+        let mut x = [&[0.0; LANES]; P];
+        for p in 0..P {
+            let Some(columns) = channels[p].next() else { continue };
+            x[p] = columns;
+        }
+        panels::add(simd, weights, x, &mut sums);
+    }
+    sums
+}
+
+/// `L` columns of each channel of a row, from the `segment`-th sixteen on.
+#[inline(always)]
+pub(super) fn windows<const L: usize>(map: &Map, row: usize, segment: usize) -> impl Iterator<Item = &[f32; L]> {
+    map.row(row).chunks_exact(map.pitch).map(move |columns| window_at(columns, segment * LANES))
 }
 
 /// Adds the residual to the `sums` of `M` outputs from `first` on, applies the activation, and writes them.
@@ -188,7 +180,7 @@ fn finish<S: Simd, const P: usize, const M: usize>(
     out: &mut Map,
     at: usize,
 ) {
-    let count = p.outputs.saturating_sub(first).min(M);
+    let count = p.panels.outputs().saturating_sub(first).min(M);
     for n in 0..P {
         let (y, s) = places[n];
         let mut sums = sums[n];
@@ -202,57 +194,6 @@ fn finish<S: Simd, const P: usize, const M: usize>(
         }
         store(simd, out, (y, s), at, p.activation.of_lanes(sums), count);
     }
-}
-
-/// Where the channels of a dense map begin in a row.
-#[inline(always)]
-fn offsets(map: &Map) -> impl Iterator<Item = usize> {
-    let pitch = map.pitch;
-    (0..map.channels).map(move |c| c * pitch)
-}
-
-/// Each (row, segment) of a map, and all that follows it in the row.
-#[inline(always)]
-fn sources<const P: usize>(map: &Map, places: [(usize, usize); P]) -> [&[f32]; P] {
-    let mut sources: [&[f32]; P] = [&[]; P];
-    for n in 0..P {
-        let (y, s) = places[n];
-        sources[n] = &map.row(y)[s * LANES..];
-    }
-    sources
-}
-
-/// The biases of `M` outputs from `m` on.
-#[inline(always)]
-pub(super) fn biased<S: Simd, const M: usize>(simd: S, bias: &[f32; PANEL], m: usize) -> [f32x16<S>; M] {
-    let mut lanes = [f32x16::splat(simd, 0.0); M];
-    for i in 0..M {
-        lanes[i] = f32x16::splat(simd, bias[m + i]);
-    }
-    lanes
-}
-
-/// sums[p][i] += Σ weights[k][m + i] · columns of input k at place p, which begin at `offsets[k]` of `sources[p]`.
-#[inline(always)]
-pub(super) fn accumulate<S: Simd, const P: usize, const M: usize>(
-    simd: S,
-    (weights, m): (&[[f32; PANEL]], usize),
-    offsets: impl Iterator<Item = usize>,
-    sources: [&[f32]; P],
-    mut sums: Sums<S, P, M>,
-) -> Sums<S, P, M> {
-    for (w, at) in weights.iter().zip(offsets) {
-        let mut x = [f32x16::splat(simd, 0.0); P];
-        for p in 0..P {
-            x[p] = lanes_at(simd, sources[p], at);
-        }
-        for i in 0..M {
-            for p in 0..P {
-                sums[p][i] = x[p].mul_add(w[m + i], sums[p][i]);
-            }
-        }
-    }
-    sums
 }
 
 /// x = activation(factor · x), channel by channel, where there are factors.

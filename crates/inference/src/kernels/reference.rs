@@ -184,18 +184,20 @@ fn pointwise_gates_concatenates_and_adds() {
 #[test]
 fn what_is_summed_together_changes_nothing() {
     type Panel = fn(&Pointwise, &PointwiseInput<'_>, usize, &mut Map);
-    let ways: [Panel; 3] = [
-        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 1, 4>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
-        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 1, 8>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
-        |p, i, n, o| dispatch!(Level::new(), s => pointwise::tiles::<_, 2, 8>(s, p, i, n, 0..o.height, o, n * TOGETHER)),
+    let ways: [(usize, Panel); 4] = [
+        (4, |p, i, n, o| dispatch!(Level::new(), s => pointwise::panel::<_, 1, 4>(s, p, i, n, 0..o.height, o, n * 4))),
+        (6, |p, i, n, o| dispatch!(Level::new(), s => pointwise::panel::<_, 1, 6>(s, p, i, n, 0..o.height, o, n * 6))),
+        (8, |p, i, n, o| dispatch!(Level::new(), s => pointwise::panel::<_, 1, 8>(s, p, i, n, 0..o.height, o, n * 8))),
+        (8, |p, i, n, o| dispatch!(Level::new(), s => pointwise::panel::<_, 2, 8>(s, p, i, n, 0..o.height, o, n * 8))),
     ];
     for (inputs, outputs, height, width) in [(5, 12, 3, 48), (9, 7, 5, 16), (3, 16, 2, 33), (4, 8, 1, 5)] {
         let input = Planes::new(inputs, height, width, 41);
-        let layer = Pointwise::new(&numbers(inputs * outputs, 42), &numbers(outputs, 43), Activation::Relu6);
-        let results = ways.map(|panel| {
+        let mut layer = Pointwise::new(&numbers(inputs * outputs, 42), &numbers(outputs, 43), Activation::Relu6);
+        let results = ways.map(|(together, panel)| {
+            layer.panels = layer.panels.regrouped(together);
             let mut map = input.in_map(Map::dense(inputs, height, width));
             let mut out = Map::split(outputs, height, width, 1, 3);
-            (0..outputs.div_ceil(TOGETHER)).for_each(|n| panel(&layer, &PointwiseInput::plain(&mut map), n, &mut out));
+            (0..layer.panels.count()).for_each(|n| panel(&layer, &PointwiseInput::plain(&mut map), n, &mut out));
             contents(&out)
         });
         let want = convolution(&input, &numbers(inputs * outputs, 42), &numbers(outputs, 43), (1, 1, 0), false);
@@ -205,15 +207,29 @@ fn what_is_summed_together_changes_nothing() {
     }
 
     type Row = fn(&Convolution, &Map, usize, &mut Map);
-    let ways: [Row; 3] = [
-        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 4>(simd, layer, map, y, out)),
-        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 8>(simd, layer, map, y, out)),
-        |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 2, 8>(simd, layer, map, y, out)),
+    let ways: [(usize, Row); 4] = [
+        (
+            4,
+            |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 4>(simd, layer, map, y, out)),
+        ),
+        (
+            6,
+            |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 6>(simd, layer, map, y, out)),
+        ),
+        (
+            8,
+            |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 1, 8>(simd, layer, map, y, out)),
+        ),
+        (
+            8,
+            |layer, map, y, out| dispatch!(Level::new(), simd => convolution::row::<_, 2, 8>(simd, layer, map, y, out)),
+        ),
     ];
     for width in [31, 95] {
         let map = Planes::new(3, 31, width, 44).in_map(Map::split(3, 31, width, 1, 3));
-        let layer = Convolution::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);
-        let results = ways.map(|row| {
+        let mut layer = Convolution::new(&numbers(27 * 11, 45), &numbers(11, 46), Activation::HardSwish, &map);
+        let results = ways.map(|(together, row)| {
+            layer.panels = layer.panels.regrouped(together);
             let mut out = Map::split(11, 16, width.div_ceil(2), 1, 3);
             (0..16).for_each(|y| row(&layer, &map, y, &mut out));
             contents(&out)
@@ -349,7 +365,10 @@ fn assert_near(got: &[f32], want: &[f32], what: &str) {
 
 #[test]
 fn winograd_agrees_with_the_definition() {
-    for (channels, outputs, height, width) in [(5, 12, 16, 16), (9, 3, 7, 15), (4, 8, 4, 33), (3, 17, 9, 5)] {
+    type All = fn(&Winograd, &mut WinogradInput, &mut Map);
+    for (channels, outputs, height, width) in
+        [(5, 12, 16, 16), (9, 3, 7, 15), (4, 8, 4, 33), (3, 17, 9, 5), (70, 9, 5, 7), (1, 41, 4, 16)]
+    {
         let input = Planes::new(channels, height, width, 61);
         let (weights, bias) = (numbers(9 * channels * outputs, 62), numbers(outputs, 63));
         let factors = numbers(channels, 64);
@@ -367,16 +386,19 @@ fn winograd_agrees_with_the_definition() {
         let layer = Winograd::new(&weights, &bias, Activation::Relu);
         let what = format!("{channels} to {outputs}, {height} x {width}");
         let mut out = Map::dense(outputs, height, width);
-        layer.run(&transformed, &mut out);
+        layer.run(&mut transformed, &mut out);
         assert_near(&contents(&out), &want, &what);
 
-        let ways: [fn(&Winograd, &WinogradInput, usize, &mut Map); 2] = [
-            |l, i, n, o| dispatch!(Level::new(), simd => winograd::panel::<_, 1, 4>(simd, l, i, n, o)),
-            |l, i, n, o| dispatch!(Level::new(), simd => winograd::panel::<_, 2, 8>(simd, l, i, n, o)),
+        let ways: [(usize, All); 3] = [
+            (4, |l, i, o| dispatch!(Level::new(), s => winograd::all::<_, 1, 4>(s, l, i, o))),
+            (6, |l, i, o| dispatch!(Level::new(), s => winograd::all::<_, 1, 6>(s, l, i, o))),
+            (8, |l, i, o| dispatch!(Level::new(), s => winograd::all::<_, 2, 8>(s, l, i, o))),
         ];
-        for way in ways {
+        for (together, way) in ways {
+            let mut layer = layer.clone();
+            layer.rows = layer.rows.map(|panels| panels.regrouped(together));
             let mut other = Map::dense(outputs, height, width);
-            (0..outputs.div_ceil(TOGETHER)).for_each(|n| way(&layer, &transformed, n, &mut other));
+            way(&layer, &mut transformed, &mut other);
             assert_eq!(contents(&other), contents(&out), "{what}: what is summed together changes nothing");
         }
     }
@@ -393,9 +415,9 @@ fn winograd_takes_several_maps() {
     parts.set(2, &b.in_map(Map::dense(3, height, width)), None);
     parts.set(0, &a.in_map(Map::dense(2, height, width)), None);
     let layer = Winograd::new(&numbers(5 * 9, 73), &numbers(1, 74), Activation::None);
-    let [of_whole, of_parts] = [whole, parts].map(|input| {
+    let [of_whole, of_parts] = [whole, parts].map(|mut input| {
         let mut out = Map::dense(1, height, width);
-        layer.run(&input, &mut out);
+        layer.run(&mut input, &mut out);
         contents(&out)
     });
     assert_eq!(of_whole, of_parts);

@@ -1,12 +1,19 @@
-use super::{Activation, LANES, Map, is_wide, lanes_at, pointwise::accumulate, pointwise::store};
+use super::panels::{self, Panels, Sums, TOGETHER, by_registers};
+use super::pointwise::{store, windows};
+use super::{Activation, LANES, Map, lanes_at, window_at};
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
+use std::ops::Range;
 
-/// Outputs computed together.
-const PANEL: usize = 8;
 const SIDE: usize = 3;
 /// Rows of the answer that are made together, and of what they are made from.
 const ROWS: usize = 4;
 const TRANSFORMED: usize = ROWS + SIDE - 1;
+/// Panels that go over the transformed rows together: so many times fewer are these fetched from outside the nearest caches.
+const PANELS: usize = 4;
+/// Channels that all of those panels sum up before the next: what they read of the input and of the weights stays in the nearest cache.
+const BLOCK: usize = 64;
+/// Columns that three neighbouring taps read for sixteen of the answer.
+const REACH: usize = LANES + SIDE - 1;
 
 /// G of F(4, 3): what each column of a kernel becomes (Lavin and Gray 2016, "Fast Algorithms for Convolutional Neural Networks",
 /// section 4.3).
@@ -24,12 +31,10 @@ const KERNEL: [[f64; SIDE]; TRANSFORMED] = [
 /// multiplications.
 #[derive(Debug, Clone)]
 pub struct Winograd {
-    outputs: usize,
-    /// For each eight outputs, for each of the six transformed rows, for each (channel, column of the kernel), the eight weights.
-    panels: Vec<[f32; PANEL]>,
-    bias: Vec<[f32; PANEL]>,
+    /// One for each of the six transformed rows; its taps are (channel, column of the kernel).
+    pub(super) rows: [Panels; TRANSFORMED],
+    bias: Vec<f32>,
     activation: Activation,
-    channels: usize,
 }
 
 /// What such convolutions read: maps, one after the other, four rows transformed to six. Several layers may read the same.
@@ -40,8 +45,8 @@ pub struct WinogradInput {
     groups: usize,
     /// Rows of what is transformed.
     height: usize,
-    /// Where the taps of a row lie.
-    taps: Vec<usize>,
+    /// Of some panels: for each transformed row, panel and place, the sums of the outputs.
+    sums: Vec<[f32; LANES]>,
 }
 
 impl WinogradInput {
@@ -49,8 +54,8 @@ impl WinogradInput {
     pub fn new(channels: usize, height: usize, width: usize) -> Self {
         let groups = height.div_ceil(ROWS);
         let rows = Map::padded(channels, TRANSFORMED * groups, width, 1, SIDE);
-        let taps = (0..channels * SIDE).map(|i| i / SIDE * rows.pitch + i % SIDE).collect();
-        Self { rows, groups, height, taps }
+        let sums = vec![[0.0; LANES]; TRANSFORMED * PANELS * groups * rows.segments() * TOGETHER];
+        Self { rows, groups, height, sums }
     }
 
     /// Takes the channels of `map`, which is dense, for those from `first` on, each times its factor where there are factors.
@@ -82,118 +87,131 @@ impl WinogradInput {
 impl Winograd {
     /// From weights in output, input, row, column order.
     pub fn new(weights: &[f32], bias: &[f32], activation: Activation) -> Self {
-        let outputs = bias.len();
-        let channels = weights.len() / (outputs * SIDE * SIDE);
-        let taps = channels * SIDE;
-        let mut panels = vec![[0.0; PANEL]; outputs.div_ceil(PANEL) * TRANSFORMED * taps];
-        let mut biases = vec![[0.0; PANEL]; outputs.div_ceil(PANEL)];
-        for o in 0..outputs {
-            biases[o / PANEL][o % PANEL] = bias[o];
-            for (r, kernel) in KERNEL.iter().enumerate() {
-                for tap in 0..taps {
-                    let (c, column) = (tap / SIDE, tap % SIDE);
-                    let weight = |row: usize| f64::from(weights[((o * channels + c) * SIDE + row) * SIDE + column]);
-                    let sum: f64 = kernel.iter().enumerate().map(|(row, k)| k * weight(row)).sum();
-                    panels[(o / PANEL * TRANSFORMED + r) * taps + tap][o % PANEL] = sum as f32;
-                }
-            }
-        }
-        Self { outputs, panels, bias: biases, activation, channels }
+        let taps = weights.len() / (bias.len() * SIDE);
+        let rows = KERNEL.map(|kernel| {
+            Panels::new(bias, taps, |o, tap| {
+                let weight = |row| f64::from(weights[(o * taps + tap / SIDE * SIDE + row) * SIDE + tap % SIDE]);
+                kernel.iter().enumerate().map(|(row, k)| k * weight(row)).sum::<f64>() as f32
+            })
+        });
+        Self { rows, bias: bias.to_vec(), activation }
     }
 
     /// Computes every row of `out`.
-    pub fn run(&self, input: &WinogradInput, out: &mut Map) {
-        debug_assert_eq!((self.channels, self.outputs), (input.rows.channels, out.channels));
+    pub fn run(&self, input: &mut WinogradInput, out: &mut Map) {
+        debug_assert_eq!((self.rows[0].taps(), self.bias.len()), (input.rows.channels * SIDE, out.channels));
         debug_assert_eq!((out.height, out.width), (input.height, input.rows.width));
-        dispatch!(Level::new(), simd => {
-            for n in 0..self.bias.len() {
-                match is_wide(simd) {
-                    true => panel::<_, 2, 8>(simd, self, input, n, out),
-                    false => panel::<_, 1, 4>(simd, self, input, n, out),
+        dispatch!(Level::new(), simd => by_registers!(simd => all(self, input, out)));
+    }
+}
+
+/// Every row of `out`, panel by panel.
+#[inline(always)]
+pub(super) fn all<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    layer: &Winograd,
+    input: &mut WinogradInput,
+    out: &mut Map,
+) {
+    let count = layer.rows[0].count();
+    for first in (0..count).step_by(PANELS) {
+        let panels = first..(first + PANELS).min(count);
+        sum_up::<S, P, M>(simd, layer, input, panels.clone());
+        finish(simd, layer, input, panels, out);
+    }
+}
+
+/// The sums of `panels` over all taps: `M` outputs of `P` fours of rows at a time.
+#[inline(always)]
+fn sum_up<S: Simd, const P: usize, const M: usize>(
+    simd: S,
+    layer: &Winograd,
+    input: &mut WinogradInput,
+    panels: Range<usize>,
+) {
+    let WinogradInput { rows, groups, sums, .. } = input;
+    let segments = rows.segments();
+    let places = *groups * segments;
+    let whole = places / P * P;
+    let sums: &mut [[[f32; LANES]; M]] = sums.as_chunks_mut().0;
+    for r in 0..TRANSFORMED {
+        let place = |i: usize| (r * *groups + i / segments, i % segments);
+        for first in (0..rows.channels).step_by(BLOCK) {
+            for n in panels.clone() {
+                let weights = layer.rows[r].weights(n);
+                let sums = &mut sums[(r * PANELS + n - panels.start) * places..][..places];
+                for i in (0..whole).step_by(P) {
+                    let Some(sums) = sums[i..].first_chunk_mut() else { continue };
+                    add::<S, P, M>(simd, weights, rows, std::array::from_fn(|k| place(i + k)), first, sums);
+                }
+                for i in whole..places {
+                    let Some(sums) = sums[i..].first_chunk_mut() else { continue };
+                    add::<S, 1, M>(simd, weights, rows, [place(i)], first, sums);
                 }
             }
-        });
-    }
-}
-
-/// Eight outputs, the `n`-th of such: `M` outputs of `P` fours of rows at a time.
-#[inline(always)]
-pub(super) fn panel<S: Simd, const P: usize, const M: usize>(
-    simd: S,
-    layer: &Winograd,
-    input: &WinogradInput,
-    n: usize,
-    out: &mut Map,
-) {
-    let segments = out.segments();
-    let places = input.groups * segments;
-    let place = |i: usize| (i / segments, i % segments);
-    let whole = places / P * P;
-    for m in (0..PANEL).step_by(M) {
-        for i in (0..whole).step_by(P) {
-            tile::<S, P, M>(simd, layer, input, (n, m), std::array::from_fn(|k| place(i + k)), out);
-        }
-        for i in whole..places {
-            tile::<S, 1, M>(simd, layer, input, (n, m), [place(i)], out);
         }
     }
 }
 
-/// `M` outputs of panel `n` from its `m`-th on, at each (four of rows, segment) of `places`.
+/// Adds what a block of channels from `first` on gives at (row, segment) of `places`; the first begins the sums.
 #[inline(always)]
-fn tile<S: Simd, const P: usize, const M: usize>(
+fn add<S: Simd, const P: usize, const M: usize>(
     simd: S,
-    layer: &Winograd,
-    input: &WinogradInput,
-    (n, m): (usize, usize),
+    weights: &[[f32; M]],
+    rows: &Map,
     places: [(usize, usize); P],
-    out: &mut Map,
+    first: usize,
+    sums: &mut [[[f32; LANES]; M]; P],
 ) {
-    let count = input.taps.len();
-    let weights = &layer.panels[n * TRANSFORMED * count..(n + 1) * TRANSFORMED * count];
-    let mut sums = [[[f32x16::splat(simd, 0.0); M]; P]; TRANSFORMED];
-    for (r, weights) in weights.chunks_exact(count).enumerate() {
-        let mut sources: [&[f32]; P] = [&[]; P];
-        for k in 0..P {
-            let (g, s) = places[k];
-            sources[k] = &input.rows.row(r * input.groups + g)[s * LANES..];
-        }
-        let zeros = [[f32x16::splat(simd, 0.0); M]; P];
-        sums[r] = accumulate(simd, (weights, m), input.taps.iter().copied(), sources, zeros);
-    }
-    // A call of its own: what it needs would take registers from the sums.
+    // A call of its own: what goes on around it would take registers from the sums.
     simd.vectorize(
         #[inline(always)]
-        || finish(simd, layer, (n, m), (&places, &sums), out),
+        || {
+            let mut lanes: Sums<S, P, M> = [[f32x16::splat(simd, 0.0); M]; P];
+            if first > 0 {
+                for p in 0..P {
+                    for i in 0..M {
+                        lanes[p][i] = f32x16::load_array_ref(simd, &sums[p][i]);
+                    }
+                }
+            }
+            let mut channels: [_; P] = places.map(|(y, s)| windows::<REACH>(rows, y, s).skip(first));
+            for weights in weights.as_chunks::<SIDE>().0[first..].iter().take(BLOCK) {
+                let mut columns = [&[0.0; REACH]; P];
+                for p in 0..P {
+                    let Some(window) = channels[p].next() else { continue };
+                    columns[p] = window;
+                }
+                for (column, weights) in weights.iter().enumerate() {
+                    panels::add(simd, weights, columns.map(|window| window_at(window, column)), &mut lanes);
+                }
+            }
+            for p in 0..P {
+                for i in 0..M {
+                    lanes[p][i].store_array(&mut sums[p][i]);
+                }
+            }
+        },
     );
 }
 
-/// Sums of `M` panels at `P` places, one for each transformed row.
-type Sums<S, const P: usize, const M: usize> = [[[f32x16<S>; M]; P]; TRANSFORMED];
-
 /// Makes the rows of the answer of the sums over the transformed ones, and writes them.
 #[inline(always)]
-fn finish<S: Simd, const P: usize, const M: usize>(
-    simd: S,
-    layer: &Winograd,
-    (n, m): (usize, usize),
-    (places, sums): (&[(usize, usize); P], &Sums<S, P, M>),
-    out: &mut Map,
-) {
-    let first = n * PANEL + m;
-    let count = layer.outputs.saturating_sub(first).min(M);
-    for k in 0..P {
-        let (g, s) = places[k];
-        let mut rows = [[f32x16::splat(simd, 0.0); M]; ROWS];
-        for i in 0..M {
-            let answer = answer(std::array::from_fn(|r| sums[r][k][i]));
-            for y in 0..ROWS {
-                rows[y][i] = answer[y] + layer.bias[n][m + i];
-            }
-        }
-        for (y, row) in rows.into_iter().enumerate() {
-            if ROWS * g + y < out.height {
-                store(simd, out, (ROWS * g + y, s), first, layer.activation.of_lanes(row), count);
+fn finish<S: Simd>(simd: S, layer: &Winograd, input: &WinogradInput, panels: Range<usize>, out: &mut Map) {
+    let (segments, together) = (out.segments(), layer.rows[0].together());
+    let places = input.groups * segments;
+    for o in panels.start * together..(panels.end * together).min(layer.bias.len()) {
+        let (panel, i) = (o / together - panels.start, o % together);
+        for place in 0..places {
+            let (g, s) = (place / segments, place % segments);
+            let at = |r: usize| ((r * PANELS + panel) * places + place) * together + i;
+            let sums = std::array::from_fn(|r| f32x16::load_array_ref(simd, &input.sums[at(r)]));
+            let mut rows = answer(sums);
+            rows.iter_mut().for_each(|row| *row += layer.bias[o]);
+            for (y, row) in layer.activation.of_lanes(rows).into_iter().enumerate() {
+                if ROWS * g + y < out.height {
+                    store(simd, out, (ROWS * g + y, s), o, [row], 1);
+                }
             }
         }
     }

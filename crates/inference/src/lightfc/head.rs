@@ -116,9 +116,9 @@ impl Head {
         self.fused.set(FEATURES, features, None);
         let [score, size, offset] = &mut self.towers;
         let (sizes, offsets) = boxes.split_at_mut(2 * POINTS);
-        score.run(&self.fused, &mut self.scratch).copy_to(scores);
-        size.run(&self.fused, &mut self.scratch).copy_to(sizes);
-        offset.run(&self.fused, &mut self.scratch).copy_to(offsets);
+        score.run(&mut self.fused, &mut self.scratch).copy_to(scores);
+        size.run(&mut self.fused, &mut self.scratch).copy_to(sizes);
+        offset.run(&mut self.fused, &mut self.scratch).copy_to(offsets);
     }
 
     /// Compares, and refines the comparison.
@@ -168,16 +168,16 @@ impl Tower {
         })
     }
 
-    fn run(&mut self, input: &WinogradInput, scratch: &mut Scratch) -> &Map {
+    fn run(&mut self, input: &mut WinogradInput, scratch: &mut Scratch) -> &Map {
         let Scratch { maps, inputs } = scratch;
         self.layers[0].run(input, &mut maps[0]);
         let factors = self.excitation.factors(&maps[0]);
         inputs[0].set(0, &maps[0], Some(factors));
-        self.layers[1].run(&inputs[0], &mut maps[1]);
+        self.layers[1].run(&mut inputs[0], &mut maps[1]);
         inputs[1].set(0, &maps[1], None);
-        self.layers[2].run(&inputs[1], &mut maps[2]);
+        self.layers[2].run(&mut inputs[1], &mut maps[2]);
         inputs[2].set(0, &maps[2], None);
-        self.layers[3].run(&inputs[2], &mut maps[3]);
+        self.layers[3].run(&mut inputs[2], &mut maps[3]);
         self.output.run(PointwiseInput::plain(&mut maps[3]), &mut self.answer);
         &self.answer
     }

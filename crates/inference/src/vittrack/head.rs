@@ -54,7 +54,7 @@ impl Tower {
 
     fn run(&mut self, Scratch { inputs, maps }: &mut Scratch) -> &Map {
         for (n, (layer, map)) in self.layers.iter().zip(&mut *maps).enumerate() {
-            layer.run(&inputs[n], map);
+            layer.run(&mut inputs[n], map);
             if let Some(next) = inputs.get_mut(n + 1) {
                 next.set(0, map, None);
             }
