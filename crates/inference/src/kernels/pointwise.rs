@@ -135,11 +135,7 @@ fn tile<S: Simd, const P: usize, const M: usize>(
         Some(more) => add(simd, tail, more, places, sums),
         None => sums,
     };
-    // A call of its own: what it needs would take registers from the sums.
-    simd.vectorize(
-        #[inline(always)]
-        || finish(simd, p, input.residual, n * M, (&places, &sums), out, at),
-    );
+    finish(simd, p, input.residual, n * M, (&places, &sums), out, at);
 }
 
 /// Adds what the channels of `map` give at `places`.
