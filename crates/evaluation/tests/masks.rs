@@ -112,8 +112,9 @@ pursuit_parameters::parameters! {
     }
 }
 
+/// Says masks made of boxes.
 #[derive(Clone, Serialize, Deserialize)]
-struct BoxMask(BoxMaskParams);
+pub struct BoxMask(BoxMaskParams);
 
 impl Segmenter for BoxMask {
     fn segment(&mut self, frame: &Frame, estimate: &Estimate) -> pursuit_tracking::Result<Option<Mask>> {

@@ -70,19 +70,16 @@ fn read_one(images: &Path, annotations: &Path, name: &str) -> Vec<Result<Sequenc
     }
     let alone = objects.len() == 1;
     let sequence = |(object, masks): (u8, Vec<Option<Mask>>)| {
-        let truth = masks.iter().map(truth_of).collect();
+        let truth = masks.iter().map(|mask| truth_of(mask.as_ref())).collect();
         let name = if alone { name.to_owned() } else { format!("{name}-{object}") };
         Ok(Sequence::from_path(name, images, 0, truth).with_masks(masks))
     };
     objects.into_iter().map(sequence).collect()
 }
 
-/// The box about a mask.
-pub(super) fn truth_of(mask: &Option<Mask>) -> Truth {
-    match mask {
-        None => Truth::Unknown,
-        Some(mask) => mask.bounds().map_or(Truth::Absent, Truth::Visible),
-    }
+/// The box about a mask, where it is known; an empty one says that the target is away.
+pub(super) fn truth_of(mask: Option<&Mask>) -> Truth {
+    mask.map_or(Truth::Unknown, |mask| mask.bounds().map_or(Truth::Absent, Truth::Visible))
 }
 
 /// The masks of a picture by the numbers of the objects; of one in shades of grey everything that is not black is object 1.

@@ -57,8 +57,8 @@ fn read_truth(file: &Path) -> Result<(Vec<Truth>, Vec<Option<Mask>>)> {
     for (number, line) in (1..).zip(text.trim_end().lines()) {
         if is_mask(line) {
             let mask = Mask::from_vot(line).map_err(|e| EvaluationError::dataset(file, number, e.to_string()))?;
+            truth.push(truth_of_mask(Some(&mask)));
             masks.push(Some(mask));
-            truth.push(truth_of_mask(masks.last().unwrap_or(&None)));
         } else {
             let values = text::numbers_in(file, number, line)?;
             masks.push(None);

@@ -49,9 +49,9 @@ pursuit_parameters::parameters! {
         /// Gaussians that describe the colours of the target, and as many those of what is about it, K.
         pub parts: usize = 5, in 1..=16, source "rother2004, section 3.1: 5";
         /// What it costs to part neighbours of the same colour, γ.
-        pub smoothness: f64 = 20.0, in 0.0..=200.0, source "rother2004, section 3.1, has 50 for single pixels";
+        pub smoothness: f64 = 3.0, in 0.0..=200.0, source "rother2004, section 3.1, has 50, for single pixels of still pictures";
         /// Rounds of dividing and learning in the first frame.
-        pub first_rounds: usize = 5, in 1..=20, source "rother2004, fig. 3";
+        pub first_rounds: usize = 2, in 1..=20, source "rother2004, fig. 3";
         /// Rounds in every later frame.
         pub rounds: usize = 1, in 1..=20, source "ours";
         /// How much is looked at about the box, at each side; the part beyond `slack` is background for certain.
