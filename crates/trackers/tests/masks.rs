@@ -182,6 +182,49 @@ fn boxes_and_frames_of_any_size_do_no_harm() {
     }
 }
 
+/// Real targets, of which boxes are known and masks are not: a good mask reaches as far as the true box, whatever the box given. Seen with
+/// the true boxes, shaken; the figures are printed.
+#[test]
+fn masks_reach_as_far_as_real_targets() {
+    let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/sot2");
+    let names = ["frog", "girl", "soldier", "monkeydog", "bird_of_paradise", "bmx"].map(|n| format!("SegTrack2_{n}"));
+    let (mut all, mut clips) = (0.0, 0.0);
+    for name in names.iter().map(String::as_str).chain(["OTB_Coke", "OTB_Tiger1", "OTB_Bolt"]) {
+        let clip = folder.join(format!("{name}.mp4"));
+        if !clip.is_file() {
+            println!("skipped: {} is not there", clip.display());
+            continue;
+        }
+        let text = std::fs::read_to_string(clip.with_extension("csv")).unwrap();
+        let row = |line: &str| {
+            let v: Vec<f64> = line.split(',').skip(1).map(|v| v.parse().unwrap_or(f64::NAN)).collect();
+            Some(BBox::from_ltwh(v[0], v[1], v[2], v[3])).filter(BBox::is_finite)
+        };
+        let mut source = pursuit_media::open(clip.to_str().unwrap(), &pursuit_media::OpenOptions::default()).unwrap();
+        let mut segmenter_of: Option<AnySegmenter> = None;
+        let (mut frames, mut masks, mut overlap, mut given) = (0, 0, 0.0, 0.0);
+        for truth in text.lines().skip(1).take(31).map(row) {
+            let (Some(frame), Some(truth)) = (source.next_frame().unwrap(), truth) else { continue };
+            let Some(segmenter_of) = &mut segmenter_of else {
+                segmenter_of = Some(segmenter("mask.model = 'colors'", &frame, truth));
+                continue;
+            };
+            let shaken = rough(truth, frame.index());
+            let mask = segmenter_of.segment(&frame, &seen(frame.index(), shaken)).unwrap();
+            (frames, given) = (frames + 1, given + shaken.iou(&truth));
+            masks += usize::from(mask.is_some());
+            overlap += mask.and_then(|m| m.bounds()).map_or(0.0, |bounds| bounds.iou(&truth));
+        }
+        let mean = overlap / f64::from(frames);
+        println!(
+            "{name}: {masks} masks in {frames} frames, bounds {mean:.3}, boxes given {:.3}",
+            given / f64::from(frames)
+        );
+        (all, clips) = (all + mean, clips + 1.0);
+    }
+    assert!(clips == 0.0 || all / clips > 0.72, "{}", all / clips);
+}
+
 fn recipe(settings: &str) -> Box<dyn Recipe> {
     registry::tracker("staple").unwrap().recipe(&settings.parse::<Table>().unwrap()).unwrap()
 }
