@@ -122,6 +122,10 @@ impl Segmenter for BoxMask {
         let wide = BBox::from_ltwh(b.left(), b.top(), b.width() + self.0.wider as f64, b.height());
         Ok((frame.index() != self.0.silent as u64).then(|| Mask::from_bbox(&wide, frame.size())))
     }
+
+    fn restart(&mut self, _: &Frame, _: BBox) -> pursuit_tracking::Result<()> {
+        Ok(())
+    }
 }
 
 impl SegmenterRecipe for BoxMaskParams {

@@ -253,11 +253,16 @@ fn saved_trackers_go_on_with_their_masks() {
         let mut tracker = recipe(settings).init(&world.frame(0), world.bbox(0)).unwrap();
         run(&mut *tracker, &world, 1..5);
         let bytes = tracker.save().unwrap();
-        let mut restored = recipe(settings).restore(&bytes).unwrap();
+        // Runs are resumed by the recipe with its defaults.
+        let mut restored = recipe("").restore(&bytes).unwrap();
         let mut cloned = tracker.boxed_clone();
         let said = run(&mut *tracker, &world, 5..9);
         assert_eq!(run(&mut *restored, &world, 5..9), said, "{settings}");
         assert_eq!(run(&mut *cloned, &world, 5..9), said, "{settings}");
+        assert_eq!(restored.save().unwrap(), tracker.save().unwrap(), "{settings}");
+        for tracker in [&mut tracker, &mut restored] {
+            tracker.reinit(&world.frame(9), world.bbox(9)).unwrap();
+        }
         assert_eq!(restored.save().unwrap(), tracker.save().unwrap(), "{settings}");
         for length in (0..bytes.len()).step_by((bytes.len() / 40).max(1)) {
             assert!(recipe(settings).restore(&bytes[..length]).is_err(), "cut to {length}");

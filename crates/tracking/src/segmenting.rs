@@ -16,6 +16,12 @@ pub trait Segmenter: Clone + Send + Serialize + DeserializeOwned + 'static {
     /// # Errors
     /// When the method fails on this frame.
     fn segment(&mut self, frame: &Frame, estimate: &Estimate) -> Result<Option<Mask>>;
+
+    /// Forgets the target and starts on the one at `bbox`, with the same parameters; the frame may have a new size.
+    ///
+    /// # Errors
+    /// When the frame lacks what the method needs.
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()>;
 }
 
 /// What an implementer writes to have masks: one group of parameters that makes a segmenter.
@@ -51,11 +57,9 @@ impl<P: SegmenterRecipe> SegmentingRecipe<P> {
     }
 
     /// A segmenter with its tracker or appearance, where one is wanted.
-    fn with_segmenter<T>(&self, inner: T, frame: &Frame, bbox: BBox) -> Result<Made<T, P>> {
+    fn with_segmenter<T>(&self, inner: T, frame: &Frame, bbox: BBox) -> Result<Made<T, P::Segmenter>> {
         Ok(match self.mask.segmenter(frame, bbox)? {
-            Some(segmenter) => {
-                Made::Segmenting(Segmenting { name: self.name().to_owned(), inner, mask: self.mask.clone(), segmenter })
-            }
+            Some(segmenter) => Made::Segmenting(Segmenting { name: self.name().to_owned(), inner, segmenter }),
             None => Made::Plain(inner),
         })
     }
@@ -70,9 +74,9 @@ impl<P: SegmenterRecipe> SegmentingRecipe<P> {
     }
 }
 
-enum Made<T, P: SegmenterRecipe> {
+enum Made<T, S> {
     Plain(T),
-    Segmenting(Segmenting<T, P>),
+    Segmenting(Segmenting<T, S>),
 }
 
 impl<P: SegmenterRecipe> Recipe for SegmentingRecipe<P> {
@@ -129,13 +133,13 @@ impl<P: SegmenterRecipe> Recipe for SegmentingRecipe<P> {
     fn restore_appearance(&self, saved: &[u8]) -> Result<Box<dyn Appearance>> {
         let Some((inner, segmenter)) = self.saved(saved)? else { return self.recipe.restore_appearance(saved) };
         let inner = self.recipe.restore_appearance(&inner)?;
-        Ok(Box::new(Segmenting { name: self.name().to_owned(), inner, mask: self.mask.clone(), segmenter }))
+        Ok(Box::new(Segmenting { name: self.name().to_owned(), inner, segmenter }))
     }
 
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn Tracker>> {
         let Some((inner, segmenter)) = self.saved(saved)? else { return self.recipe.restore(saved) };
         let inner = self.recipe.restore(&inner)?;
-        Ok(Box::new(Segmenting { name: self.name().to_owned(), inner, mask: self.mask.clone(), segmenter }))
+        Ok(Box::new(Segmenting { name: self.name().to_owned(), inner, segmenter }))
     }
 
     fn boxed_clone(&self) -> Box<dyn Recipe> {
@@ -144,27 +148,17 @@ impl<P: SegmenterRecipe> Recipe for SegmentingRecipe<P> {
 }
 
 /// A tracker or an appearance, and what says which pixels are the target's.
-struct Segmenting<T, P: SegmenterRecipe> {
+struct Segmenting<T, S> {
     name: String,
     inner: T,
-    /// What makes a segmenter of the next target.
-    mask: P,
-    segmenter: P::Segmenter,
+    segmenter: S,
 }
 
-impl<T, P: SegmenterRecipe> Segmenting<T, P> {
+impl<T, S: Segmenter> Segmenting<T, S> {
     fn segment(&mut self, frame: &Frame, estimate: Estimate) -> Result<Estimate> {
         let mask = self.segmenter.segment(frame, &estimate)?;
         let mask = mask.map(|mask| mask.clipped_to(frame.size())).filter(|mask| !mask.is_empty()).map(Arc::new);
         Ok(Estimate { mask, ..estimate })
-    }
-
-    /// A new target, of the same wishes: parameters that wanted a segmenter once want one again.
-    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
-        if let Some(segmenter) = self.mask.segmenter(frame, bbox)? {
-            self.segmenter = segmenter;
-        }
-        Ok(())
     }
 
     fn saved(&self, inner: Vec<u8>) -> Result<Vec<u8>> {
@@ -179,7 +173,7 @@ struct State<S> {
     segmenter: S,
 }
 
-impl<P: SegmenterRecipe> Tracker for Segmenting<Box<dyn Tracker>, P> {
+impl<S: Segmenter> Tracker for Segmenting<Box<dyn Tracker>, S> {
     fn update(&mut self, frame: &Frame) -> Result<Estimate> {
         let estimate = self.inner.update(frame)?;
         self.segment(frame, estimate)
@@ -195,7 +189,7 @@ impl<P: SegmenterRecipe> Tracker for Segmenting<Box<dyn Tracker>, P> {
 
     fn reinit(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         self.inner.reinit(frame, bbox)?;
-        self.restart(frame, bbox)
+        self.segmenter.restart(frame, bbox)
     }
 
     fn change(&mut self, changes: &toml::Table) -> Result<()> {
@@ -208,11 +202,11 @@ impl<P: SegmenterRecipe> Tracker for Segmenting<Box<dyn Tracker>, P> {
 
     fn boxed_clone(&self) -> Box<dyn Tracker> {
         let (name, inner) = (self.name.clone(), self.inner.boxed_clone());
-        Box::new(Self { name, inner, mask: self.mask.clone(), segmenter: self.segmenter.clone() })
+        Box::new(Self { name, inner, segmenter: self.segmenter.clone() })
     }
 }
 
-impl<P: SegmenterRecipe> Appearance for Segmenting<Box<dyn Appearance>, P> {
+impl<S: Segmenter> Appearance for Segmenting<Box<dyn Appearance>, S> {
     fn follow(
         &mut self,
         frame: &Frame,
@@ -227,7 +221,7 @@ impl<P: SegmenterRecipe> Appearance for Segmenting<Box<dyn Appearance>, P> {
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         self.inner.restart(frame, bbox)?;
-        Self::restart(self, frame, bbox)
+        self.segmenter.restart(frame, bbox)
     }
 
     fn carry(&mut self, shift: (f64, f64)) {

@@ -98,6 +98,11 @@ impl ColorSegmenter {
         new
     }
 
+    /// Forgets the target and learns that at `bbox`.
+    pub(super) fn restart(&mut self, frame: &Frame, bbox: &BBox) {
+        *self = Self::new(&self.params, frame, bbox);
+    }
+
     fn restored(self) -> Result<Self, &'static str> {
         use pursuit_parameters::Parameters;
         let sound = self.params.check_all().is_ok()

@@ -125,6 +125,14 @@ impl Segmenter for AnySegmenter {
             Self::Motion(segmenter) => segmenter.look(frame, &estimate.bbox).filter(|_| seen),
         })
     }
+
+    fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
+        match self {
+            Self::Colors(segmenter) => segmenter.restart(frame, &bbox),
+            Self::Motion(segmenter) => segmenter.restart(frame, &bbox),
+        }
+        Ok(())
+    }
 }
 
 /// `bbox` and a share of its sides about it.

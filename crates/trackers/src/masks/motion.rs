@@ -33,6 +33,11 @@ impl MotionSegmenter {
         new
     }
 
+    /// Begins anew with the target at `bbox`.
+    pub(super) fn restart(&mut self, frame: &Frame, bbox: &BBox) {
+        *self = Self::new(&self.params, frame, bbox);
+    }
+
     fn restored(self) -> Result<Self, &'static str> {
         use pursuit_parameters::Parameters;
         if self.params.check_all().is_ok() { Ok(self) } else { Err("its mask is out of range") }
