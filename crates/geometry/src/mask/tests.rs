@@ -128,7 +128,7 @@ fn coco_strings_are_those_of_its_own_tools() {
     assert_eq!(mask.to_coco(size).unwrap(), CocoMask { size: [9, 10], counts: "61X13mN000`0".to_owned() });
     assert_eq!(mask.to_coco(size).unwrap().mask().unwrap(), mask);
     assert_eq!(Mask::default().to_coco_counts(size).unwrap(), [90]);
-    let too_small = mask.to_coco(Size::new(8, 9)).unwrap_err();
+    let too_small = mask.to_coco(Size::new(7, 9)).unwrap_err();
     assert!(too_small.to_string().contains("over the border"), "{too_small}");
 }
 
