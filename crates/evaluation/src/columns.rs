@@ -118,6 +118,15 @@ const ALL: &[Column] = &[
         s.calibration_error
     })
     .lower(),
+    Column::share("j_and_f", "J&F", "masks: mean of region similarity and boundary accuracy", |s| {
+        s.masks.map(|m| m.j_and_f)
+    }),
+    Column::share("j_mean", "J", "masks: mean intersection over union", |s| s.masks.map(|m| m.j_mean)),
+    Column::share("j_recall", "J recall", "masks: frames with a J above one half", |s| s.masks.map(|m| m.j_recall)),
+    Column::share("f_mean", "boundary F", "masks: mean accuracy of the boundary", |s| s.masks.map(|m| m.f_mean)),
+    Column::share("f_recall", "F recall", "masks: frames with a boundary F above one half", |s| {
+        s.masks.map(|m| m.f_recall)
+    }),
     Column::share("f", "F", "long-term F at the state reported", |s| long(s).map(|l| l.f)),
     Column::share("f25", "F25", "F of the TLD evaluation at overlap above .25", |s| long(s).map(|l| l.detection25.f)),
     Column::share("f50", "F50", "F of the TLD evaluation at overlap above .5", |s| long(s).map(|l| l.detection50.f)),

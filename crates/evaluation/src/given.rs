@@ -34,6 +34,7 @@ impl Given {
             failures,
             init_ms: 0.0,
             update,
+            masks: Vec::new(),
             error: None,
         };
         let first = || sequence.first_visible().map(|(start, _)| start).into_iter().collect();

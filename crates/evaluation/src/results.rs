@@ -1,6 +1,7 @@
 //! `results.json`: every figure, for every tracker and sequence.
 
 use crate::metrics::calibration::Bin;
+use crate::metrics::masks::MaskScore;
 use crate::{Comparison, Protocol, UpdateTime};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -97,6 +98,9 @@ pub struct MeanScore {
     pub success75: f64,
     /// Expected calibration error of `score` over all frames after the starts.
     pub calibration_error: Option<f64>,
+    /// Figures of masks, over the sequences that have them.
+    #[serde(flatten)]
+    pub masks: Option<MaskScore>,
     /// Long-term figures, over the sequences that have them.
     #[serde(flatten)]
     pub long_term: Option<LongTermScore>,
@@ -134,6 +138,9 @@ pub struct SequenceScore {
     pub init_ms: Option<f64>,
     /// Time of an update.
     pub update: Option<UpdateTime>,
+    /// Figures of masks, where the tracker says masks and the true ones are known.
+    #[serde(flatten)]
+    pub masks: Option<MaskScore>,
     /// Long-term figures: where the target is away at times, and for all sequences under that protocol.
     #[serde(flatten)]
     pub long_term: Option<LongTermScore>,
@@ -164,6 +171,7 @@ impl From<&SequenceScore> for MeanScore {
             average_overlap: score.average_overlap,
             success75: score.success75,
             calibration_error: score.calibration_error,
+            masks: score.masks,
             long_term: score.long_term.clone(),
             supervised: score.supervised.clone(),
         }

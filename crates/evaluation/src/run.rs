@@ -3,11 +3,12 @@
 use crate::clock::ThreadClock;
 use crate::frame_cache::FrameCache;
 use crate::metrics::accuracy::overlap;
+use crate::metrics::masks::MaskFigures;
 use crate::metrics::supervised::SKIP_AFTER_FAILURE;
 use crate::metrics::{mean, quantile};
 use crate::protocol::Pass;
 use crate::{EvaluationError, Output, Protocol, Result, Sequence, Trajectory, Truth};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::Frame;
 use pursuit_tracking::many::Elapsed;
 use pursuit_tracking::{MultiTracker, Recipe, TargetId, TargetSet, Track, TrackState};
@@ -39,6 +40,9 @@ pub struct RunRecord {
     pub init_ms: f64,
     /// Time of an update; `None` when there was none.
     pub update: Option<UpdateTime>,
+    /// What its masks were worth, in the frames after the starts whose true mask is known; empty where it said none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masks: Vec<MaskFigures>,
     /// What stopped it early.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -107,6 +111,9 @@ struct Running<'a> {
     start_ms: Vec<f64>,
     wall_ms: Vec<f64>,
     thread_ms: f64,
+    masks: Vec<MaskFigures>,
+    /// Whether a mask was ever said.
+    masked: bool,
     error: Option<String>,
 }
 
@@ -139,6 +146,8 @@ pub(crate) fn run_pass(
         start_ms: Vec::new(),
         wall_ms: Vec::with_capacity(sequence.truth().len()),
         thread_ms: 0.0,
+        masks: Vec::new(),
+        masked: false,
         error: None,
     };
     let ending = frames.show(pass.start, |i, frame| {
@@ -168,6 +177,7 @@ pub(crate) fn run_pass(
         update: running.update_time(),
         starts: running.starts,
         failures: running.failures,
+        masks: if running.masked { running.masks } else { Vec::new() },
         error: running.error.or(ending.broken),
     };
     Ok(Some((running.trajectory, record)))
@@ -199,6 +209,12 @@ impl Running<'_> {
         self.wall_ms.push(elapsed.wall_ms);
         self.thread_ms += elapsed.thread_ms;
         self.trajectory.set(i, output);
+        if let Some(true_mask) = self.sequence.mask(i) {
+            self.masked |= estimate.mask.is_some();
+            let none = Mask::default();
+            let said = estimate.mask.as_deref().unwrap_or(&none);
+            self.masks.push(MaskFigures::of(said, true_mask, frame.size()));
+        }
         let missed = truth.is_some_and(|t| overlap(&Truth::Visible(t), Some(&output)) <= 0.0);
         if self.protocol == Protocol::Reset && missed {
             self.failures.push(i);

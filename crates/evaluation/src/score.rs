@@ -119,6 +119,7 @@ mod tests {
             failures: failures.to_vec(),
             init_ms: 0.0,
             update: None,
+            masks: Vec::new(),
             error: None,
         }
     }

@@ -1,4 +1,4 @@
-use pursuit_geometry::{BBox, Truth};
+use pursuit_geometry::{BBox, Mask, Truth};
 use pursuit_imaging::Frame;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -26,17 +26,30 @@ pub struct Sequence {
     truth: Vec<Truth>,
     origin: f64,
     attributes: BTreeSet<String>,
+    /// The true mask of each frame, where it is known; empty where none is.
+    masks: Arc<[Option<Mask>]>,
 }
 
 impl Sequence {
     /// From its parts; there are as many frames as entries in `truth`.
     pub fn new(name: impl Into<String>, footage: Footage, truth: Vec<Truth>) -> Self {
-        Self { name: name.into(), footage, truth, origin: 0.0, attributes: BTreeSet::new() }
+        Self { name: name.into(), footage, truth, origin: 0.0, attributes: BTreeSet::new(), masks: Arc::new([]) }
     }
 
     /// From frames in memory.
     pub fn from_frames(name: impl Into<String>, frames: Vec<Frame>, truth: Vec<Truth>) -> Self {
         Self::new(name, Footage::Memory(Arc::new(frames)), truth)
+    }
+
+    /// The same with the true masks of its frames, where they are known.
+    #[must_use]
+    pub fn with_masks(self, masks: Vec<Option<Mask>>) -> Self {
+        Self { masks: masks.into(), ..self }
+    }
+
+    /// The true mask of frame `index`; `None` where it is not known. An empty one says that the target is away.
+    pub fn mask(&self, index: usize) -> Option<&Mask> {
+        self.masks.get(index)?.as_ref()
     }
 
     pub(crate) fn from_path(name: impl Into<String>, path: &Path, first: usize, truth: Vec<Truth>) -> Self {

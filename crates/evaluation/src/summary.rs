@@ -6,6 +6,7 @@ use crate::metrics::long_term::{
     PrecisionRecall, ScoredFrame, best_f, detection, false_alive, precision_recall, precision_recall_curve,
     reacquisition, right_untold, thresholds, wrong_told,
 };
+use crate::metrics::masks::MaskScore;
 use crate::metrics::supervised::{self as vot, BURN_IN, EAO_SPAN, Fragment, SENSITIVITY, Supervised};
 use crate::metrics::{geometric_mean, mean, median, one_pass};
 use crate::results::{
@@ -67,6 +68,7 @@ impl SequenceOutcome {
             calibration_error: expected_calibration_error(&reliability(&forecasts)),
             init_ms: Some(mean(&passes.iter().map(|(_, r)| r.init_ms).collect::<Vec<_>>())),
             update: updates,
+            masks: MaskScore::over(&passes.iter().flat_map(|(_, r)| r.masks.iter().copied()).collect::<Vec<_>>()),
             long_term: wants_long_term.then(|| long_term(&[&judged])),
             supervised: (protocol == Protocol::Reset).then(|| supervised_score(&frames, passes.len())),
             passes: (passes.len() > 1).then_some(passes.len()),
@@ -137,6 +139,7 @@ fn mean_score(all: &[&SequenceOutcome]) -> MeanScore {
         average_overlap: over(|s| s.average_overlap),
         success75: over(|s| s.success75),
         calibration_error: expected_calibration_error(&reliability(&forecasts(all))),
+        masks: MaskScore::mean(&all.iter().filter_map(|o| o.score.masks).collect::<Vec<_>>()),
         long_term: (!with_long_term.is_empty()).then(|| long_term(&with_long_term)),
         supervised: supervised_mean(all, &eao_curve(all)),
     }

@@ -262,7 +262,7 @@ fn damaged_truth_is_named_by_line() {
     write(&folder("gap").join("groundtruth.txt"), "1,2,3,4\n\n1,2,3,4\n");
     write(&folder("infinite").join("groundtruth.txt"), "1,2,3,4\n1,2,inf,4\n");
     write(&folder("long").join("groundtruth.txt"), &"1,2,3,4\n".repeat(9));
-    write(&folder("mask").join("groundtruth.txt"), "m1,2,3,4,5\n");
+    write(&folder("mask").join("groundtruth.txt"), "m1,2,3\n");
     write(&folder("negative").join("groundtruth.txt"), "1,2,3,4\n1,2,-3,4\n");
     write(&folder("sound").join("groundtruth.txt"), "1,2,3,4\n1,2,3,4\n\n");
     write_images(&folder("csv"), 1, 1, 4);

@@ -1,4 +1,4 @@
-//! Points, boxes, polygons, overlap and transforms.
+//! Points, boxes, polygons, masks, overlap and transforms.
 //!
 //! This crate is the only place that knows pixel conventions: coordinates are **continuous pixels**, x to the right and
 //! y down, and the pixel in row `i`, column `j` covers `[j, j + 1) × [i, i + 1)`; its centre is `(j + 0.5, i + 0.5)`.
@@ -20,11 +20,13 @@
 
 mod bbox;
 pub mod camera;
+mod mask;
 mod polygon;
 mod transform;
 mod truth;
 
 pub use bbox::BBox;
+pub use mask::{CocoMask, Mask, MaskError, Span};
 pub use polygon::Polygon;
 pub use transform::Similarity;
 pub use truth::Truth;

@@ -21,6 +21,7 @@ pub mod features;
 pub mod flow;
 pub mod kcf;
 pub mod lightfc;
+pub mod masks;
 pub mod mean_shift;
 pub mod mosse;
 pub mod nanotrack;
@@ -41,7 +42,7 @@ use pursuit_tracking::TrackerEntry;
 /// An entry whose recipe is made by a function of the name.
 macro_rules! tracker {
     ($name:literal, $paper:literal, $recipe:path, $summary:literal) => {
-        TrackerEntry::new($name, $summary, $paper, |name| Box::new($recipe(name)))
+        TrackerEntry::new($name, $summary, $paper, |name| masks::with_masks(Box::new($recipe(name))))
     };
 }
 

@@ -208,6 +208,7 @@ impl Belief {
             covariance: self.motion.covariance(),
             velocity: self.motion.velocity().filter(|_| !lost),
             next: self.motion.next_sample(),
+            mask: None,
             diagnostics: Diagnostics::default(),
         }
     }

@@ -1,7 +1,8 @@
 use crate::Diagnostics;
 use nalgebra::Matrix4;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Mask, Point};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Whether the target is measured, followed in doubt, coasted, or given up for the time being.
 ///
@@ -141,6 +142,8 @@ pub struct Estimate {
     pub velocity: Option<Velocity>,
     /// Where the target will be at the next sample, of motion models that sample.
     pub next: Option<NextSample>,
+    /// Which pixels of the frame are the target's, where it is seen and a [`Segmenter`](crate::Segmenter) was asked and could tell.
+    pub mask: Option<Arc<Mask>>,
     /// Raw figures of the method: peaks, ratios, areas.
     pub diagnostics: Diagnostics,
 }
@@ -160,6 +163,7 @@ impl Estimate {
             covariance: None,
             velocity: None,
             next: None,
+            mask: None,
             diagnostics: Diagnostics::default(),
         }
     }

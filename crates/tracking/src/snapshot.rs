@@ -14,13 +14,31 @@ pub(crate) fn write<T: Serialize>(tracker: &str, state: &T) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Name of the tracker whose state `bytes` are.
+/// Name of the tracker whose state `bytes` are, alone or with its segmenter.
 pub(crate) fn owner(bytes: &[u8]) -> Result<&str> {
-    let header = bytes.strip_prefix(MAGIC).and_then(|rest| postcard::take_from_bytes::<(&str, &str)>(rest).ok());
-    header.map(|((name, _), _)| name).ok_or_else(|| TrackingError::Snapshot {
+    let header = header(bytes).map(|name| name.strip_suffix(SEGMENTING).unwrap_or(name));
+    header.ok_or_else(|| TrackingError::Snapshot {
         tracker: String::new(),
         problem: "these bytes are not a saved tracker".into(),
     })
+}
+
+/// What follows the name of a tracker that is saved with its segmenter.
+const SEGMENTING: &str = "+mask";
+
+/// The name under which `tracker` is saved with its segmenter.
+pub(crate) fn segmenting(tracker: &str) -> String {
+    format!("{tracker}{SEGMENTING}")
+}
+
+/// Whether a tracker was saved with its segmenter.
+pub(crate) fn is_segmenting(bytes: &[u8]) -> bool {
+    header(bytes).is_some_and(|name| name.ends_with(SEGMENTING))
+}
+
+fn header(bytes: &[u8]) -> Option<&str> {
+    let ((name, _), _) = postcard::take_from_bytes::<(&str, &str)>(bytes.strip_prefix(MAGIC)?).ok()?;
+    Some(name)
 }
 
 /// Reads what [`write`] wrote.

@@ -24,8 +24,10 @@
 
 pub mod background;
 pub mod color;
+pub mod color_mixture;
 pub mod contour;
 pub mod corner;
+pub mod cut;
 pub mod enclosing;
 mod error;
 pub mod features;

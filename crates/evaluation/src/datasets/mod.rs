@@ -5,6 +5,7 @@
 
 mod annotated;
 mod attributes;
+mod davis;
 mod got10k;
 mod mot;
 mod otb;
@@ -181,6 +182,12 @@ fn is_sequence(place: &Folder, depth: usize, inside: &Listing, open: &OpenOption
             s
         };
         found.extend(uav123::read(path).into_iter().map(|r| r.map(named)));
+    } else if davis::is_root(path) {
+        let named = |mut s: Sequence| {
+            s.rename(place.name_of(s.name(), depth));
+            s
+        };
+        found.extend(davis::read(path).into_iter().map(|r| r.map(named)));
     } else if path.join("img").is_dir() && inside.files.iter().any(|f| otb::is_annotation(f)) {
         found.extend(otb::read(path, &place.name(), inside));
     } else if has("gt/gt.txt") {

@@ -34,8 +34,7 @@ pub(crate) fn read_numbers(path: &Path, at_least: usize) -> Result<Vec<Line>> {
     let text = read(path)?;
     let mut lines = Vec::new();
     for (number, line) in (1..).zip(text.trim_end().lines()) {
-        let fields = line.split([',', ';', '\t', ' ', '\r']).map(str::trim).filter(|f| !f.is_empty());
-        let values: Vec<f64> = fields.map(|field| number_in(path, number, field)).collect::<Result<_>>()?;
+        let values = numbers_in(path, number, line)?;
         if values.len() < at_least {
             let reason = format!("has {} numbers where at least {at_least} are needed", values.len());
             return Err(EvaluationError::dataset(path, number, reason));
@@ -43,6 +42,12 @@ pub(crate) fn read_numbers(path: &Path, at_least: usize) -> Result<Vec<Line>> {
         lines.push(Line { number, values });
     }
     Ok(lines)
+}
+
+/// The numbers of a line.
+pub(super) fn numbers_in(path: &Path, number: usize, line: &str) -> Result<Vec<f64>> {
+    let fields = line.split([',', ';', '\t', ' ', '\r']).map(str::trim).filter(|f| !f.is_empty());
+    fields.map(|field| number_in(path, number, field)).collect()
 }
 
 /// A number; `nan` in any case is NaN, infinity is refused.

@@ -1,17 +1,19 @@
 //! VOT (Kristan et al. 2013…2022): `groundtruth.txt` with polygons (x1,y1,…,x4,y4) or rectangles, images beside it or in
 //! `color/` from 2019 on, with depth in `depth/` (CDTB, DepthTrack); also a lone video with such a file. A polygon's truth is its axis-aligned bounds, which is how
-//! the toolkit converts regions for trackers of boxes.
+//! the toolkit converts regions for trackers of boxes. From 2020 on a line may be a mask (`m…`); its truth is the box about it, and
+//! masks that a tracker says are compared with it.
 
 use super::attributes::add_tags;
+use super::davis::truth_of as truth_of_mask;
 use super::text::{Line, read_numbers, truth_ltwh};
 use super::{IMAGES, Listing, VIDEOS, count_images, has_extension, text};
 use crate::{EvaluationError, Result, Sequence, Truth};
-use pursuit_geometry::{BBox, Point, Polygon};
+use pursuit_geometry::{BBox, Mask, Point, Polygon};
 use std::path::{Path, PathBuf};
 
 pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequence> {
     let file = folder.join("groundtruth.txt");
-    let truth = read_truth(&file)?;
+    let (truth, masks) = read_truth(&file)?;
     let input = input_of(folder, inside)
         .ok_or_else(|| EvaluationError::dataset(&file, None, "has neither images nor one video beside it"))?;
     if input.is_dir() && count_images(&input) < truth.len() {
@@ -19,7 +21,7 @@ pub(super) fn read(folder: &Path, name: &str, inside: &Listing) -> Result<Sequen
     }
     // CDTB and DepthTrack: `color/` and `depth/` are opened together.
     let both = folder.join("depth").is_dir() && input == folder.join("color");
-    let mut sequence = Sequence::from_path(name, if both { folder } else { &input }, 0, truth);
+    let mut sequence = Sequence::from_path(name, if both { folder } else { &input }, 0, truth).with_masks(masks);
     add_tags(&mut sequence, inside)?;
     Ok(sequence)
 }
@@ -42,13 +44,28 @@ pub(super) fn too_few_images(file: &Path, boxes: usize, images: usize, folder: &
     EvaluationError::dataset(file, None, reason)
 }
 
-fn read_truth(file: &Path) -> Result<Vec<Truth>> {
-    // From 2020 on the files may hold masks; those are another task.
-    if let Some(line) = text::read(file)?.lines().position(|l| l.trim_start().starts_with('m')) {
-        let reason = "is a mask; sequences with rectangles or polygons are read";
-        return Err(EvaluationError::dataset(file, line + 1, reason));
+/// The truth about every frame; with its mask, where the file has masks, as those from 2020 on may.
+fn read_truth(file: &Path) -> Result<(Vec<Truth>, Vec<Option<Mask>>)> {
+    let text = text::read(file)?;
+    let is_mask = |line: &str| line.trim_start().starts_with('m');
+    if !text.lines().any(is_mask) {
+        let truth = read_numbers(file, 1)?.into_iter().map(|line| truth_of(file, &line)).collect::<Result<_>>()?;
+        return Ok((truth, Vec::new()));
     }
-    read_numbers(file, 1)?.into_iter().map(|line| truth_of(file, &line)).collect()
+    let mut masks = Vec::new();
+    let mut truth = Vec::new();
+    for (number, line) in (1..).zip(text.trim_end().lines()) {
+        if is_mask(line) {
+            let mask = Mask::from_vot(line).map_err(|e| EvaluationError::dataset(file, number, e.to_string()))?;
+            truth.push(truth_of_mask(Some(&mask)));
+            masks.push(Some(mask));
+        } else {
+            let values = text::numbers_in(file, number, line)?;
+            masks.push(None);
+            truth.push(truth_of(file, &Line { number, values })?);
+        }
+    }
+    Ok((truth, masks))
 }
 
 fn truth_of(file: &Path, line: &Line) -> Result<Truth> {

@@ -16,6 +16,7 @@ pub mod accuracy;
 pub mod calibration;
 pub mod long_term;
 pub mod many;
+pub mod masks;
 pub mod one_pass;
 pub mod princeton;
 pub mod supervised;

@@ -1,4 +1,5 @@
 use super::format::{Declared, Format, Kind};
+use super::jsonl::coco_mask;
 use super::text::{Text, TextRow};
 use super::{annotated, label};
 use pursuit_geometry::Size;
@@ -17,7 +18,7 @@ pub(super) const FORMAT: Format = Format(&Declared {
 });
 
 /// COCO's object detection: an image for every frame, an annotation for every target in it. Boxes are left, top, width,
-/// height in pixels from 0, as COCO has them.
+/// height in pixels from 0, as COCO has them; where there is a mask, `segmentation` holds its compressed runs and `area` its pixels.
 struct Coco {
     size: Size,
     images: Vec<Value>,
@@ -40,11 +41,16 @@ impl Text for Coco {
             });
             let (left, top, width, height) = e.bbox.ltwh();
             let (occluded, backward) = (e.state == TrackState::Occluded, row.backward.contains(&record.target.0));
-            self.annotations.push(json!({
+            let mut annotation = json!({
                 "id": self.annotations.len() + 1, "image_id": image, "category_id": category + 1, "track_id": record.target.0,
                 "bbox": [left, top, width, height], "area": e.bbox.area(), "iscrowd": 0, "score": e.score,
                 "attributes": { "occluded": occluded, "backward": backward },
-            }));
+            });
+            if let (Some(segmentation), Some(mask)) = (coco_mask(record, self.size), &e.mask) {
+                annotation["segmentation"] = segmentation;
+                annotation["area"] = json!(mask.area());
+            }
+            self.annotations.push(annotation);
         }
     }
 

@@ -1,7 +1,7 @@
 use super::overlay::Trails;
 use super::{OverlayStyle, depth_inset};
 use crate::Record;
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Mask, Point};
 use pursuit_imaging::{Frame, Image, ImagingError, Rgb8};
 use pursuit_media::output::{Canvas, Stroke};
 use pursuit_tracking::{Estimate, TargetId, TrackState};
@@ -55,6 +55,9 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, record: &Record, detail
     let width = 2.0 * canvas.scale();
     let own = if detail.many { color_of(record.target) } else { ESTIMATE };
     canvas.trail(trail, &Stroke::new(own, width).with_opacity(0.6));
+    if let Some(mask) = &estimate.mask {
+        draw_mask(canvas, mask, if estimate.state == TrackState::Unsure { UNSURE } else { color_of(record.target) });
+    }
     // What is measured while a target is lost are candidates that were not believed.
     let believed = detail.boxes && estimate.state != TrackState::Lost;
     if let Some(predicted) = estimate.prediction.as_ref().filter(|_| believed) {
@@ -84,6 +87,18 @@ fn draw_target(canvas: &mut Canvas, estimate: &Estimate, record: &Record, detail
         }
     };
     canvas.label(&estimate.bbox, &words, color);
+}
+
+/// The target's pixels tinted, with a line about them.
+fn draw_mask(canvas: &mut Canvas, mask: &Mask, color: Rgb8) {
+    const TINT: f64 = 0.35;
+    const LINE: f64 = 0.9;
+    for (spans, opacity) in [(mask.spans(), TINT), (mask.outline().spans(), LINE)] {
+        for span in spans {
+            let [top, left, right] = [span.row, span.from, span.to].map(f64::from);
+            canvas.fill(&BBox::from_ltrb(left, top, right, top + 1.0), color, opacity);
+        }
+    }
 }
 
 /// A bright colour for each target: hues a golden section of the circle apart, so that neighbours in number differ most.

@@ -219,7 +219,7 @@ mod tests {
             }
         }
         let error = "xml".parse::<Format>().unwrap_err();
-        let names = "csv, csv-semicolon, xlsx, jsonl, mot, parquet, predictions, coco, cvat, mcap";
+        let names = "csv, csv-semicolon, xlsx, jsonl, mot, parquet, predictions, coco, cvat, vot, mcap";
         assert!(error.to_string().contains("`xml`") && error.to_string().contains(names), "{error}");
         assert_eq!(error.exit_code(), 2);
     }

@@ -1,28 +1,34 @@
 use super::format::{Declared, Format, Kind, Lines};
 use super::text::{Text, TextRow};
 use crate::Record;
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, CocoMask, Size};
 use pursuit_tracking::{Class, Doubt};
 use serde_json::{Map, Value, json};
 
 pub(super) const FORMAT: Format = Format(&Declared {
     name: "jsonl",
-    summary: "A JSON object a line, with covariances and diagnostics",
+    summary: "A JSON object a line, with covariances, diagnostics and, where a mask was asked for, COCO's runs of it",
     file_name: "trajectory.jsonl",
     media_type: "application/jsonl",
     kind: Kind::Text(
-        |_| Box::new(Jsonl),
+        |size| Box::new(Jsonl { size }),
         Some(Lines { has_header: false, frame_of: |line| serde_json::from_str::<Value>(line).ok()?["frame"].as_u64() }),
     ),
 });
 
-/// The columns of the CSV grouped, the covariance and the tracker's own diagnostics.
-struct Jsonl;
+/// The columns of the CSV grouped, the covariance, the mask and the tracker's own diagnostics.
+struct Jsonl {
+    size: Size,
+}
 
 impl Text for Jsonl {
     fn add(&mut self, row: &TextRow<'_>, out: &mut Vec<u8>) {
         for record in row.records {
-            out.extend(object(record).to_string().into_bytes());
+            let mut object = object(record);
+            if let Some(mask) = coco_mask(record, self.size) {
+                object["mask"] = mask;
+            }
+            out.extend(object.to_string().into_bytes());
             out.push(b'\n');
         }
     }
@@ -52,6 +58,13 @@ pub(crate) fn object(record: &Record) -> Value {
         "diagnostics": diagnostics,
         "update_ms": record.update_ms,
     })
+}
+
+/// The mask of the target in a picture of `size` as COCO has it, `{"size": [height, width], "counts": "…"}`; none where there is none.
+pub(super) fn coco_mask(record: &Record, size: Size) -> Option<Value> {
+    let mask = record.estimate.as_ref()?.mask.as_ref()?;
+    let CocoMask { size, counts } = mask.to_coco(size).ok()?;
+    Some(json!({ "size": size, "counts": counts }))
 }
 
 fn ltwh(b: BBox) -> [f64; 4] {

@@ -17,6 +17,7 @@ mod overlay;
 mod parquet;
 mod predictions;
 mod text;
+mod vot;
 mod xlsx;
 
 pub(crate) use csv::can_be_added_to;
@@ -48,7 +49,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// The one list of formats.
-const LIST: [Format; 10] = [
+const LIST: [Format; 11] = [
     csv::FORMAT,
     csv::SEMICOLON,
     xlsx::FORMAT,
@@ -58,6 +59,7 @@ const LIST: [Format; 10] = [
     predictions::FORMAT,
     coco::FORMAT,
     cvat::FORMAT,
+    vot::FORMAT,
     mcap::FORMAT,
 ];
 

@@ -1,7 +1,7 @@
 use super::drawing::draw;
 use super::{Moment, OverlayStyle, Sink};
 use crate::{Record, RunError};
-use pursuit_geometry::{BBox, Point, Size};
+use pursuit_geometry::{BBox, Mask, Point, Size};
 use pursuit_imaging::{Frame, Image, ImagingError, Rgb8};
 use pursuit_media::output::{Mp4Writer, VideoOptions, VideoWriter};
 use pursuit_media::{SourceInfo, View};
@@ -135,8 +135,15 @@ pub(crate) fn step(size: Size) -> usize {
     (1..).find(|step| (size.width / step) * (size.height / step) <= MOST_PIXELS).unwrap_or(1)
 }
 
-/// Boxes of the input in pixels of the video.
+/// Boxes and masks of the input in pixels of the video.
 fn place(estimate: &mut Estimate, view: Option<View>, step: f64) {
+    if let Some(mask) = estimate.mask.as_ref().filter(|_| view.is_some() || step > 1.0) {
+        let ([sx, sy], [x, y]) = view.map_or(([1.0; 2], [0.0; 2]), |view| (view.scale(), view.origin()));
+        let scale = [sx / step, sy / step];
+        // Drawing clips it to the picture.
+        let size = Size::new(Mask::MOST_SIDE, Mask::MOST_SIDE);
+        estimate.mask = Some(Arc::new(mask.mapped(scale, [-x * scale[0], -y * scale[1]], size)));
+    }
     let boxes = std::iter::once(&mut estimate.bbox).chain(&mut estimate.prediction).chain(&mut estimate.measurement);
     for bbox in boxes {
         let b = view.map_or(*bbox, |view| view.of_input(*bbox));
@@ -181,9 +188,13 @@ mod tests {
         place(&mut estimate, None, 3.0);
         let wanted = BBox::from_ltwh(100.0, 20.0, 10.0, 30.0);
         assert_eq!((estimate.bbox, estimate.prediction, estimate.measurement), (wanted, Some(wanted), Some(wanted)));
+        estimate.mask = Some(Arc::new(Mask::from_bbox(&estimate.bbox, Size::new(640, 480))));
         // The right half of the input, at half its size.
         let view = View { input: Size::new(80, 40), region: [40, 0, 40, 40], size: [20, 20] };
         place(&mut estimate, Some(view), 2.0);
         assert_eq!(estimate.bbox, BBox::from_ltwh(15.0, 5.0, 2.5, 7.5));
+        let mask = estimate.mask.unwrap();
+        // Pixels whose centres lie in the box.
+        assert_eq!(mask.bounds(), Some(BBox::from_ltrb(15.0, 5.0, 17.0, 12.0)));
     }
 }

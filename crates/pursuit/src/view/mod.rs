@@ -15,6 +15,7 @@ use pursuit_geometry::{Point, Size};
 use pursuit_imaging::{CameraPose, Lens};
 use pursuit_media::View;
 use pursuit_tracking::{BoxCovariance, Estimate, Forecast, Velocity};
+use std::sync::Arc;
 
 /// The shortest side of a region or of a picture that was resized, in pixels: smaller ones hold no target.
 const LEAST_SIDE: usize = 8;
@@ -51,6 +52,7 @@ pub(crate) fn estimate_in_input(view: &View, estimate: Estimate) -> Estimate {
         searched: estimate.searched.map(|b| view.in_input(b)),
         covariance: estimate.covariance.map(|c| covariance_in_input(view, &c)),
         velocity: estimate.velocity.map(|v| velocity_in_input(view, v)),
+        mask: estimate.mask.map(|mask| Arc::new(mask.mapped([1.0 / sx, 1.0 / sy], [x, y], view.input))),
         next: estimate.next.map(|mut next| {
             next.center = next.center.map(point);
             next
@@ -113,7 +115,7 @@ fn inside(input: Size, region: [f64; 4]) -> Result<[usize; 4], RunError> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use pursuit_geometry::BBox;
+    use pursuit_geometry::{BBox, Mask};
 
     const INPUT: Size = Size::new(640, 480);
 
@@ -173,6 +175,7 @@ mod tests {
         let seen = BBox::from_ltwh(20.0, 10.0, 40.0, 30.0);
         let next = pursuit_tracking::NextSample { in_s: 0.1, center: Some(Point::new(40.0, 20.0)) };
         let estimate = Estimate {
+            mask: Some(Arc::new(Mask::from_bbox(&seen, view.size()))),
             prediction: Some(seen),
             searched: Some(seen),
             covariance: Some(Matrix4::identity()),
@@ -184,6 +187,7 @@ mod tests {
         let wanted = BBox::from_ltwh(110.0, 70.0, 20.0, 60.0);
         assert_eq!((said.bbox, said.prediction, said.measurement), (wanted, Some(wanted), Some(wanted)));
         assert_eq!(said.searched, Some(wanted));
+        assert_eq!(said.mask.as_deref().and_then(Mask::bounds), Some(wanted));
         assert_eq!(said.covariance.unwrap().diagonal(), Vector4::new(0.25, 4.0, 0.25, 4.0));
         assert_eq!(said.velocity.unwrap(), Velocity { x: 5.0, y: 20.0 });
         assert_eq!(said.next.unwrap().center.unwrap(), Point::new(120.0, 90.0));

@@ -51,7 +51,7 @@ const UNIT: i32 = 256;
 /// The background: a mean for every channel of every pixel, and whether it was ever seen.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(remote = "Backdrop")]
-pub(super) struct Backdrop {
+pub(crate) struct Backdrop {
     width: usize,
     height: usize,
     channels: usize,

@@ -2,7 +2,7 @@
 //! stands out of the background says how large the person is there, and whether anybody is there at all; the paper's
 //! predictor says where the person will be at the next sample.
 
-mod backdrop;
+pub(crate) mod backdrop;
 mod localizer;
 
 pub use backdrop::BackdropParams;

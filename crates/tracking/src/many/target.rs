@@ -243,6 +243,7 @@ impl Target {
         if self.known.empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
             // Nothing is there: it is not hidden.
             (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
+            estimate.mask = None;
         }
         if estimate.state == TrackState::Tracking {
             self.known.unseen = Unseen::default();
