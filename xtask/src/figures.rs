@@ -96,8 +96,7 @@ impl Figures {
             let name = row["tracker"].as_str().context("a row without `tracker`")?;
             let percent = |figure| self.any(figure, name).map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
             let auc = self.any("auc", name).map_or("–".into(), |v| short(v, 3));
-            let slower = self.figure("speed", "slower_since", name).unwrap_or(1.0);
-            let speed = self.updates_per_s(name).map(|v| v / slower).map_or("–".into(), |v| format!("{}", round(v)));
+            let speed = self.updates_per_s(name).map_or("–".into(), |v| format!("{}", round(v)));
             let when = row["when"].as_str().unwrap_or_default();
             let (told, doubted) = (percent("absent_told"), percent("right_untold"));
             writeln!(table, "| `{name}` | {auc} | {told} | {doubted} | {speed} | {when} |")?;
