@@ -105,8 +105,8 @@ impl GridCut {
         (y + 1) * (self.size.width + 2) + x + 1
     }
 
-    /// Adds to what it costs to call the cell in column `x`, row `y` inside and outside. All costs of a grid together must stay
-    /// below 2³⁰.
+    /// Adds to what it costs to call the cell in column `x`, row `y` inside and outside. The costs of a cell and of its
+    /// joins together must stay below 2³⁰.
     ///
     /// # Panics
     /// A cell outside of the grid.
