@@ -82,7 +82,7 @@ impl TryFrom<Saved> for ColorMixture {
         let finite = |s: &Sums| {
             s.share >= 0.0 && [s.share].iter().chain(&s.first).chain(&s.second).all(|v| v.is_finite() && v.abs() < 1e9)
         };
-        if !(1..=MOST_PARTS).contains(&parts.len()) || !parts.iter().all(finite) || !(noise >= 1.0 && noise < 1e3) {
+        if !(1..=MOST_PARTS).contains(&parts.len()) || !parts.iter().all(finite) || !(1.0..1e3).contains(&noise) {
             return Err("its mixture of colours is none");
         }
         let mut mixture = Self { noise, parts, gaussians: Vec::new(), fresh: Vec::new() };

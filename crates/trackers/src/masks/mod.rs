@@ -100,8 +100,8 @@ impl SegmenterRecipe for MaskGroup {
     fn segmenter(&self, frame: &Frame, bbox: BBox) -> Result<Option<AnySegmenter>> {
         Ok(match self.mask.model {
             MaskModel::None => None,
-            MaskModel::Colors => Some(AnySegmenter::Colors(ColorSegmenter::new(&self.mask, frame, &bbox))),
-            MaskModel::Motion => Some(AnySegmenter::Motion(MotionSegmenter::new(&self.mask, frame, &bbox))),
+            MaskModel::Colors => Some(AnySegmenter::Colors(Box::new(ColorSegmenter::new(&self.mask, frame, &bbox)))),
+            MaskModel::Motion => Some(AnySegmenter::Motion(Box::new(MotionSegmenter::new(&self.mask, frame, &bbox)))),
         })
     }
 }
@@ -110,9 +110,9 @@ impl SegmenterRecipe for MaskGroup {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum AnySegmenter {
     /// By colours.
-    Colors(ColorSegmenter),
+    Colors(Box<ColorSegmenter>),
     /// By the background.
-    Motion(MotionSegmenter),
+    Motion(Box<MotionSegmenter>),
 }
 
 impl Segmenter for AnySegmenter {
