@@ -7,6 +7,7 @@ mod api;
 mod book;
 mod browser;
 mod changed;
+mod delivery;
 mod features;
 mod figures;
 mod fuzz;

@@ -196,6 +196,7 @@ packages! {
     API = "peers-api", "api.txt";
     BOOK = "book-builder", "book.txt";
     WHEEL = "wheel-builder", "wheel.txt";
+    DELIVERY = "peers-delivery", "delivery.txt";
 }
 /// The wheel is tested in a virtual environment that is made anew each time.
 pub static FRESH: Need = Need::folder("numpy and pytest, anew each time", || false, PYPI, "wheel-test", || Ok(()));

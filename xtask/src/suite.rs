@@ -2,8 +2,8 @@
 
 use crate::needs::{self, Allowed, Need};
 use crate::{
-    api, book, browser, changed, features, fuzz, layers, licences, names, notices, peers, release, run, snippets, soak,
-    wheel,
+    api, book, browser, changed, delivery, features, fuzz, layers, licences, names, notices, peers, release, run,
+    snippets, soak, wheel,
 };
 use anyhow::{Context, Result};
 use std::io::IsTerminal;
@@ -88,6 +88,7 @@ fn usual(fuzz_seconds: u32) -> Vec<Step> {
             .wants([&needs::MOSQUITTO, &needs::NATS]),
         Step::new("release suite", || release::test(release::RELEASE)),
         Step::new("snippets", snippets::check),
+        Step::skipping("workflows and Dockerfile", delivery::check_or_skip).needs(delivery::NEEDS),
         Step::skipping("book", book::build_or_skip).needs(book::NEEDS),
         match fuzz_seconds {
             // Building them with the compiler's counters takes longer than their tests, and a few seconds find little.

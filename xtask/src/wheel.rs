@@ -158,7 +158,8 @@ fn command(quick: bool) -> Result<PathBuf> {
     Ok(std::path::absolute(run::target_dir().join("release/pursuit"))?)
 }
 
-/// The Python of a new virtual environment that has the wheel and what it asks for; pytest comes when that has worked.
+/// The Python of a new virtual environment that has the wheel and what it asks for; pytest, and what runs networks by file, come when that
+/// has worked.
 fn fresh_environment(wheel: &Path) -> Result<PathBuf> {
     let folder = empty("wheel-test")?;
     run::program("python3").args(["-m", "venv"]).arg(&folder).run().context("no usable python3")?;
@@ -166,7 +167,7 @@ fn fresh_environment(wheel: &Path) -> Result<PathBuf> {
     let pip = || run::program(&python).args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
     pip().args(["--only-binary", ":all:"]).arg(wheel).run()?;
     run::program(&python).args(["-c", FIRST_WORDS]).run()?;
-    pip().arg("pytest").run()?;
+    pip().args(["pytest", "onnxruntime"]).run()?;
     Ok(python)
 }
 

@@ -66,6 +66,9 @@ impl Clip {
         let table = config.map(values::table).transpose()?.unwrap_or_default();
         let config = RunConfig::deserialize(table)
             .map_err(|e| usage(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
+        let trackers = config.tracker.iter().chain(&config.compare).map(String::as_str);
+        let parameters = crate::networks::located(py, config.parameters.clone(), trackers, config.detect.as_deref());
+        let config = RunConfig { parameters, ..config };
         let written = config.out.is_some();
         let (speak, news) = sync_channel(AHEAD);
         let ask = speak.clone();
@@ -79,6 +82,7 @@ impl Clip {
             None => Run::prepare(config, &options),
         };
         let run = py.detach(prepare).map_err(|e| of_run(&e))?;
+        crate::errors::warn(py, run.notes())?;
         let run = if written { run } else { run.unwritten() };
         let (remote, frame_count, size) = (run.remote(), run.frame_count(), run.input().size);
         let strip = Arc::new(Mutex::new(Strip::default()));

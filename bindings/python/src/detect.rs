@@ -24,10 +24,18 @@ pub struct Detector {
 impl Detector {
     #[new]
     #[pyo3(signature = (name, *, channels = "rgb", fps = 30.0, **parameters))]
-    fn new(name: &str, channels: &str, fps: f64, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        name: &str,
+        channels: &str,
+        fps: f64,
+        parameters: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let entry = registry::detector(name).map_err(of_tracking)?;
         let parameters = values::parameters(parameters, &entry.schema())?;
+        let parameters = crate::networks::located(py, parameters, std::iter::empty(), Some(name));
         let detector = entry.detector(&parameters).map_err(of_tracking)?;
+        crate::errors::warn(py, &detector.notes())?;
         Ok(Self { name: entry.name, channels: channels.to_owned(), fps, state: Mutex::new((detector, 0)) })
     }
 

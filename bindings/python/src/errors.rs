@@ -5,7 +5,7 @@ use pursuit::estimation::EstimationError;
 use pursuit::imaging::ImagingError;
 use pursuit::tracking::TrackingError;
 use pyo3::create_exception;
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyUserWarning};
 use pyo3::prelude::*;
 
 create_exception!(pursuit, PursuitError, PyException, "What every error of pursuit is.");
@@ -33,6 +33,14 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Wrong usage, in words.
 pub fn usage(message: impl Into<String>) -> PyErr {
     UsageError::new_err(message.into())
+}
+
+/// Says each note as a warning of Python's.
+pub fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
+    notes.iter().try_for_each(|note| {
+        let text = std::ffi::CString::new(note.replace('\0', " ")).map_err(|e| usage(e.to_string()))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+    })
 }
 
 /// The exception for what went wrong in a run.

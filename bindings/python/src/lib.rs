@@ -13,6 +13,7 @@ mod foreign;
 mod iterated;
 mod many;
 mod measure;
+mod networks;
 mod pixels;
 mod registry;
 mod saved;

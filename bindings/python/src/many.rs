@@ -1,6 +1,6 @@
 //! Many targets, frame by frame.
 
-use crate::errors::{of_run, of_tracking, usage};
+use crate::errors::{of_run, of_tracking, usage, warn};
 use crate::estimate::Estimate;
 use crate::saved;
 use crate::tracker::next_time;
@@ -49,14 +49,19 @@ const MAGIC: &[u8] = b"pursuit targets 1\n";
 
 impl MultiTracker {
     fn make(settings: Settings, saved: Option<(u64, f64, &[u8])>) -> PyResult<Self> {
+        let trackers = settings.tracker.iter().map(String::as_str);
+        let parameters = Python::attach(|py| {
+            crate::networks::located(py, settings.parameters.clone(), trackers, settings.detector.as_deref())
+        });
         let config = RunConfig {
             tracker: settings.tracker.clone(),
             detect: settings.detector.clone(),
             many: settings.detector.as_ref().map(|_| true),
-            parameters: settings.parameters.clone(),
+            parameters,
             ..RunConfig::default()
         };
         let methods = config.methods().map_err(|e| of_run(&e))?;
+        Python::attach(|py| warn(py, &methods.notes))?;
         let recipe_of = |name: &str| registry::tracker(name).map(|entry| entry.default_recipe());
         let (next, time_s, state) = saved.map_or((0, 0.0, None), |(next, at, state)| (next, at, Some(state)));
         let targets: Result<Box<dyn Targets>, _> = match (methods.detector, state) {

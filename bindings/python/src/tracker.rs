@@ -120,7 +120,13 @@ pub fn next_time(index: u64, last_s: f64, fps: f64) -> f64 {
 impl Tracker {
     #[new]
     #[pyo3(signature = (name = "pursuit", *, fps = 30.0, channels = "rgb", **parameters))]
-    fn new(name: &str, fps: f64, channels: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        name: &str,
+        fps: f64,
+        channels: &str,
+        parameters: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let entry = registry::tracker(name).map_err(of_tracking)?;
         if !(fps.is_finite() && fps > 0.0) {
             return Err(usage(format!("fps is {fps}; give frames per second, above 0")));
@@ -131,6 +137,7 @@ impl Tracker {
             other => return Err(usage(format!("channels `{other}`: give \"rgb\" or \"bgr\""))),
         };
         let parameters = values::parameters(parameters, &entry.default_recipe().schema())?;
+        let parameters = crate::networks::located(py, parameters, std::iter::once(name), None);
         Self::with(Settings { name: name.to_owned(), parameters, fps, bgr }, Running::default())
     }
 

@@ -138,6 +138,30 @@ fn uav123_cuts_sequences_out_of_recordings() {
 }
 
 #[test]
+fn attributes_of_uav123_lie_beside_its_truth() {
+    let root = tempfile::tempdir().unwrap();
+    for name in ["bike1", "car9"] {
+        write_images(&root.path().join("data_seq/UAV123").join(name), 3, 1, 6);
+        write(&root.path().join(format!("anno/UAV123/{name}.txt")), "2,3,4,5\n2,3,4,5\n2,3,4,5\n");
+    }
+    write(&root.path().join("anno/UAV123/att/bike1.txt"), "1,0,0,0,1,0,0,0,0,0,0,1\n");
+    // Of a release with one version the folder lies beside that of the version.
+    write(&root.path().join("anno/att/car9.txt"), "0 0 0 0 0 0 0 0 0 0 1 0");
+    let dataset = discover(root.path());
+    assert_eq!((names(&dataset), dataset.problems.len()), (vec!["bike1", "car9"], 0));
+    let of = |k: usize| dataset.sequences[k].attributes().iter().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!(of(0), ["full occlusion", "scale variation", "similar object"]);
+    assert_eq!(of(1), ["camera motion"]);
+    for (text, words) in
+        [("1,0\n", "2 numbers instead of 12"), ("1,0,0,0,1,0,0,2,0,0,0,1", "`2` for background clutter")]
+    {
+        write(&root.path().join("anno/UAV123/att/bike1.txt"), text);
+        let problem = discover(root.path()).problems[0].to_string();
+        assert!(problem.contains("bike1.txt") && problem.contains(words), "{problem}");
+    }
+}
+
+#[test]
 fn tld_gives_edges_and_nan() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("06_car");

@@ -47,6 +47,11 @@ pub trait Network: Send {
     /// The numbers of an output, as the last run left them; empty if there is no such output.
     fn output(&self, output: usize) -> &[f32];
 
+    /// What a user should know of how it is run, a line each: that it runs elsewhere than asked for.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+
     /// Writes an input from a slice.
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Image, Rgb8};
-use pursuit_inference::detection::{BoxCoding, DetectionConfig, Limits, Object, ObjectDetector, Placing};
+use pursuit_inference::detection::{BoxCoding, DetectionConfig, Family, Limits, Object, ObjectDetector, Placing};
 use pursuit_inference::{InferenceError, Network, Port, Result};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -188,7 +188,8 @@ fn networks_and_descriptions_that_do_not_fit_are_refused_with_the_mend() {
 
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("net.onnx");
-    assert_eq!(DetectionConfig::beside(&model).unwrap(), yolox);
+    let none = DetectionConfig::beside(&model).unwrap();
+    assert!(none.config == yolox && !none.says_how && !none.names_classes);
     for (text, words) in [
         ("clases = ['a']", "unknown field `clases`"),
         ("classes = []", "1 to 10000 names"),
@@ -199,7 +200,8 @@ fn networks_and_descriptions_that_do_not_fit_are_refused_with_the_mend() {
         ("image_px = [0, 4]", "`image_px`"),
         ("deviation = [0.0, 1.0, 1.0]", "`deviation`"),
         ("strides = []", "`strides`"),
-        ("boxes = 'corners'", "corners"),
+        ("boxes = 'edges'", "edges"),
+        ("family = 'yolov99'", "yolov99"),
     ] {
         std::fs::write(model.with_extension("toml"), text).unwrap();
         let error = DetectionConfig::beside(&model).unwrap_err().to_string();
@@ -210,7 +212,19 @@ fn networks_and_descriptions_that_do_not_fit_are_refused_with_the_mend() {
     std::fs::write(model.with_extension("toml"), vec![b'#'; (1 << 20) + 1]).unwrap();
     assert!(DetectionConfig::beside(&model).unwrap_err().to_string().contains("bytes"));
     std::fs::write(model.with_extension("toml"), "boxes = 'pixels'").unwrap();
-    assert_eq!(DetectionConfig::beside(&model).unwrap().boxes, BoxCoding::Pixels);
+    let described = DetectionConfig::beside(&model).unwrap();
+    assert!(described.config.boxes == BoxCoding::Pixels && described.says_how);
+    // A family, and what is otherwise; the classes alone say nothing of how it answers.
+    std::fs::write(model.with_extension("toml"), "family = 'yolov8'\nclasses = ['a', 'b']\nplace = 'corner'").unwrap();
+    let expected = DetectionConfig {
+        classes: vec!["a".into(), "b".into()],
+        place: Placing::Corner,
+        ..DetectionConfig::of(Family::Yolov8)
+    };
+    assert_eq!(DetectionConfig::beside(&model).unwrap().config, expected);
+    std::fs::write(model.with_extension("toml"), "classes = ['a', 'b']\nimage_px = [64, 64]").unwrap();
+    let named = DetectionConfig::beside(&model).unwrap();
+    assert!(named.names_classes && !named.says_how && named.config.classes == ["a", "b"]);
 }
 
 #[test]

@@ -12,6 +12,8 @@ use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn options() -> Option<OpenOptions> {
     let ffmpeg = std::env::var_os("PURSUIT_TEST_FFMPEG").map(PathBuf::from);
@@ -151,6 +153,64 @@ fn web_addresses_are_read() {
     assert_eq!(lines(&all_frames(&mut *source)), hashes_beside("vp9.webm"));
     let refused = open("http://127.0.0.1:9/clip.mp4", &options).err().unwrap().to_string();
     assert!(refused.contains("127.0.0.1") && refused.contains("refused"), "{refused}");
+}
+
+/// Serves `content`, by parts where a request names one and `parts` are sent; gives the address and how many parts were asked for.
+fn serve_parts(content: Vec<u8>, parts: bool) -> (String, Arc<AtomicUsize>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("http://{}/clip.mp4", listener.local_addr().unwrap());
+    let asked = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&asked);
+    let content = Arc::new(content);
+    std::thread::spawn(move || {
+        for mut stream in listener.incoming().flatten() {
+            let (content, counted) = (Arc::clone(&content), Arc::clone(&counted));
+            std::thread::spawn(move || {
+                let mut request = [0; 4096];
+                let read = stream.read(&mut request).unwrap_or(0);
+                let request = String::from_utf8_lossy(&request[..read]).to_ascii_lowercase();
+                let from =
+                    request.split_once("range: bytes=").and_then(|(_, rest)| rest.split('-').next()?.parse().ok());
+                let (from, all) = (from.unwrap_or(0_usize).min(content.len()), content.len());
+                let head = if parts {
+                    counted.fetch_add(usize::from(from > 0), Ordering::Relaxed);
+                    let last = all - 1;
+                    format!("206 Partial Content\r\nAccept-Ranges: bytes\r\nContent-Range: bytes {from}-{last}/{all}")
+                } else {
+                    "200 OK".to_owned()
+                };
+                let body = if parts { &content[from..] } else { &content[..] };
+                let head = format!("HTTP/1.1 {head}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+                _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(body));
+            });
+        }
+    });
+    (address, asked)
+}
+
+/// The index of this file is at its end, as cameras and editors leave it: more than anybody reads ahead lies before it.
+#[test]
+fn mp4_with_its_index_at_the_end_is_read_by_parts() {
+    let Some(options) = options() else { return };
+    let mut content = std::fs::read(fixture("b_frames.mp4")).unwrap();
+    let index = content.windows(4).position(|w| w == b"moov").unwrap() - 4;
+    let mut free = vec![0; 2 << 20];
+    let len = u32::try_from(free.len()).unwrap();
+    free[..4].copy_from_slice(&len.to_be_bytes());
+    free[4..8].copy_from_slice(b"free");
+    content.splice(index..index, free);
+
+    let (address, asked) = serve_parts(content.clone(), true);
+    let mut source = open(address, &options).unwrap_or_else(|e| panic!("{e}"));
+    let whole = open_named(&fixture("b_frames.mp4"), &options).info().frame_count.unwrap();
+    assert_eq!(all_frames(&mut *source).len() as u64, whole);
+    assert!(asked.load(Ordering::Relaxed) >= 1);
+
+    let (address, _) = serve_parts(content, false);
+    let refused = open(address, &options).err().unwrap().to_string();
+    for word in ["127.0.0.1", "index (moov)", "byte ranges", "download the file", "+faststart"] {
+        assert!(refused.contains(word), "{word}: {refused}");
+    }
 }
 
 /// Whether a process of this system still has this word in its command line.

@@ -111,6 +111,7 @@ mod input;
 #[cfg(feature = "mavlink")]
 pub mod mavlink;
 pub mod measure;
+pub mod networks;
 pub mod publish;
 mod record;
 mod resume;

@@ -41,6 +41,7 @@ pub struct Run {
     publication: Option<Publication>,
     /// What happens is told by these.
     rules: EventRules,
+    notes: Vec<String>,
 }
 
 /// What a run left behind.
@@ -65,6 +66,12 @@ impl Run {
     /// Wrong usage, an input that cannot be read, files in the way.
     pub fn prepare(config: RunConfig, options: &OpenOptions) -> Result<Self, RunError> {
         Self::prepare_with(config, None, Fetched::default(), options)
+    }
+
+    /// What a user should know of the methods, a line each: what a network by file was taken for, that it runs elsewhere than asked
+    /// for. The log has them too.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// As [`prepare`](Self::prepare), of frames that the program has ([`frames`](crate::frames)) in place of an input that the
@@ -97,7 +104,8 @@ impl Run {
         let Some(name) = &config.input else {
             return Err(RunError::usage("no input; name a video, a folder of images, a camera or `scene:NAME`"));
         };
-        let methods = config.methods()?;
+        let mut methods = config.methods()?;
+        let notes = std::mem::take(&mut methods.notes);
         formats(&config)?;
         check_segments(&config)?;
         let rules = config.events.rules()?;
@@ -135,7 +143,9 @@ impl Run {
             further: Vec::new(),
             publication,
             rules,
+            notes,
         };
+        run.notes.iter().for_each(|note| tracing::warn!("{note}"));
         if let Some(earlier) = &run.earlier {
             earlier.check(&run.input_facts(), &run.recipe)?;
         }

@@ -2,9 +2,11 @@
 //! nothing that is installed contains it.
 
 mod numbers;
+mod onnx;
 mod texture;
 
 pub use numbers::{Noise, SplitMix};
+pub use onnx::network_that_answers;
 pub use texture::{PixelTable, lattice, value_noise};
 
 /// CRC-32 as in PNG and zip, bit by bit.

@@ -1,7 +1,7 @@
 //! How networks that come as files are run: the group `[runtime]` of detectors and trackers that take one.
 
 use pursuit_inference::InferenceError;
-use pursuit_inference::onnx::{Backend, OnnxOptions};
+use pursuit_inference::onnx::{Backend, Device, OnnxOptions};
 use pursuit_parameters::{FileName, ParameterError};
 use pursuit_tracking::TrackingError;
 use std::path::Path;
@@ -25,6 +25,8 @@ pursuit_parameters::parameters! {
         pub library: Library = Library::Auto;
         /// The file of the onnxruntime library, or the folder it is in; empty: the first found where systems put it.
         pub onnxruntime: FileName = FileName::default();
+        /// What the network runs on, where onnxruntime's library can hand it there; else it runs on the processor, and says so.
+        pub device: Device = Device::Cpu;
         /// Threads for one network. 1: several targets share the machine well.
         pub threads: usize = 1, in 1..=256;
         /// Greatest size of a file, and of what a network takes and gives.
@@ -42,6 +44,7 @@ impl RuntimeParams {
                 Library::Rten => Backend::Rten,
             },
             library: self.onnxruntime.path().map(Path::to_path_buf),
+            device: self.device,
             threads: self.threads,
             max_bytes: (self.most_mib as u64) << 20,
             ..OnnxOptions::default()

@@ -95,6 +95,11 @@ pub trait Detector: Send {
         None
     }
 
+    /// What a user should know of how it was made, a line each: what a file was taken for, that it runs elsewhere than asked for.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Raw figures of the last frame as a whole, such as a step of the light; they join those of every target.
     fn diagnostics(&self) -> Diagnostics {
         Diagnostics::default()

@@ -38,6 +38,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pursuit::inference::onnx::Device;
 use pursuit::media::depth::DepthCoding;
 use pursuit::media::wrappers::Reconnect;
 use pursuit::sinks::Format;
@@ -196,6 +197,9 @@ pub struct Track {
     /// Detector that finds the target when no box is given
     #[arg(long, value_name = "NAME")]
     pub detect: Option<String>,
+    /// What networks by file run on, where onnxruntime's library can hand them there; else the processor, which is said
+    #[arg(long, value_name = "DEVICE", value_parser = device_parser())]
+    pub device: Option<Device>,
     /// What starts the run without a box: `detector`, the default where one is named, or `truth`, the first box of the truth that
     /// came with the input [default without a detector: the truth]; `command` follows nothing until somebody says what
     #[arg(long, value_name = "WHAT", value_parser = ["truth", "detector", "command"])]
@@ -310,6 +314,12 @@ fn reconnect(text: &str) -> Result<Reconnect, String> {
 fn coding_parser() -> impl TypedValueParser<Value = DepthCoding> {
     let of = |name: String| DepthCoding::ALL.into_iter().find(|c| c.name() == name).ok_or("no coding of depth");
     PossibleValuesParser::new(DepthCoding::ALL.map(DepthCoding::name)).try_map(of)
+}
+
+/// Takes the names of what a network may run on.
+fn device_parser() -> impl TypedValueParser<Value = Device> {
+    let of = |name: String| Device::ALL.iter().find(|d| d.as_str() == name).copied().ok_or("no device");
+    PossibleValuesParser::new(Device::ALL.iter().map(|d| d.as_str())).try_map(of)
 }
 
 /// Takes the names of the formats, and says what each is.

@@ -185,6 +185,7 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         tracker: args.tracker.clone(),
         compare: args.compare.clone(),
         detect: args.detect.clone(),
+        device: args.device,
         start: StartFrom::ALL.iter().copied().find(|s| args.start.as_deref() == Some(s.as_str())),
         detections: args.detections.clone(),
         many: flag(args.many, true),

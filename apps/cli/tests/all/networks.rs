@@ -121,11 +121,11 @@ fn a_network_that_cannot_be_used_is_said_before_anything_is_written() {
     if !runs_networks() {
         return;
     }
-    // Without its description it is taken for YOLOX, which it is not.
+    // Without its description it is taken for nothing known.
     let bare = file("bare.onnx", &whole);
     objects(&format!("model={bare}"), &["bare.onnx", "the shape of its input"]);
     file("bare.toml", b"image_px = [128, 96]");
-    objects(&format!("model={bare}"), &["80 classes need 85 numbers", "TOML file"]);
+    objects(&format!("model={bare}"), &["its output is 1 x 192 x 7", "family", "bare.toml"]);
     let model = format!("model={}", squares());
     refused(
         &["--detect", "objects", "--set", &model, "--set", "classes=red,green"],
@@ -139,4 +139,50 @@ fn a_network_that_cannot_be_used_is_said_before_anything_is_written() {
         let description = format!("template = {:?}\nsearch = {:?}\n{config}", squares(), squares());
         siamese(&description, &["squares.onnx is no usable network", "layout", "in the description"]);
     }
+}
+
+#[test]
+fn an_export_is_followed_without_a_description() {
+    if !runs_networks() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    // YOLOv8 on 64 x 64: the frame of 128 x 96 lies in its rows 8 to 55. One box, where the blue square is.
+    let mut answer = vec![0.0; 6 * 84];
+    for (number, value) in [50.0, 46.0, 4.0, 4.0, 0.1, 0.9].into_iter().enumerate() {
+        answer[number * 84] = value;
+    }
+    let model = folder.path().join("mine.onnx");
+    let names = [("names", "{0: 'red', 1: 'blue'}")];
+    std::fs::write(&model, pursuit_testkit::network_that_answers((64, 64), &[1, 6, 84], &answer, &names)).unwrap();
+    let set = format!("model={}", model.display());
+    let detect = ["--detect", "objects", "--many", "--set", &set];
+    let out = folder.path().join("out");
+    let found = track(&clip, &out, &[&detect[..], &["--device", "cpu"]].concat());
+    assert!(found.status.success(), "{}", stderr(&found));
+    let said = stderr(&found);
+    let taken = "mine.onnx is taken for YOLOv8";
+    assert!(said.contains(taken) && said.contains("2 classes (red, blue)") && said.lines().count() == 1, "{said}");
+    let rows = rows(&out.join("trajectory.csv"));
+    let last = rows.last().unwrap();
+    let number = |key: &str| last[key].parse::<f64>().unwrap();
+    assert!((number("x") - 96.0).abs() < 1.0 && (number("y") - 72.0).abs() < 1.0, "{last:?}");
+    assert_eq!((last["class"].as_str(), last["frame"].as_str()), ("blue", "9"));
+
+    // A device that nothing here has is said, and the run goes on.
+    let elsewhere = if cfg!(target_os = "macos") { "cuda" } else { "coreml" };
+    let other = track(&clip, &folder.path().join("other"), &[&detect[..], &["--device", elsewhere]].concat());
+    assert!(other.status.success(), "{}", stderr(&other));
+    assert!(stderr(&other).contains("it runs on the processor"), "{}", stderr(&other));
+    let config = folder.path().join("run.toml");
+    std::fs::write(&config, format!("device = {elsewhere:?}\n")).unwrap();
+    let by_file = ["--config", config.to_str().unwrap(), "--box", "92,68,8,8"];
+    let built_in = track(&clip, &folder.path().join("built-in"), &by_file);
+    assert!(
+        built_in.status.success() && stderr(&built_in).contains("nobody here runs a network by file"),
+        "{}",
+        stderr(&built_in)
+    );
+    fails(&track(&clip, &out, &["--device", "tpu"]), 2, &["--device", "openvino"]);
 }

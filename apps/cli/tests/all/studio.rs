@@ -56,6 +56,27 @@ fn the_studio_prints_its_address_and_answers_there() {
     );
 }
 
+/// What the Dockerfile starts, on a port that is free here.
+#[test]
+fn the_image_starts_a_studio_that_wants_its_token() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../Dockerfile");
+    let text = std::fs::read_to_string(file).unwrap();
+    let words = |name: &str| -> Vec<String> {
+        let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+        line.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    assert_eq!(words("ENTRYPOINT "), ["pursuit"]);
+    let mut arguments = words("CMD ");
+    let port = arguments.iter().position(|a| a == "--port").unwrap() + 1;
+    assert!(text.contains(&format!("EXPOSE {}\n", arguments[port])), "the port that it listens at is another");
+    arguments[port] = "0".to_owned();
+    let mut child = command(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut child = Killed(child.stdout(Stdio::piped()).spawn().unwrap());
+    let line = first_line(child.0.stdout.take().unwrap());
+    let (address, token) = line.trim().split_once("/?token=").unwrap_or_else(|| panic!("{line}"));
+    assert!(address.starts_with("http://localhost:") && token.len() > 20, "{line}");
+}
+
 #[test]
 fn what_the_studio_cannot_use_is_said_before_it_is_opened() {
     fails(&pursuit(&["studio", "nowhere.mp4", "--no-open"]), 3, &["nowhere.mp4"]);

@@ -145,6 +145,7 @@ def track(
     *,
     tracker=None,
     detect=None,
+    device=None,
     many=False,
     depth=None,
     depth_options=None,
@@ -172,7 +173,9 @@ def track(
     input: a video, a folder of images, "camera:0", "rtsp://…", "scene:NAME?key=value"; or an array (frames, height, width)
     or (frames, height, width, 3), or any iterable of frames, which is asked for a frame when the one before is done with.
     box: (left, top, width, height) in pixels of the first frame, or a list of them; without, the truth that came with the
-    input, or what `detect` finds. many: follow everything that the detector finds. depth: depth images that belong to the
+    input, or what `detect` finds. device: what networks by file run on, "cpu", "cuda", "tensorrt", "openvino" or "coreml"; where
+    onnxruntime's library cannot hand them there they run on the processor, with a warning. many: follow everything that the
+    detector finds. depth: depth images that belong to the
     input, by name; of arrays also an iterable of uint16 (height, width) in millimetres. depth_options: how those named are
     read, a dict. out: a folder for the files of `pursuit track`; resume: go on with the interrupted run in it. video: whether
     there is an overlay; overlay: "full" or "minimal". publish: a broker; publish_options: how, a dict. start, end, stride: the
@@ -196,6 +199,7 @@ def track(
         boxes=_boxes(box) or None,
         tracker=tracker,
         detect=detect,
+        device=device,
         many=many or None,
         depth=os.fspath(depth) if depth_is_path else None,
         depth_options=depth_options,

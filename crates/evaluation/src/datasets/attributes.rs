@@ -1,5 +1,5 @@
-//! What is said of whole sequences, so that figures can be told apart by it: the tags of VOT, the classes of GOT-10k, and
-//! tables of the user's.
+//! What is said of whole sequences, so that figures can be told apart by it: the tags of VOT, the classes of GOT-10k, the
+//! flags of UAV123, and tables of the user's.
 
 use super::{Dataset, Listing, has_extension, stem, text};
 use crate::{EvaluationError, Result, Sequence};
@@ -29,6 +29,27 @@ pub(super) fn add_classes(sequence: &mut Sequence, folder: &Path) -> Result<()> 
         let Some((key, value)) = line.split_once([':', '=']) else { continue };
         if let Some(class) = CLASSES.iter().find(|c| **c == key.trim()).filter(|_| !value.trim().is_empty()) {
             sequence.add_attribute(format!("{class}: {}", value.trim()));
+        }
+    }
+    Ok(())
+}
+
+/// UAV123: a file of as many numbers as there are names, each 1 or 0.
+pub(super) fn add_flags(sequence: &mut Sequence, file: &Path, names: &[&str]) -> Result<()> {
+    let content = text::read(file)?;
+    let flags: Vec<&str> = content.split([',', ' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).collect();
+    if flags.len() != names.len() {
+        let reason = format!("it has {} numbers instead of {}, one an attribute", flags.len(), names.len());
+        return Err(EvaluationError::dataset(file, None, reason));
+    }
+    for (flag, name) in flags.iter().zip(names) {
+        match *flag {
+            "1" => sequence.add_attribute(*name),
+            "0" => {}
+            other => {
+                let reason = format!("`{other}` for {name} is neither 1 nor 0");
+                return Err(EvaluationError::dataset(file, None, reason));
+            }
         }
     }
     Ok(())

@@ -63,6 +63,24 @@ const CUTS: &[(&str, &str, usize)] = &[
     ("uav1_3", "uav1", 2473),
 ];
 
+/// The folder whose `NAME.txt` say by numbers, 1 or 0, which of these attributes a sequence has, in the order of the toolkit's
+/// `perfPlot.m`.
+const ATTRIBUTES: &str = "att";
+const FLAGS: [&str; 12] = [
+    "scale variation",
+    "aspect ratio change",
+    "low resolution",
+    "fast motion",
+    "full occlusion",
+    "partial occlusion",
+    "out of view",
+    "background clutter",
+    "illumination variation",
+    "viewpoint change",
+    "camera motion",
+    "similar object",
+];
+
 /// Whether `folder` is the root of the data set.
 pub(super) fn is_root(folder: &Path) -> bool {
     folder.join("anno").is_dir() && folder.join("data_seq").is_dir()
@@ -71,7 +89,7 @@ pub(super) fn is_root(folder: &Path) -> bool {
 /// Every sequence below `anno/`, the trouble with the others.
 pub(super) fn read(root: &Path) -> Vec<Result<Sequence>> {
     let mut found = Vec::new();
-    for version in listing(&root.join("anno")).folders {
+    for version in listing(&root.join("anno")).folders.into_iter().filter(|v| stem(v) != ATTRIBUTES) {
         for file in listing(&version).files.iter().filter(|f| super::has_extension(f, &["txt"])) {
             found.push(read_one(root, &version, file));
         }
@@ -95,5 +113,12 @@ fn read_one(root: &Path, version: &Path, annotation: &Path) -> Result<Sequence> 
     })?;
     let truth = read_ltwh(annotation, MATLAB_ORIGIN)?;
     let name = if long { format!("UAV20L/{name}") } else { name };
-    Ok(Sequence::from_path(name, &images, first - 1, truth).published_from(MATLAB_ORIGIN))
+    let mut sequence = Sequence::from_path(name, &images, first - 1, truth).published_from(MATLAB_ORIGIN);
+    // Beside the truth, or, where there is one version alone, beside its folder.
+    let beside = [version.join(ATTRIBUTES), root.join("anno").join(ATTRIBUTES)];
+    let file = annotation.file_name().unwrap_or_default();
+    if let Some(file) = beside.iter().map(|folder| folder.join(file)).find(|f| f.is_file()) {
+        super::attributes::add_flags(&mut sequence, &file, &FLAGS)?;
+    }
+    Ok(sequence)
 }

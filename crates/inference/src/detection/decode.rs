@@ -1,4 +1,4 @@
-use super::{BoxCoding, DetectionConfig};
+use super::{BoxCoding, DetectionConfig, ScoreCoding};
 use crate::{InferenceError, Network, Result};
 use pursuit_geometry::BBox;
 
@@ -31,6 +31,8 @@ pub(super) struct Decoder {
     /// Column, row and side of the cell of each box, for boxes relative to grids.
     cells: Vec<[f32; 3]>,
     numbers: Vec<f32>,
+    /// Width and height of the image, which fractions are of.
+    image: [f64; 2],
 }
 
 impl Decoder {
@@ -42,15 +44,18 @@ impl Decoder {
             mend: mend.to_owned(),
         };
         let describe =
-            "describe the network in a TOML file of its name beside it (classes, boxes, objectness, strides)";
+            "describe the network in a TOML file of its name beside it (family, classes, boxes, objectness, strides)";
         let attributes = config.attributes();
         let shape = network.outputs().first().map(|p| p.shape.clone()).unwrap_or_default();
         let (order, count) = match *shape.as_slice() {
             [1, count, numbers] if numbers == attributes => (Order::Boxes, count),
             [1, numbers, count] if numbers == attributes => (Order::Planes, count),
             _ => {
-                let classes = config.classes.len();
-                let why = format!("its output is {shape:?}, where {classes} classes need {attributes} numbers a box");
+                let of = match config.scores {
+                    ScoreCoding::Classes => format!("{} classes need", config.classes.len()),
+                    ScoreCoding::Best => "a best class needs".to_owned(),
+                };
+                let why = format!("its output is {shape:?}, where {of} {attributes} numbers a box");
                 return Err(misfit(why, describe));
             }
         };
@@ -70,14 +75,15 @@ impl Decoder {
                 return Err(misfit(why, describe));
             }
         }
-        Ok(Self { numbers: vec![0.0; attributes], config, order, count, cells })
+        let image = [width as f64, height as f64];
+        Ok(Self { numbers: vec![0.0; attributes], config, order, count, cells, image })
     }
 
     /// Puts boxes with a score of at least `least` of classes that are `wanted` into `objects`, which is emptied first. A box is
     /// of the class that scores best, and no other.
     pub fn decode(&mut self, output: &[f32], least: f64, wanted: &[bool], objects: &mut Vec<Object>) {
         objects.clear();
-        let Self { config, order, count, cells, numbers } = self;
+        let Self { config, order, count, cells, numbers, image } = self;
         let attributes = numbers.len();
         let probability = |v: f32| if config.logits { 1.0 / (1.0 + (-v).exp()) } else { v };
         for i in 0..*count {
@@ -99,8 +105,14 @@ impl Decoder {
             if !enough(holds) {
                 continue;
             }
-            let best = scores.iter().enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a });
-            let Some((class, &best)) = best else { continue };
+            let best = match (config.scores, scores) {
+                (ScoreCoding::Classes, scores) => {
+                    scores.iter().copied().enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a })
+                }
+                (ScoreCoding::Best, &[best, class]) => numbered(class, config.classes.len()).map(|class| (class, best)),
+                (ScoreCoding::Best, _) => None,
+            };
+            let Some((class, best)) = best else { continue };
             let score = holds * probability(best);
             if !enough(score) || !wanted.get(class).copied().unwrap_or(false) {
                 continue;
@@ -112,10 +124,22 @@ impl Decoder {
                 _ => [x, y, w, h],
             }
             .map(f64::from);
-            let bbox = BBox::from_ltwh(x - w / 2.0, y - h / 2.0, w, h);
-            if bbox.is_finite() && w > 0.0 && h > 0.0 {
+            let [columns, rows] = *image;
+            let bbox = match config.boxes {
+                BoxCoding::Grid | BoxCoding::Pixels => BBox::from_ltwh(x - w / 2.0, y - h / 2.0, w, h),
+                BoxCoding::Fractions => {
+                    BBox::from_ltwh((x - w / 2.0) * columns, (y - h / 2.0) * rows, w * columns, h * rows)
+                }
+                BoxCoding::Corners => BBox::from_ltrb(x, y, w, h),
+            };
+            if bbox.is_finite() && bbox.width() > 0.0 && bbox.height() > 0.0 {
                 objects.push(Object { bbox, score: f64::from(score).min(1.0), class });
             }
         }
     }
+}
+
+/// The class of this number, which is stored as a fraction; none where there is no such class.
+fn numbered(class: f32, classes: usize) -> Option<usize> {
+    (0..classes).contains(&(class as usize)).then_some(class as usize).filter(|&c| class >= 0.0 && c as f32 == class)
 }

@@ -1,5 +1,6 @@
 use super::decode::Decoder;
-use super::{DetectionConfig, Letterbox, Object, suppress};
+use super::recognised::{Said, in_words, recognised};
+use super::{Description, DetectionConfig, Letterbox, Object, suppress};
 use crate::onnx::{self, OnnxOptions};
 use crate::resample::{Resampler, Window};
 use crate::siamese::ChannelOrder;
@@ -32,17 +33,51 @@ pub struct ObjectDetector {
     /// The letterbox for which the rest of the network's image is filled.
     filled: Option<Letterbox>,
     objects: Vec<Object>,
+    /// What it was taken for, where nothing described it.
+    taken_for: Option<String>,
+}
+
+fn misfit(network: &dyn Network, why: String) -> InferenceError {
+    InferenceError::Model {
+        what: network.name().to_owned(),
+        why,
+        mend: "name a detector of objects that takes one image, such as YOLOX, described in a TOML file beside it"
+            .into(),
+    }
+}
+
+/// Width and height of the one image that a network takes.
+fn image_of(network: &dyn Network) -> Result<(usize, usize)> {
+    match network.inputs() {
+        [port] => match *port.shape.as_slice() {
+            [1, 3, height, width] if width > 0 && height > 0 => Ok((width, height)),
+            _ => Err(misfit(network, format!("its input is {:?}, no image of three planes", port.shape))),
+        },
+        inputs => Err(misfit(network, format!("it has {} inputs", inputs.len()))),
+    }
 }
 
 impl ObjectDetector {
-    /// The network in the ONNX file `model`, as described in the TOML file of its name beside it, or YOLOX where there is none.
+    /// The network in the ONNX file `model`: as described in the TOML file of its name beside it; or, where that is not there or says
+    /// nothing but the classes and the size of the image, as its answer and the names in the file tell.
     ///
     /// # Errors
-    /// As [`onnx::open`], [`DetectionConfig::beside`] and [`new`](Self::new).
+    /// As [`onnx::open`], [`DetectionConfig::beside`] and [`new`](Self::new); [`InferenceError::Model`] where it is not clear what it is.
     pub fn open(model: &Path, options: &OnnxOptions) -> Result<Self> {
-        let config = DetectionConfig::beside(model)?;
-        let options = OnnxOptions { image: options.image.or(config.image_px.map(Into::into)), ..options.clone() };
-        Self::new(onnx::open(model, &options)?, config)
+        let Description { config, names_classes, says_how } = DetectionConfig::beside(model)?;
+        let said = if says_how { Said::default() } else { Said::read(&onnx::metadata(model, options)?) };
+        // Where a file leaves the size of its image open, it may say for which it was exported.
+        let sizes = [options.image, config.image_px.map(Into::into), said.image];
+        let open = |image| onnx::open(model, &OnnxOptions { image, ..options.clone() });
+        let network = open(sizes.into_iter().flatten().next())?;
+        if says_how {
+            return Self::new(network, config);
+        }
+        let image = image_of(&*network)?;
+        let names = if names_classes { Some(config.classes) } else { said.names.clone() };
+        let config = recognised(&*network, image, names, &said)?;
+        let taken_for = in_words(network.name(), &config, image);
+        Ok(Self { taken_for: Some(taken_for), ..Self::new(network, config)? })
     }
 
     /// From a network of one input, an image of three planes, whose first output has boxes of
@@ -52,29 +87,23 @@ impl ObjectDetector {
     /// # Errors
     /// [`InferenceError::Model`] if the network has other inputs and outputs, or the configuration is out of range.
     pub fn new(network: Box<dyn Network>, config: DetectionConfig) -> Result<Self> {
-        let misfit = |why: String| InferenceError::Model {
-            what: network.name().to_owned(),
-            why,
-            mend: "name a detector of objects that takes one image, such as YOLOX, described in a TOML file beside it"
-                .into(),
-        };
-        config.check().map_err(misfit)?;
-        let image = match network.inputs() {
-            [port] => match *port.shape.as_slice() {
-                [1, 3, height, width] if width > 0 && height > 0 => (width, height),
-                _ => return Err(misfit(format!("its input is {:?}, no image of three planes", port.shape))),
-            },
-            inputs => return Err(misfit(format!("it has {} inputs", inputs.len()))),
-        };
+        config.check().map_err(|why| misfit(&*network, why))?;
+        let image = image_of(&*network)?;
         let decoder = Decoder::new(config.clone(), &*network, image)?;
         let wanted = vec![true; config.classes.len()];
         let (resampler, objects) = (Resampler::default(), Vec::new());
-        Ok(Self { network, image, config, decoder, wanted, resampler, filled: None, objects })
+        Ok(Self { network, image, config, decoder, wanted, resampler, filled: None, objects, taken_for: None })
     }
 
     /// What is known of the network.
     pub const fn config(&self) -> &DetectionConfig {
         &self.config
+    }
+
+    /// What a user should know of how it was opened, a line each: what the file was taken for where nothing described it, and what
+    /// the network itself says of where it runs.
+    pub fn notes(&self) -> Vec<String> {
+        self.taken_for.iter().chain(self.network.notes()).cloned().collect()
     }
 
     /// Looks for these classes alone; for all if there are none.
@@ -105,7 +134,8 @@ impl ObjectDetector {
             objects.sort_by(|a, b| b.score.total_cmp(&a.score));
             objects.truncate(limits.candidates);
         }
-        suppress(objects, limits.overlap, limits.most);
+        let overlap = if self.config.unique { 1.0 } else { limits.overlap };
+        suppress(objects, overlap, limits.most);
         objects.iter_mut().for_each(|o| o.bbox = letterbox.in_frame(&o.bbox));
         Ok(objects)
     }

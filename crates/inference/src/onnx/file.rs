@@ -1,7 +1,9 @@
 //! What is asked of a file before a library sees it, and the few changes made to it.
 
 use super::OnnxOptions;
-use super::proto::{Dimension, FLOAT, Graph, INT64, ModelProto, Node, Shape, Tensor, Value, is_bounded, rewritten};
+use super::proto::{
+    Dimension, FLOAT, Graph, INT64, ModelProto, Node, Properties, Shape, Tensor, Value, is_bounded, rewritten,
+};
 use crate::{InferenceError, Port, Result};
 use prost::Message;
 use std::io::Read;
@@ -11,6 +13,7 @@ use std::path::Path;
 const OPERATORS: &[&str] = &[
     "Abs",
     "Add",
+    "And",
     "ArgMax",
     "AveragePool",
     "BatchNormalization",
@@ -28,14 +31,19 @@ const OPERATORS: &[&str] = &[
     "Equal",
     "Erf",
     "Exp",
+    "Expand",
     "Flatten",
     "Floor",
     "Gather",
+    "GatherElements",
+    "GatherND",
     "Gelu",
     "Gemm",
     "GlobalAveragePool",
     "GlobalMaxPool",
     "Greater",
+    "GreaterOrEqual",
+    "GridSample",
     "HardSigmoid",
     "HardSwish",
     "Identity",
@@ -43,6 +51,7 @@ const OPERATORS: &[&str] = &[
     "LayerNormalization",
     "LeakyRelu",
     "Less",
+    "LessOrEqual",
     "Log",
     "LogSoftmax",
     "MatMul",
@@ -51,8 +60,12 @@ const OPERATORS: &[&str] = &[
     "Mean",
     "Min",
     "Mish",
+    "Mod",
     "Mul",
     "Neg",
+    "NonMaxSuppression",
+    "Not",
+    "Or",
     "PRelu",
     "Pad",
     "Pow",
@@ -64,6 +77,9 @@ const OPERATORS: &[&str] = &[
     "Relu",
     "Reshape",
     "Resize",
+    "Round",
+    "ScatterElements",
+    "ScatterND",
     "Selu",
     "Shape",
     "Sigmoid",
@@ -77,6 +93,7 @@ const OPERATORS: &[&str] = &[
     "Sub",
     "Sum",
     "Tanh",
+    "Tile",
     "TopK",
     "Transpose",
     "Unsqueeze",
@@ -87,6 +104,8 @@ const OPERATORS: &[&str] = &[
 const ENLARGING: &[&str] = &["pads", "output_padding", "output_shape", "dilations", "kernel_shape", "blocksize"];
 /// Operators whose constant inputs may enlarge.
 const ENLARGING_INPUTS: &[&str] = &["Pad", "Resize", "Upsample"];
+/// Operators that repeat their input as their second one says.
+const REPEATING: &[&str] = &["Expand", "Tile"];
 /// The most that padding, kernels and resizing may be.
 const MOST: i64 = 4096;
 const MAX_NODES: usize = 20_000;
@@ -106,12 +125,8 @@ pub struct Model {
 
 impl Model {
     pub fn read(path: &Path, options: &OnnxOptions) -> Result<Self> {
-        let unread = |source| InferenceError::Read { path: path.to_owned(), source };
-        let mut bytes = Vec::new();
-        let file = std::fs::File::open(path).map_err(unread)?;
-        file.take(options.max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(unread)?;
         let name = path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned();
-        Self::parse(name, &bytes, options)
+        Self::parse(name, &bytes_of(path, options)?, options)
     }
 
     /// From the bytes of a file.
@@ -165,6 +180,25 @@ impl Model {
     }
 }
 
+/// The bytes of a file, one more than the most it may have where it has more.
+fn bytes_of(path: &Path, options: &OnnxOptions) -> Result<Vec<u8>> {
+    let unread = |source| InferenceError::Read { path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unread)?;
+    file.take(options.max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(unread)?;
+    Ok(bytes)
+}
+
+/// What the file says of itself, key and value; nothing where it is no ONNX file, of which [`Model::read`] says more.
+pub fn metadata(path: &Path, options: &OnnxOptions) -> Result<Vec<(String, String)>> {
+    let bytes = bytes_of(path, options)?;
+    if bytes.len() as u64 > options.max_bytes || !is_bounded(&bytes) {
+        return Ok(Vec::new());
+    }
+    let said = Properties::decode(bytes.as_slice()).unwrap_or_default();
+    Ok(said.entries.into_iter().map(|p| (p.key, p.value)).collect())
+}
+
 type Wrong = (String, &'static str);
 
 fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
@@ -195,6 +229,16 @@ fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
                 return Err(enlarges(node));
             }
             if attribute.floats.iter().any(|&f| !within(f64::from(f))) && attribute.name == "scales" {
+                return Err(enlarges(node));
+            }
+        }
+        if REPEATING.contains(&node.op_type.as_str()) {
+            // How often is known only where it stands in the file; together no more than an input may be large.
+            let times = node.inputs.get(1).and_then(|i| constants.get(i.as_str())).map(|t| t.values());
+            let Some(times) = times.filter(|t| !t.is_empty() && t.iter().all(|&v| within(v))) else {
+                return Err(enlarges(node));
+            };
+            if times.iter().map(|v| v.abs().max(1.0)).product::<f64>() > max_bytes as f64 / 4.0 {
                 return Err(enlarges(node));
             }
         }

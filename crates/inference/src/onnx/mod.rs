@@ -26,6 +26,22 @@ use crate::{InferenceError, Network, Result};
 use file::Model;
 use std::path::{Path, PathBuf};
 
+pursuit_parameters::choices! {
+    /// What a network runs on.
+    pub enum Device {
+        /// The processor.
+        Cpu = "cpu",
+        /// A GPU of NVIDIA, by CUDA.
+        Cuda = "cuda",
+        /// A GPU of NVIDIA, by TensorRT, and by CUDA what that cannot do.
+        TensorRt = "tensorrt",
+        /// What OpenVINO finds of Intel's: GPU, NPU or processor.
+        OpenVino = "openvino",
+        /// GPU and neural engine of Apple's, by Core ML.
+        CoreMl = "coreml",
+    }
+}
+
 /// Which library runs a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Backend {
@@ -59,6 +75,9 @@ pub struct OnnxOptions {
     pub shapes: Vec<(String, Vec<usize>)>,
     /// Width and height of images (inputs of three planes), where the file leaves them open or is to be run on others.
     pub image: Option<(usize, usize)>,
+    /// What it runs on, where onnxruntime's library can hand it there; else it runs on the processor, and says so
+    /// ([`Network::notes`]).
+    pub device: Device,
     /// Threads, at least 1.
     pub threads: usize,
     /// The most bytes a file may have, and the most numbers an input, output or constant.
@@ -73,6 +92,7 @@ impl Default for OnnxOptions {
             package_folders: Vec::new(),
             shapes: Vec::new(),
             image: None,
+            device: Device::Cpu,
             threads: 1,
             max_bytes: 256 << 20,
         }
@@ -104,6 +124,24 @@ pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
             other => other,
         },
     }
+}
+
+/// What the file `path` says of itself, key and value in its order (`metadata_props`); nothing where it is no ONNX file.
+///
+/// # Errors
+/// [`InferenceError::Read`] if the file cannot be read.
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
+pub fn metadata(path: &Path, options: &OnnxOptions) -> Result<Vec<(String, String)>> {
+    file::metadata(path, options)
+}
+
+/// Without a library nothing is read of a file.
+///
+/// # Errors
+/// None.
+#[cfg(not(any(feature = "onnxruntime", feature = "rten")))]
+pub fn metadata(_: &Path, _: &OnnxOptions) -> Result<Vec<(String, String)>> {
+    Ok(Vec::new())
 }
 
 /// No library was built in: says so, after a look whether the file is there.

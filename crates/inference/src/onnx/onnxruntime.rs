@@ -1,10 +1,11 @@
 use super::file::Model;
-use super::{OnnxOptions, find_library};
+use super::{Device, OnnxOptions, find_library};
 use crate::{InferenceError, Network, Port, Result};
 use ort::environment::Environment;
+use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::session::{Session, builder::GraphOptimizationLevel};
 use ort::value::{Tensor, TensorElementType};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// The library stays loaded, and the first that was loaded is the one.
@@ -18,20 +19,63 @@ pub struct OnnxRuntime {
     outputs: Vec<Port>,
     given: Vec<Tensor<f32>>,
     answered: Vec<Vec<f32>>,
+    notes: Vec<String>,
+}
+
+/// What hands networks to a device, the first that can counting; none for the processor. Errors say why the library cannot.
+fn on_device(device: Device, library: &Path) -> Result<Option<Vec<ExecutionProviderDispatch>>, String> {
+    let cuda = || ep::CUDA::default().build();
+    let (known, what, first) = match device {
+        Device::Cpu => return Ok(None),
+        Device::Cuda => (ep::CUDA::is_available(), "CUDA", cuda()),
+        Device::TensorRt => (ep::TensorRT::is_available(), "TensorRT", ep::TensorRT::default().build()),
+        Device::OpenVino => (ep::OpenVINO::is_available(), "OpenVINO", ep::OpenVINO::default().build()),
+        Device::CoreMl => (ep::CoreML::is_available(), "Core ML", ep::CoreML::default().build()),
+    };
+    if !known.unwrap_or(false) {
+        return Err(format!("{} was built without {what}", library.display()));
+    }
+    // What TensorRT cannot do CUDA may, which comes with it.
+    let then = (device == Device::TensorRt).then(cuda);
+    Ok(Some(std::iter::once(first.error_on_failure()).chain(then).collect()))
 }
 
 impl OnnxRuntime {
+    /// On the device asked for; on the processor, with a note, where the library cannot hand it there.
     pub fn new(model: &Model, options: &OnnxOptions) -> Result<Self> {
-        let environment = environment(model, options)?;
+        let (environment, library) = environment(model, options)?;
+        let note = match on_device(options.device, &library) {
+            Ok(None) => None,
+            Ok(Some(providers)) => match Self::with(model, options, &environment, &providers) {
+                Ok(this) => return Ok(this),
+                Err(InferenceError::Model { why, .. }) => {
+                    Some(format!("{} on {}: {why}", model.name, options.device.as_str()))
+                }
+                Err(other) => return Err(other),
+            },
+            Err(why) => Some(why),
+        };
+        let notes = note.map(|note| format!("{note}; it runs on the processor")).into_iter().collect();
+        Ok(Self { notes, ..Self::with(model, options, &environment, &[])? })
+    }
+
+    fn with(
+        model: &Model,
+        options: &OnnxOptions,
+        environment: &Environment,
+        providers: &[ExecutionProviderDispatch],
+    ) -> Result<Self> {
         let refused = |e: &dyn std::fmt::Display| model.refused("onnxruntime", &e.to_string());
-        let session = Session::builder(&environment)
+        let mut builder = Session::builder(environment)
             .map_err(|e| refused(&e))?
             .with_intra_threads(options.threads.max(1))
             .map_err(|e| refused(&e))?
             .with_optimization_level(GraphOptimizationLevel::Level3)
-            .map_err(|e| refused(&e))?
-            .commit_from_memory(&model.bytes)
             .map_err(|e| refused(&e))?;
+        if !providers.is_empty() {
+            builder = builder.with_execution_providers(providers).map_err(|e| refused(&e))?;
+        }
+        let session = builder.commit_from_memory(&model.bytes).map_err(|e| refused(&e))?;
         let is_float = |o: &ort::value::Outlet| o.dtype().tensor_type() == Some(TensorElementType::Float32);
         if let Some(other) = session.outputs().iter().find(|o| !is_float(o)) {
             return Err(refused(&format!("its output `{}` is not in single precision", other.name())));
@@ -44,6 +88,7 @@ impl OnnxRuntime {
             outputs: Vec::new(),
             given: given.collect::<Result<_, _>>().map_err(|e| refused(&e))?,
             answered: vec![Vec::new(); model.outputs.len()],
+            notes: Vec::new(),
         };
         let shapes = this.answer().map_err(|e| refused(&e))?;
         this.outputs = model.output_ports(shapes)?;
@@ -66,15 +111,15 @@ impl OnnxRuntime {
 }
 
 /// Loads the library, the first time.
-fn environment(model: &Model, options: &OnnxOptions) -> Result<Environment> {
+fn environment(model: &Model, options: &OnnxOptions) -> Result<(Environment, PathBuf)> {
     let none = |why: String| InferenceError::NoBackend {
         what: model.name.clone(),
         why,
         mend: "install the Python package `onnxruntime` or name its library in PURSUIT_ONNXRUNTIME".into(),
     };
     let mut loaded = LOADED.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some((_, environment)) = &*loaded {
-        return Ok(environment.clone());
+    if let Some((library, environment)) = &*loaded {
+        return Ok((environment.clone(), library.clone()));
     }
     let library = find_library(options.library.as_deref(), &options.package_folders).ok_or_else(|| {
         none(match &options.library {
@@ -87,8 +132,8 @@ fn environment(model: &Model, options: &OnnxOptions) -> Result<Environment> {
         .with_telemetry(false)
         .build()
         .map_err(|e| none(format!("{} cannot be used: {e}", library.display())))?;
-    *loaded = Some((library, environment.clone()));
-    Ok(environment)
+    *loaded = Some((library.clone(), environment.clone()));
+    Ok((environment, library))
 }
 
 impl Network for OnnxRuntime {
@@ -110,6 +155,10 @@ impl Network for OnnxRuntime {
 
     fn run(&mut self) -> Result<()> {
         self.answer().map(drop).map_err(|e| InferenceError::Run { what: self.name.clone(), why: e.to_string() })
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn output(&self, output: usize) -> &[f32] {

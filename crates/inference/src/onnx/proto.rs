@@ -81,6 +81,21 @@ pub struct ModelProto {
     pub graph: Option<Graph>,
 }
 
+/// What a file says of itself, without its network.
+#[derive(Clone, PartialEq, Message)]
+pub struct Properties {
+    #[prost(message, repeated, tag = "14")]
+    pub entries: Vec<Property>,
+}
+
+#[derive(Clone, PartialEq, Message)]
+pub struct Property {
+    #[prost(string, tag = "1")]
+    pub key: String,
+    #[prost(string, tag = "2")]
+    pub value: String,
+}
+
 #[derive(Clone, PartialEq, Message)]
 pub struct Graph {
     #[prost(message, repeated, tag = "1")]

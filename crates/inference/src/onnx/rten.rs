@@ -1,5 +1,5 @@
-use super::OnnxOptions;
 use super::file::Model;
+use super::{Device, OnnxOptions};
 use crate::{InferenceError, Network, Port, Result};
 use rten::{NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use rten_tensor::prelude::*;
@@ -17,6 +17,7 @@ pub struct Rten {
     output_ids: Vec<NodeId>,
     given: Vec<Vec<f32>>,
     answered: Vec<Vec<f32>>,
+    notes: Vec<String>,
 }
 
 impl Rten {
@@ -35,7 +36,15 @@ impl Rten {
             output_ids,
             given: model.inputs.iter().map(|p| vec![0.0; p.len()]).collect(),
             answered: Vec::new(),
+            notes: Vec::new(),
         };
+        if options.device != Device::Cpu {
+            let wanted = options.device.as_str();
+            this.notes.push(format!(
+                "{wanted} asks for onnxruntime, and {} is run by rten; it runs on the processor",
+                this.name
+            ));
+        }
         let first = this.answers().map_err(|e| model.refused("rten", &e))?;
         this.outputs = model.output_ports(first.iter().map(|t| t.shape().to_vec()).collect())?;
         this.answered = first.into_iter().map(|t| t.to_vec()).collect();
@@ -86,6 +95,10 @@ impl Network for Rten {
             }
         }
         Ok(())
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     fn output(&self, output: usize) -> &[f32] {

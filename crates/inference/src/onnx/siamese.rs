@@ -40,6 +40,16 @@ impl std::fmt::Debug for OnnxSiamese {
 }
 
 impl OnnxSiamese {
+    /// What a user should know of how its networks are run, a line each.
+    pub fn notes(&self) -> Vec<String> {
+        let networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = networks.template.iter().chain([&networks.search]).chain(&networks.head);
+        let mut notes: Vec<String> = all.flat_map(|network| network.notes()).cloned().collect();
+        // Several files, one library: it lacks the same for all.
+        notes.dedup();
+        notes
+    }
+
     /// From one network (template image and search image to answer), two (template; search image and template's features to
     /// answer), or three (template; search image; both features to answer). Images are one of three planes. The answer has an
     /// output for the scores and, by `coding`, one of four planes an anchor, or one of two planes for sizes before one of two for

@@ -111,6 +111,19 @@ fn files_that_ask_for_much_are_refused() {
         },
         "`Resize` would enlarge",
     );
+    let repeated = |times: &[i64]| {
+        let mut graph = graph();
+        graph.nodes.push(node("Tile", &["out", "times"]));
+        let raw_data = times.iter().flat_map(|t| t.to_le_bytes()).collect();
+        let dims = vec![times.len() as i64];
+        graph.initializers.push(Tensor { dims, data_type: INT64, name: "times".into(), raw_data, ..Tensor::default() });
+        parsed(graph, &OnnxOptions::default())
+    };
+    assert!(repeated(&[1, 1, 2, 4]).is_ok());
+    assert!(repeated(&[1, 1, 1, 4097]).unwrap_err().contains("`Tile` would enlarge"));
+    assert!(repeated(&[4096, 4096, 4096, 1]).unwrap_err().contains("`Tile` would enlarge"));
+    // How often is computed, so nobody knows.
+    refused(|g| g.nodes.push(node("Expand", &["out", "image"])), "`Expand` would enlarge");
     refused(|g| g.initializers[0] = floats("weights", &[i64::MAX, 3], 0), "has the shape");
     refused(|g| g.initializers[0] = floats("weights", &[-2, 3], 6), "has the shape");
     refused(|g| g.initializers[0] = floats("weights", &[2, 3, 1, 1], 5), "5 numbers instead of 6");

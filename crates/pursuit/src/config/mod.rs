@@ -1,6 +1,7 @@
 //! What to run, as a value: read from a TOML file, from a command line, or both.
 
 mod catalogue;
+mod device;
 pub(crate) mod options;
 mod settings;
 mod texts;
@@ -20,12 +21,13 @@ use crate::start::StartFrom;
 use crate::{Resize, RunError};
 use pursuit_address::Locator;
 use pursuit_geometry::BBox;
+use pursuit_inference::onnx::Device;
 use pursuit_media::depth::DepthOptions;
 use pursuit_parameters::Parameters;
 use pursuit_trackers::embedding::embedder;
 use pursuit_trackers::registry;
 use pursuit_tracking::many::{AcquisitionParams, ManyParams};
-use pursuit_tracking::{Detector, Embedder, Recipe};
+use pursuit_tracking::{Detector, DetectorEntry, Embedder, Recipe};
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
@@ -55,6 +57,9 @@ options! {
         pub compare: Vec<String>,
         /// Name of the detector that finds the target when no box is given.
         pub detect: Option<String>,
+        /// What networks by file run on, where onnxruntime's library can hand them there; else they run on the processor, and the run
+        /// says so. Those that are built in run on the processor.
+        pub device: Option<Device>,
         /// What starts the run where no box is given: `detector`, which is the default where there is one, `truth`, the first box
         /// of the truth that came with the input, or `command`: nothing, until somebody says what to follow.
         pub start: Option<StartFrom>,
@@ -202,7 +207,18 @@ impl RunConfig {
         };
         let compared = named.map(|name| registry::tracker(name)).collect::<Result<Vec<_>, _>>()?;
         let trackers: Vec<_> = std::iter::once(tracker).chain(compared).collect();
-        let settings = Settings::split(&self.parameters, &Participants { trackers: &trackers, detector, many })?;
+        let mut settings = Settings::split(&self.parameters, &Participants { trackers: &trackers, detector, many })?;
+        let mut notes = Vec::new();
+        if let Some(device) = self.device {
+            let schemas: Vec<_> = trackers.iter().map(|tracker| tracker.default_recipe().schema()).collect();
+            let of_detector = detector.map(DetectorEntry::schema).unwrap_or_default();
+            if !device::hand(device, &mut settings, &schemas, &of_detector) && device != Device::Cpu {
+                let wanted = device.as_str();
+                notes.push(format!(
+                    "nobody here runs a network by file, which {wanted} could do; all runs on the processor"
+                ));
+            }
+        }
         let mut recipes = trackers.iter().zip(&settings.trackers).map(|(tracker, own)| tracker.recipe(own));
         let recipe = recipes.next().unwrap_or_else(|| tracker.recipe(&toml::Table::new()))?;
         let compared = recipes.collect::<Result<Vec<_>, _>>()?;
@@ -217,6 +233,7 @@ impl RunConfig {
             Some(detector) => Some(Box::new(detector) as Box<dyn Detector>),
             None => detector.map(|d| d.detector(&settings.detector)).transpose()?,
         };
+        notes.extend(detector.iter().flat_map(|detector| detector.notes()));
         let many = many.with(MANY_PREFIX, &settings.many)?;
         Ok(Methods {
             recipe,
@@ -226,6 +243,7 @@ impl RunConfig {
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
             embedder: embedder(&many.embedding)?,
             many,
+            notes,
         })
     }
 }
@@ -246,6 +264,8 @@ pub struct Methods {
     pub many: ManyParams,
     /// Says what those look like, where that is asked for.
     pub embedder: Option<Box<dyn Embedder>>,
+    /// What a user should know of them, a line each: what a network by file was taken for, that it runs elsewhere than asked for.
+    pub notes: Vec<String>,
 }
 
 /// The trackers `names` with their parameters, as an evaluation wants them; whose a parameter is, [`Settings::split`] says.

@@ -80,6 +80,7 @@ impl SiameseModel for SiameseParams {
         let owner = if self.layout == Layout::FearXs { "fear-xs" } else { "siamese" };
         let description = self.description(owner)?;
         let network = description.open(&self.runtime.options()).map_err(unusable(owner, "model"))?;
+        network.notes().iter().for_each(|note| tracing::warn!("{note}"));
         Ok((network, description.config))
     }
 

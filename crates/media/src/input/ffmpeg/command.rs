@@ -100,6 +100,11 @@ impl Target {
         }
     }
 
+    /// Whether it comes from a web server.
+    pub fn is_web(&self) -> bool {
+        matches!(self, Self::Stream { scheme, .. } if scheme.name.starts_with("http"))
+    }
+
     /// How long it is, where it is a file.
     pub fn file_bytes(&self) -> Option<u64> {
         match self {

@@ -34,6 +34,8 @@ pub(super) struct LogState {
     errors: VecDeque<String>,
     /// The frame that was next when a decoder first complained about its data.
     pub damaged_at: Option<u64>,
+    /// Whether its reader of MP4 went past pictures on the way to the index, and could not go back to them.
+    pub passed_by: bool,
     closed: bool,
     about: Option<Locator>,
 }
@@ -181,6 +183,7 @@ impl LogState {
             return;
         }
         self.damaged_at.get_or_insert(self.announced);
+        self.passed_by |= self.announced == 0 && text.starts_with("stream ") && text.ends_with(": partial file");
         let text = self.about.as_ref().map_or_else(|| text.to_owned(), |about| about.redact(text));
         if self.errors.back().is_none_or(|last| *last != text) {
             if self.errors.len() == MAX_ERRORS {
@@ -298,6 +301,20 @@ mod tests {
             let errors = log.errors();
             assert_eq!((log.said().damaged_at, errors.is_some()), (damaged.then_some(0), damaged), "{line}");
         }
+    }
+
+    #[test]
+    fn pictures_that_were_passed_by_are_noticed_before_the_first() {
+        let heard = |text: &'static str| {
+            let log = Log::follow(text.as_bytes(), None).unwrap();
+            log.errors();
+            log.said().passed_by
+        };
+        assert!(heard("[mov,mp4 @ 0x1] [error] stream 0, offset 0x30: partial file\n"));
+        assert!(!heard("[mov,mp4 @ 0x1] [error] moov atom not found\n"));
+        let after_one = "[Parsed_showinfo_1 @ 0x1] [info] n:   0 pts:      0 pts_time:0.04 duration: 1 fmt:yuv420p\n\
+            [mov,mp4 @ 0x1] [error] stream 0, offset 0x30: partial file\n";
+        assert!(!heard(after_one));
     }
 
     #[test]

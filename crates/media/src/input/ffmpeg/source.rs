@@ -36,6 +36,18 @@ pub(crate) struct FfmpegSource {
     finished: bool,
 }
 
+/// Why there is no first frame: `fault`, or what is behind it. An MP4 whose index comes last is read from its end; a web server that
+/// sends whole files only cannot be asked to go back.
+fn refusal(target: &Target, log: &Log, fault: Fault) -> Fault {
+    if target.is_web() && log.said().passed_by {
+        return Fault::malformed(
+            "its index (moov) comes behind the pictures, and the server sends no parts of a file (byte ranges), so nobody can go back to \
+             them; download the file, or move its index to the front: ffmpeg -i IN.mp4 -c copy -movflags +faststart OUT.mp4",
+        );
+    }
+    fault
+}
+
 impl FfmpegSource {
     /// Starts `program` on `target` and waits for the first frame.
     pub fn open(
@@ -63,13 +75,13 @@ impl FfmpegSource {
     ) -> Result<Self, Fault> {
         let mut reader = match Y4mReader::new(BufReader::with_capacity(1 << 20, stdout)) {
             Ok(reader) => reader,
-            Err(fault) => return Err(process.failure(&log).unwrap_or(fault.into())),
+            Err(fault) => return Err(refusal(target, &log, process.failure(&log).unwrap_or(fault.into()))),
         };
         let first = reader
             .next_planes()
             .map_err(Fault::from)
             .and_then(|p| p.ok_or_else(|| Fault::malformed("it has no frames")));
-        let first = first.map_err(|fault| process.failure(&log).unwrap_or(fault))?;
+        let first = first.map_err(|fault| refusal(target, &log, process.failure(&log).unwrap_or(fault)))?;
         let said = log.said();
         let codec = said.codec.clone().unwrap_or_else(|| "unknown codec".to_owned());
         let live = target.is_live_stream(said.format.as_deref(), said.codec.as_deref(), said.has_duration);

@@ -115,6 +115,10 @@ fn named(object: &Confirmed, detection: Detection) -> Detection {
 }
 
 impl Detector for MovingObjects {
+    fn notes(&self) -> Vec<String> {
+        self.network.notes()
+    }
+
     fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>> {
         let regions = self.motion.detect(frame, followed)?;
         let agreement = self.agreement();

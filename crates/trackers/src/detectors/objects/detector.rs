@@ -38,6 +38,10 @@ struct Objects {
 }
 
 impl Detector for Objects {
+    fn notes(&self) -> Vec<String> {
+        self.network.notes()
+    }
+
     fn detect(&mut self, frame: &Frame, _: &[Followed]) -> Result<Vec<Detection>> {
         let found = self.network.detect(frame.color(), &self.limits).map_err(|e| TrackingError::Computation {
             tracker: NAME.to_owned(),

@@ -42,7 +42,7 @@ impl Field for ClassNames {
 pursuit_parameters::parameters! {
     /// Parameters of the detector of objects.
     pub struct ObjectsParams {
-        /// The network: an ONNX file. It is YOLOX trained on COCO, or described in a TOML file of its name beside it.
+        /// The network: an ONNX file. What it is its answer and the names in it tell, or a TOML file of its name beside it.
         pub model: FileName = FileName::default();
         /// Classes to find, parted by commas; empty: all that the network knows.
         pub classes: ClassNames = ClassNames::default(), source "of YOLOX: the 80 names of COCO, person, bicycle, car …";
