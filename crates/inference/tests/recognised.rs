@@ -77,7 +77,8 @@ impl Export {
             let mut detector = ObjectDetector::open(&file, &options).unwrap();
             assert_eq!(detector.config().family, family);
             let found = detector.detect(frame.view(), &LIMITS).unwrap().to_vec();
-            let [object] = found.as_slice() else { panic!("{family:?}: {found:?}") };
+            assert_eq!(found.len(), 1, "{family:?}: {found:?}");
+            let object = &found[0];
             assert_eq!(detector.config().classes[object.class], class, "{family:?}");
             let (found, wanted) = (object.bbox.ltwh(), expected.ltwh());
             let off = [found.0 - wanted.0, found.1 - wanted.1, found.2 - wanted.2, found.3 - wanted.3];

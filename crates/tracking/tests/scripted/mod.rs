@@ -1,4 +1,5 @@
 //! A localizer that says what a script tells it, and writes down what it is asked: to test the loop without pixels.
+#![allow(dead_code, reason = "not every test uses all of it")]
 
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image};
