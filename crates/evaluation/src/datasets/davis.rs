@@ -5,6 +5,7 @@
 use super::{IMAGES, count_images, has_extension, listing, lossy, stem};
 use crate::{EvaluationError, Result, Sequence, Truth};
 use pursuit_geometry::Mask;
+use pursuit_media::input::{Labels, read_labels};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -52,7 +53,7 @@ fn read_one(images: &Path, annotations: &Path, name: &str) -> Vec<Result<Sequenc
         if !file.is_file() {
             continue;
         }
-        let masks = match read_png(&file) {
+        let masks = match read_masks(&file, name) {
             Ok(masks) => masks,
             Err(problem) => return vec![Err(problem)],
         };
@@ -83,51 +84,23 @@ pub(super) fn truth_of(mask: Option<&Mask>) -> Truth {
 }
 
 /// The masks of a picture by the numbers of the objects; of one in shades of grey everything that is not black is object 1.
-fn read_png(path: &Path) -> Result<BTreeMap<u8, Mask>> {
-    let fail = |reason: String| EvaluationError::dataset(path, None, reason);
-    let file = std::fs::File::open(path).map_err(|e| fail(format!("cannot be read: {e}")))?;
-    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
-    decoder.set_transformations(png::Transformations::IDENTITY);
-    let mut reader = decoder.read_info().map_err(|e| fail(format!("is no PNG: {e}")))?;
-    let (kind, depth) = reader.output_color_type();
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    let gray = match kind {
-        png::ColorType::Indexed => false,
-        png::ColorType::Grayscale => true,
-        other => {
-            return Err(fail(format!(
-                "has pixels of kind {other:?}; annotations have numbered colours, or shades of grey"
-            )));
-        }
-    };
-    let bits = match depth {
-        png::BitDepth::Sixteen => return Err(fail("has 16 bits a pixel; annotations have at most 8".to_owned())),
-        depth => depth as usize,
-    };
+fn read_masks(path: &Path, sequence: &str) -> Result<BTreeMap<u8, Mask>> {
+    let Labels { numbers, is_indexed } =
+        read_labels(path).map_err(|cause| EvaluationError::Frames { sequence: sequence.to_owned(), cause })?;
+    let (width, height) = (numbers.width(), numbers.height());
     if width > Mask::MOST_SIDE || height > Mask::MOST_SIDE || width * height > Mask::MOST_PIXELS {
-        return Err(fail(format!("has {width}x{height} pixels, too many for a mask")));
+        let reason = format!("has {width}x{height} pixels, too many for a mask");
+        return Err(EvaluationError::dataset(path, None, reason));
     }
-    let mut bytes = vec![0; reader.output_buffer_size().ok_or_else(|| fail("is too large".to_owned()))?];
-    reader.next_frame(&mut bytes).map_err(|e| fail(format!("is damaged: {e}")))?;
-    let line = (width * bits).div_ceil(8);
     let mut masks: BTreeMap<u8, Mask> = BTreeMap::new();
-    for (y, row) in bytes.chunks(line.max(1)).take(height).enumerate() {
-        let value = |x: usize| {
-            let at = x * bits;
-            let byte = row.get(at / 8).copied().unwrap_or(0);
-            let low = 8 - bits - at % 8;
-            (byte >> low) & (0xff >> (8 - bits))
-        };
+    for y in 0..height {
         let mut x = 0;
-        while x < width {
-            let (from, own) = (x, value(x));
-            while x < width && value(x) == own {
-                x += 1;
+        for run in numbers.row(y).chunk_by(|a, b| a == b) {
+            let object = if is_indexed { run[0] } else { u8::from(run[0] > 0) };
+            if object != 0 && !(is_indexed && object == VOID) {
+                masks.entry(object).or_default().extend_row(y, x, std::iter::repeat_n(true, run.len()));
             }
-            let object = if gray { u8::from(own > 0) } else { own };
-            if object != 0 && (gray || object != VOID) {
-                masks.entry(object).or_default().extend_row(y, from, std::iter::repeat_n(true, x - from));
-            }
+            x += run.len();
         }
     }
     Ok(masks)

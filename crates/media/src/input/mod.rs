@@ -44,6 +44,7 @@ pub(crate) mod y4m;
 pub use cancel::Cancel;
 pub(crate) use cancel::open_within;
 pub use frames::Frames;
+pub use image::{Labels, read_labels};
 pub use limits::MAX_PIXELS;
 pub use open::{open, open_stream};
 pub use options::OpenOptions;

@@ -1,10 +1,12 @@
 //! Still images: JPEG and PNG.
 
 mod jpeg;
+mod labels;
 mod png;
 mod source;
 
 pub(crate) use jpeg::{JpegScan, decode_jpeg};
+pub use labels::{Labels, read_labels};
 pub(crate) use source::ImageSource;
 
 use super::fault::Fault;

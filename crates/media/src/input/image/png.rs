@@ -40,7 +40,7 @@ fn wide<const N: usize>(data: &[u8]) -> Vec<u16> {
     data.as_chunks::<N>().0.iter().map(|pixel| u16::from_be_bytes([pixel[0], pixel[1]])).collect()
 }
 
-fn fault(error: png::DecodingError) -> Fault {
+pub(super) fn fault(error: png::DecodingError) -> Fault {
     Fault::malformed(match error {
         png::DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
             "the PNG ends early; copy it again".to_owned()
