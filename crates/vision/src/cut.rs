@@ -155,7 +155,9 @@ impl GridCut {
                 }
             }
         }
-        while let Some(at) = self.active.front().copied() {
+        while let Some(at) = self.active.pop_front() {
+            // It may become active again while it grows: a neighbour that it has passed may be let go.
+            self.is_active[at] = false;
             let mut d = 0;
             while d < 8 && self.tree[at] != Tree::Free {
                 match self.grow(at, d) {
@@ -167,8 +169,6 @@ impl GridCut {
                     None => d += 1,
                 }
             }
-            self.active.pop_front();
-            self.is_active[at] = false;
         }
         self.flow
     }
@@ -375,6 +375,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
         /// The twin tries all calls there are.
         #[test]
         fn no_calls_cost_less((size, cells, joins) in grids(3)) {

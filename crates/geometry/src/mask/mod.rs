@@ -32,7 +32,7 @@ pub struct Span {
 /// let square = Mask::from_fn(size, |x, y| (1..4).contains(&x) && (1..3).contains(&y));
 /// assert_eq!(square.area(), 6);
 /// assert_eq!(square.to_vot(), "m1,1,3,2,0,6");
-/// assert_eq!(square.to_coco(size)?.counts, "52203");
+/// assert_eq!(square.to_coco(size)?.counts, "5220007");
 /// assert_eq!(Mask::from_vot("m1,1,3,2,0,6")?.iou(&square), 1.0);
 /// # Ok::<(), pursuit_geometry::MaskError>(())
 /// ```
