@@ -237,6 +237,14 @@ def test_a_track_of_an_endless_generator_is_stopped(clip):
     assert len(track) == 1
 
 
+def test_who_iterates_again_begins_with_the_first():
+    track = pursuit.track("scene:drift?seed=7&duration=1", tracker="kcf")
+    first = next(iter(track))
+    rows = list(track)
+    assert len(rows) == len(track) == 30 and rows[0] is first and list(track) == rows
+    assert len(list(pursuit.track("scene:drift?seed=7&duration=1", tracker="kcf", progress=True))) == 30
+
+
 def test_an_iterator_that_is_dropped_ends_its_run():
     track = pursuit.track("scene:drift?duration=600", tracker="mosse")
     assert next(iter(track)).frame == 0

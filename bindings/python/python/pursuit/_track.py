@@ -26,23 +26,29 @@ def _row(e):
 
 
 class Track:
-    """The estimates of one input: iterate over it once, or ask for the whole with run() or a to_ method.
+    """The estimates of one input: iterate over it, or ask for the whole with run() or a to_ method. Who iterates again begins with
+    the first.
 
     facts: what run.json holds, as a dict, once the end is reached.
     """
 
     def __init__(self, frames, name, clip=None, progress=False):
-        self._frames, self._clip, self._name = frames, clip, name
+        self._frames, self._clip, self._name = iter(frames), clip, name
         if progress:
-            self._frames = watched(frames, clip.frame_count if clip is not None else None, name)
+            self._frames = iter(watched(self._frames, clip.frame_count if clip is not None else None, name))
         self.estimates = []
         self.facts = None
 
     def __iter__(self):
-        for estimates in self._frames:
-            for estimate in estimates:
-                self.estimates.append(estimate)
-                yield estimate
+        # list() asks for the length in between, which follows the input to its end.
+        told = 0
+        while True:
+            yield from self.estimates[told:]
+            told = len(self.estimates)
+            estimates = next(self._frames, None)
+            if estimates is None:
+                break
+            self.estimates.extend(estimates)
         if self._clip is not None and self.facts is None and self._clip.facts is not None:
             self.facts = json.loads(self._clip.facts)
 
