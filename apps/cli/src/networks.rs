@@ -2,7 +2,7 @@
 //! library's.
 
 use pursuit::inference::onnx::find_library;
-use pursuit::networks::{runs_networks, with_library};
+use pursuit::networks;
 use pursuit::toml::Table;
 use std::path::{Path, PathBuf};
 
@@ -12,17 +12,9 @@ const VARIABLE: &str = "PURSUIT_ONNXRUNTIME";
 /// `parameters` with the onnxruntime of this machine named to whoever of the trackers, the detector and what says what detections look
 /// like runs a network by file, unless the user named one.
 #[allow(clippy::disallowed_methods, reason = "the command is told by the environment where a library is")]
-pub fn located<'a>(
-    parameters: Table,
-    trackers: impl Iterator<Item = &'a str> + Clone,
-    detector: Option<&str>,
-) -> Table {
-    if !runs_networks(&parameters, trackers.clone(), detector) {
-        return parameters;
-    }
-    let named = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
-    let Some(library) = named.or_else(|| find_library(None, &package_folders())) else { return parameters };
-    with_library(&parameters, trackers, detector, &library)
+pub fn located<'a>(parameters: Table, trackers: impl Iterator<Item = &'a str>, detector: Option<&str>) -> Table {
+    let named = || std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
+    networks::located(parameters, trackers, detector, || named().or_else(|| find_library(None, &package_folders())))
 }
 
 /// Where the Python of an active environment, and that of the user, have their packages.

@@ -1,7 +1,7 @@
 //! Where the library is that runs networks by file: that of the package `onnxruntime` of the Python that runs.
 
 use pursuit::inference::onnx::find_library;
-use pursuit::networks::{runs_networks, with_library};
+use pursuit::networks;
 use pursuit::toml::Table;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -14,17 +14,11 @@ const VARIABLE: &str = "PURSUIT_ONNXRUNTIME";
 pub fn located<'a>(
     py: Python<'_>,
     parameters: Table,
-    trackers: impl Iterator<Item = &'a str> + Clone,
+    trackers: impl Iterator<Item = &'a str>,
     detector: Option<&str>,
 ) -> Table {
-    if !runs_networks(&parameters, trackers.clone(), detector) {
-        return parameters;
-    }
-    let named = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
-    match named.or_else(|| of_package(py)) {
-        Some(library) => with_library(&parameters, trackers, detector, &library),
-        None => parameters,
-    }
+    let named = || std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
+    networks::located(parameters, trackers, detector, || named().or_else(|| of_package(py)))
 }
 
 /// That of the package, which is looked for and not imported.

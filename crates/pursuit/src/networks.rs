@@ -2,63 +2,59 @@
 
 use pursuit_parameters::{Kind, Parameter, Table, merge, nested};
 use pursuit_trackers::registry;
-use std::path::Path;
+use std::path::PathBuf;
 
-/// The group that says how a network by file is run, and what names the library there.
+/// The group that says how a network by file is run, wherever it stands.
 const GROUP: &str = "runtime";
-const KEY: &str = "onnxruntime";
+/// What names the library there.
+const LIBRARY: &str = "onnxruntime";
 
-/// Whether anybody with these parameters runs a network by file through onnxruntime: of the trackers and the detector so named, and
-/// what says what detections look like.
-pub fn runs_networks<'a>(parameters: &Table, trackers: impl Iterator<Item = &'a str>, detector: Option<&str>) -> bool {
-    cfg!(feature = "onnxruntime") && !places(&nested(parameters), trackers, detector).is_empty()
-}
-
-/// `parameters` with the onnxruntime `library`, a file or the folder it is in, named to all who run a network by file, unless they name
-/// one.
-pub fn with_library<'a>(
-    parameters: &Table,
+/// `parameters` with the onnxruntime that `find` finds, a file or the folder it is in, named to all who run a network by file, unless
+/// they name one: the trackers and the detector so named, and what says what detections look like. Where nobody does, nothing is
+/// looked for.
+pub fn located<'a>(
+    parameters: Table,
     trackers: impl Iterator<Item = &'a str>,
     detector: Option<&str>,
-    library: &Path,
+    find: impl FnOnce() -> Option<PathBuf>,
 ) -> Table {
-    let given = nested(parameters);
+    let given = nested(&parameters);
+    let places = if cfg!(feature = "onnxruntime") { places(&given, trackers, detector) } else { Vec::new() };
+    if places.is_empty() {
+        return parameters;
+    }
+    let Some(library) = find() else { return parameters };
     let library = library.to_string_lossy().into_owned();
-    let places = places(&given, trackers, detector).into_iter();
-    let mut all = nested(&places.map(|place| (place, library.clone().into())).collect());
+    let mut all = nested(&places.into_iter().map(|place| (place, library.clone().into())).collect());
     merge(&mut all, given);
     all
 }
 
 /// Where the library is named, once for each network.
 fn places<'a>(given: &Table, trackers: impl Iterator<Item = &'a str>, detector: Option<&str>) -> Vec<String> {
-    let mut found = Vec::new();
-    for tracker in trackers.filter_map(|name| registry::tracker(name).ok()) {
-        below(&tracker.default_recipe().schema(), "", &mut found);
-    }
-    if let Some(detector) = detector.and_then(|name| registry::detector(name).ok()) {
-        below(&detector.schema(), "", &mut found);
-    }
+    let trackers = trackers.filter_map(|name| registry::tracker(name).ok());
+    let detector = detector.and_then(|name| registry::detector(name).ok());
+    let schemas = trackers.map(|t| t.default_recipe().schema()).chain(detector.map(|d| d.schema()));
+    let mut found: Vec<String> = schemas.flat_map(|schema| of_networks(&schema, LIBRARY)).collect();
     let embeds = ["many", "embedding"].iter().try_fold(given, |table, key| table.get(*key)?.as_table());
     if embeds.is_some_and(|e| e.get("model").and_then(|m| m.as_str()) == Some("network")) {
-        found.push(format!("many.embedding.network.{KEY}"));
+        found.push(format!("many.embedding.network.{LIBRARY}"));
     }
     found
 }
 
-/// Those of a schema.
-fn below(schema: &[Parameter], path: &str, found: &mut Vec<String>) {
-    for parameter in schema {
-        let Kind::Group { parameters } = &parameter.kind else { continue };
-        let inside = format!("{path}{}.", parameter.name);
-        if parameter.name == GROUP && parameters.iter().any(|p| p.name == KEY) {
-            found.push(format!("{inside}{KEY}"));
-        }
-        below(parameters, &inside, found);
-    }
+/// The paths of `key` in the groups of a schema that say how a network by file is run.
+pub(crate) fn of_networks(schema: &[Parameter], key: &str) -> Vec<String> {
+    let inside = |parameter: &Parameter| {
+        let Kind::Group { parameters } = &parameter.kind else { return Vec::new() };
+        let own = (parameter.name == GROUP && parameters.iter().any(|p| p.name == key)).then(|| key.to_owned());
+        let all = own.into_iter().chain(of_networks(parameters, key));
+        all.map(|path| format!("{}.{path}", parameter.name)).collect()
+    };
+    schema.iter().flat_map(inside).collect()
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "onnxruntime"))]
 mod tests {
     use super::*;
 
@@ -66,7 +62,7 @@ mod tests {
     fn all_who_run_a_network_are_told_where_the_library_is() {
         let with = |text: &str, tracker: &str, detector: Option<&str>| {
             let parameters: Table = toml::from_str(text).unwrap();
-            with_library(&parameters, [tracker].into_iter(), detector, Path::new("lib")).to_string()
+            located(parameters, [tracker].into_iter(), detector, || Some("lib".into())).to_string()
         };
         assert_eq!(with("", "kcf", Some("motion")), "");
         assert_eq!(with("", "fear-xs", None), "[runtime]\nonnxruntime = \"lib\"\n");

@@ -1,5 +1,7 @@
 //! `pursuit track`: from a configuration to the files of a run.
 
+mod checks;
+
 use crate::compare::Scoreboard;
 use crate::config::RunConfig;
 use crate::events::{ClipPlan, EventRules, Watcher};
@@ -14,11 +16,12 @@ use crate::session::{Checkpoint, Outcome, Progress, Remote, Session};
 use crate::sinks::{Format, Sink};
 use crate::start::{Start, StartFrom};
 use crate::{Fetched, RunError, measure, run_folder, trajectory_plots};
+use checks::{check_measure, check_segments, destination, earlier};
 use pursuit_geometry::Truth;
 use pursuit_imaging::{CameraPose, ImageView};
 use pursuit_media::wrappers::PrefetchStats;
-use pursuit_media::{Locator, OpenOptions, Source, SourceInfo};
-use std::path::{Path, PathBuf};
+use pursuit_media::{OpenOptions, Source, SourceInfo};
+use std::path::PathBuf;
 use std::sync::PoisonError;
 
 /// A run that has been checked and opened, about to start.
@@ -326,28 +329,6 @@ fn watcher(rules: &EventRules, shelf: Option<&Shelf>, is_published: bool) -> Opt
     (rules.file || is_published || plan.is_some()).then(|| Watcher::new(rules.clone(), plan))
 }
 
-/// Refuses what makes no sense of a run in segments.
-fn check_segments(config: &RunConfig) -> Result<(), RunError> {
-    let Some(segment) = config.segment else {
-        return match config.keep {
-            Some(_) if config.events.clips != Some(true) => {
-                Err(RunError::usage("old segments are what `--keep` removes; add their length, `--segment 1h`"))
-            }
-            _ => Ok(()),
-        };
-    };
-    let problem = if segment.seconds() < 1.0 {
-        "a segment is a second long at least"
-    } else if config.out.as_deref() == Some(Path::new("-")) {
-        "standard output is not cut into segments; name a folder with `--out DIR`"
-    } else if config.plots == Some(true) || config.measure == Some(true) {
-        "plots and measurements are of one trajectory; leave `--segment` out, or make them of a segment afterwards"
-    } else {
-        return Ok(());
-    };
-    Err(RunError::usage(problem))
-}
-
 /// Writes what is known at the end, and measures the run where that was asked for.
 fn conclude(
     facts: &RunFile,
@@ -369,42 +350,4 @@ fn conclude(
     let plots = options.plots != Some(false);
     files.extend(measure::Destination::new(folder.path(), &options.formats, plots)?.write(&found)?);
     Ok(Some(found.facts))
-}
-
-/// Refuses before anything is followed what could not be measured after it.
-fn check_measure(config: &RunConfig, destination: Option<&Destination>) -> Result<(), RunError> {
-    let Some(destination) = destination else {
-        return Err(RunError::usage("what goes to standard output is not measured; name a folder with `--out DIR`"));
-    };
-    let options = &config.measure_options;
-    measure::Destination::new(destination.path(), &options.formats, false).map(drop)?;
-    options.check(config.input.as_ref().map(Locator::path))
-}
-
-/// Where results go; none is standard output, which takes one format.
-fn destination(config: &RunConfig, input: &Locator) -> Result<Option<Destination>, RunError> {
-    let out = config.out.as_deref();
-    if out != Some(Path::new("-")) {
-        let overwrite = config.overwrite == Some(true);
-        if config.resume == Some(true) {
-            let folder = run_folder::earlier(out, overwrite, input);
-            return Destination::new(Some(&folder), true, input, config.files()).map(Some);
-        }
-        return Destination::new(out, overwrite, input, config.files()).map(Some);
-    }
-    if config.plots == Some(true) || config.video == Some(true) || !config.formats.is_empty() {
-        return Err(RunError::usage(
-            "standard output takes JSON lines alone; give a folder with `--out DIR` for plots, videos and further formats",
-        ));
-    }
-    Ok(None)
-}
-
-/// The run to go on with, where that is asked for and there is something left of it.
-fn earlier(config: &RunConfig, destination: Option<&Destination>) -> Result<Option<Earlier>, RunError> {
-    match destination {
-        _ if config.resume != Some(true) => Ok(None),
-        Some(destination) => Earlier::find(destination.path(), config),
-        None => Err(RunError::usage("what went to standard output cannot be resumed; name a folder with `--out DIR`")),
-    }
 }

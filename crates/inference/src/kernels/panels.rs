@@ -7,8 +7,8 @@ pub const TOGETHER: usize = 8;
 /// Of `M` outputs at `P` places.
 pub type Sums<S, const P: usize, const M: usize> = [[f32x16<S>; M]; P];
 
-/// How many outputs are summed up together, sixteen columns of each at as many places as [`places`] says: as many as there are
-/// registers for, beside what they are made from.
+/// How many outputs are summed up together, sixteen columns of each: as many as there are registers for, beside what they are made
+/// from. [`by_registers!`] says at how many places.
 #[inline(always)]
 pub const fn outputs<S: Simd>(_: S) -> usize {
     match S::f32s::LEN {

@@ -1,11 +1,12 @@
 //! What networks by file run on, said once for all who take part.
 
 use super::Settings;
+use crate::networks::of_networks;
 use pursuit_inference::onnx::Device;
-use pursuit_parameters::{Kind, Parameter, Table, Value};
+use pursuit_parameters::{Parameter, merge, nested};
+use pursuit_tracking::many::{EmbeddingModel, EmbeddingParams};
 
-/// The group that says how a network by file is run, wherever it stands, and what it runs on there.
-const GROUP: &str = "runtime";
+/// What names it, in the group of a network.
 const KEY: &str = "device";
 
 /// Hands `device` to each of those whose parameters are in `settings` and who run a network by file, unless theirs is said
@@ -16,31 +17,62 @@ pub(super) fn hand(
     trackers: &[Vec<Parameter>],
     detector: &[Parameter],
 ) -> bool {
-    let word = Value::from(device.as_str());
+    let of_trackers = trackers.iter().map(Vec::as_slice).zip(&mut settings.trackers);
     let mut any = false;
-    for (schema, table) in trackers.iter().zip(&mut settings.trackers) {
-        any |= put(schema, table, &word);
-    }
-    any | put(detector, &mut settings.detector, &word)
-}
-
-/// Puts the word into every group of `schema` that runs a network; whether there is one.
-fn put(schema: &[Parameter], table: &mut Table, word: &Value) -> bool {
-    let mut any = false;
-    for parameter in schema {
-        let Kind::Group { parameters } = &parameter.kind else { continue };
-        let takes = parameter.name == GROUP && parameters.iter().any(|p| p.name == KEY);
-        let mut inside = match table.get(parameter.name) {
-            Some(Value::Table(inside)) => inside.clone(),
-            _ => Table::new(),
-        };
-        if takes {
-            inside.entry(KEY).or_insert_with(|| word.clone());
-        }
-        if takes || put(parameters, &mut inside, word) {
-            table.insert(parameter.name.to_owned(), Value::Table(inside));
-            any = true;
-        }
+    for (schema, table) in of_trackers.chain([(detector, &mut settings.detector)]) {
+        let places = of_networks(schema, KEY);
+        any |= !places.is_empty();
+        let mut all = nested(&places.into_iter().map(|place| (place, device.as_str().into())).collect());
+        merge(&mut all, std::mem::take(table));
+        *table = all;
     }
     any
+}
+
+/// Whom `device` does not reach, in a line; nobody, where it is the processor.
+pub(super) fn note(device: Device, is_taken: bool, embedding: &EmbeddingParams) -> Option<String> {
+    let word = device.as_str();
+    match device {
+        Device::Cpu => None,
+        _ if embedding.model == EmbeddingModel::Network => {
+            Some(format!("the network of `many.embedding` runs on the processor; {word} is for others"))
+        }
+        _ if !is_taken => {
+            Some(format!("nobody here runs a network by file, which {word} could do; all runs on the processor"))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_is_not_reached_is_named() {
+        let none = EmbeddingParams::default();
+        let by_network = EmbeddingParams { model: EmbeddingModel::Network, ..EmbeddingParams::default() };
+        assert_eq!(note(Device::Cpu, false, &by_network), None);
+        assert_eq!(note(Device::Cuda, true, &none), None);
+        assert!(note(Device::Cuda, false, &none).unwrap().starts_with("nobody here"));
+        for is_taken in [false, true] {
+            assert!(note(Device::Cuda, is_taken, &by_network).unwrap().contains("many.embedding"));
+        }
+    }
+
+    #[test]
+    fn a_device_is_handed_to_those_who_say_none() {
+        let schema = |name: &str| pursuit_trackers::registry::tracker(name).unwrap().default_recipe().schema();
+        let mine = "runtime.device = 'coreml'".parse().unwrap();
+        let mut settings = Settings { trackers: vec![Default::default(), nested(&mine)], ..Settings::default() };
+        assert!(hand(Device::Cuda, &mut settings, &[schema("fear-xs"), schema("fear-xs")], &[]));
+        let device = |k: usize| settings.trackers[k]["runtime"]["device"].as_str();
+        assert_eq!((device(0), device(1)), (Some("cuda"), Some("coreml")));
+        assert!(!hand(
+            Device::Cuda,
+            &mut Settings { trackers: vec![Default::default()], ..Settings::default() },
+            &[schema("kcf")],
+            &[]
+        ));
+    }
 }

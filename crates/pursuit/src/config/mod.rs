@@ -208,17 +208,9 @@ impl RunConfig {
         let compared = named.map(|name| registry::tracker(name)).collect::<Result<Vec<_>, _>>()?;
         let trackers: Vec<_> = std::iter::once(tracker).chain(compared).collect();
         let mut settings = Settings::split(&self.parameters, &Participants { trackers: &trackers, detector, many })?;
-        let mut notes = Vec::new();
-        if let Some(device) = self.device {
-            let schemas: Vec<_> = trackers.iter().map(|tracker| tracker.default_recipe().schema()).collect();
-            let of_detector = detector.map(DetectorEntry::schema).unwrap_or_default();
-            if !device::hand(device, &mut settings, &schemas, &of_detector) && device != Device::Cpu {
-                let wanted = device.as_str();
-                notes.push(format!(
-                    "nobody here runs a network by file, which {wanted} could do; all runs on the processor"
-                ));
-            }
-        }
+        let schemas: Vec<_> = trackers.iter().map(|tracker| tracker.default_recipe().schema()).collect();
+        let of_detector = detector.map(DetectorEntry::schema).unwrap_or_default();
+        let is_taken = self.device.is_some_and(|device| device::hand(device, &mut settings, &schemas, &of_detector));
         let mut recipes = trackers.iter().zip(&settings.trackers).map(|(tracker, own)| tracker.recipe(own));
         let recipe = recipes.next().unwrap_or_else(|| tracker.recipe(&toml::Table::new()))?;
         let compared = recipes.collect::<Result<Vec<_>, _>>()?;
@@ -233,8 +225,9 @@ impl RunConfig {
             Some(detector) => Some(Box::new(detector) as Box<dyn Detector>),
             None => detector.map(|d| d.detector(&settings.detector)).transpose()?,
         };
-        notes.extend(detector.iter().flat_map(|detector| detector.notes()));
         let many = many.with(MANY_PREFIX, &settings.many)?;
+        let mut notes: Vec<String> = detector.iter().flat_map(|detector| detector.notes()).collect();
+        notes.extend(self.device.and_then(|device| device::note(device, is_taken, &many.embedding)));
         Ok(Methods {
             recipe,
             compared,
