@@ -118,6 +118,13 @@ impl Studio {
         Ok(open.trial.clone())
     }
 
+    /// Notes that somebody looked at this trial until now.
+    pub fn left(&self, number: u64) {
+        if let Some(open) = self.trials().open.get_mut(&number) {
+            open.seen = Instant::now();
+        }
+    }
+
     /// Closes a trial; what it knows is kept when this returns.
     pub async fn close(&self, number: u64) -> Result<(), Refusal> {
         let closed = self.trials().open.remove(&number);

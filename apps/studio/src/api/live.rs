@@ -39,7 +39,10 @@ pub(crate) async fn live(
         return Err(Refusal::too_many(format!("{MOST_VIEWERS} viewers look already")));
     }
     let upgrade = upgrade.max_message_size(LONGEST_MESSAGE).max_frame_size(LONGEST_MESSAGE);
-    Ok(upgrade.on_upgrade(async move |socket| show(socket, &studio, trial, video).await))
+    Ok(upgrade.on_upgrade(async move |socket| {
+        show(socket, &studio, trial, video).await;
+        studio.left(number);
+    }))
 }
 
 async fn show(mut socket: WebSocket, studio: &Studio, trial: Arc<Trial>, wish: Wish) {
