@@ -25,6 +25,8 @@ const DASHES = { unsure: [10, 4], lost: [2, 6] };
 const TRAIL = 90;
 /** A drag below this many pixels of the picture is a click. */
 const CLICK = 3;
+/** Sides of the surroundings by which a point that was clicked is followed, pixels of the picture. */
+const SURROUNDINGS = 31;
 /** Two standard deviations of a Gaussian in the plane hold 86 % of it. */
 const SIGMAS = 2;
 /** Small pictures are enlarged by this much at most to fill the page. */
@@ -131,7 +133,10 @@ export class Monitor {
       else {
         // A click on a box of the detector's takes it: for the chosen target, or where no target is.
         const under = this.under(to), proposal = this.frozen || !this.layers.proposals ? null : proposalAt(this.facts, to);
-        if (proposal && (this.selected ? under !== this.selected : under === 0)) this.picked?.(proposal, event.shiftKey || !this.selected);
+        const elsewhere = this.selected ? under !== this.selected : under === 0;
+        if (proposal && elsewhere) this.picked?.(proposal, event.shiftKey || !this.selected);
+        // Points are clicked: each is a target, and of the chosen one a click puts it right.
+        else if (followsPoints(this.facts) && !this.frozen && under === 0) this.picked?.(around(to, SURROUNDINGS), event.shiftKey || !this.selected);
         else this.chosen(under);
       }
       this.draw();
@@ -347,3 +352,9 @@ function between(a, b) {
   const [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(Math.round);
   return [Math.min(ax, bx), Math.min(ay, by), Math.abs(ax - bx), Math.abs(ay - by)];
 }
+
+/** Whether what is followed are single points. @param {Facts|null} facts */
+export function followsPoints(facts) { return facts?.tracker === "point"; }
+
+/** A square about a point: left, top, width, height. @param {{ x: number, y: number }} point @param {number} side */
+function around({ x, y }, side) { return [x - side / 2, y - side / 2, side, side]; }

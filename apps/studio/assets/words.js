@@ -10,10 +10,13 @@ export function advice(facts, { selected, picking, adding }) {
   const { backward, now, head, phase } = facts;
   if (picking) return "Go to the frame to start in and drag a box around the target: the command goes on in the terminal.";
   if (backward && (!backward.end || now?.frame === backward.from)) return wayBack(facts, backward);
-  if (adding) return "Drag a box around one more target.";
+  const points = facts.tracker === "point" && !facts.recorded;
+  if (adding) return points ? "Click on one more point." : "Drag a box around one more target.";
   if (facts.recorded && !facts.targets.length) return "A run from a folder, to be looked at: Start plays it.";
   if (!facts.targets.length && facts.detector) return "Click on one of the detector's boxes, or drag one; or press Start: then the detector finds the target.";
-  if (!facts.targets.length) return "Drag a box around the target; then press Start.";
+  if (!facts.targets.length) return points ? "Click on the points to follow; then press Start." : "Drag a box around the target; then press Start.";
+  if (points && selected) return `Point ${called(facts, selected)} is chosen: click where it is in this frame, well beside its square.`;
+  if (points && begunHere(facts)) return "Press Start, or click on further points. Targets gives them names.";
   if (selected) return `Target ${called(facts, selected)} is chosen: drag the right box in this frame${now && head !== null && now.frame < head && !facts.input.live ? "; what comes after is followed again" : ""}.`;
   if (phase === "running") return "Following. Pause, or go to any frame in the time line, to put a box right.";
   if (begunHere(facts)) return "Press Start. Another box replaces this one; with Shift held, or after Add target, it is one more.";

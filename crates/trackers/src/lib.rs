@@ -234,6 +234,12 @@ const TRACKERS: &[TrackerEntry] = &[
         flow::median_flow,
         "follows points there and back: exact on smooth motion, very fast, never finds a target again"
     ),
+    tracker!(
+        "point",
+        "shi1994",
+        flow::point,
+        "one point, to a fraction of a pixel, by how its surroundings looked at the start: knows when it is hidden, finds it again"
+    ),
 ];
 
 /// Every family. A new tracker is a name among the members of one of them.
@@ -276,7 +282,7 @@ const FAMILIES: &[Family] = &[
         name: "flow",
         sentence: "Points are followed from frame to frame, and with detection what was learnt is looked for all over the picture: \
                    exact on smooth motion, comes back.",
-        members: &["kalman-tld", "tld", "median-flow"],
+        members: &["kalman-tld", "tld", "median-flow", "point"],
     },
     Family {
         name: "depth",

@@ -44,6 +44,7 @@ pub mod regions;
 pub mod sampling;
 pub mod segmentation;
 pub mod smoothing;
+pub mod template_match;
 pub mod warp;
 mod window;
 

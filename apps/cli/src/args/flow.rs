@@ -12,7 +12,7 @@ pub struct Flow {
     pub input: OsString,
     /// Follow this point of the first frame, pixels from the left and from the top (repeat for several)
     #[arg(long = "point", value_name = "X,Y", value_parser = point, allow_hyphen_values = true, conflicts_with_all = ["points", "dense"])]
-    pub given: Vec<(f64, f64)>,
+    pub given: Vec<[f64; 2]>,
     /// Follow so many corners of the first frame, the best there are [default: 200]
     #[arg(long, value_name = "N", conflicts_with_all = ["grid", "dense"])]
     pub points: Option<usize>,
@@ -62,8 +62,8 @@ pub struct Flow {
 }
 
 /// Takes a point.
-fn point(text: &str) -> Result<(f64, f64), String> {
+pub(super) fn point(text: &str) -> Result<[f64; 2], String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-    let point = text.split_once(',').and_then(|(x, y)| Some((number(x)?, number(y)?)));
+    let point = text.split_once(',').and_then(|(x, y)| Some([number(x)?, number(y)?]));
     point.ok_or_else(|| "give X,Y in pixels, for example 320,240.5".to_owned())
 }

@@ -180,9 +180,12 @@ pub struct Track {
     /// Start on this box: left, top, width, height in pixels (repeat for several targets)
     #[arg(long = "box", value_name = "L,T,W,H", allow_hyphen_values = true)]
     pub boxes: Vec<String>,
+    /// Follow this point, pixels from the left and from the top (repeat for several); by the tracker `point` unless another is named
+    #[arg(long = "point", value_name = "X,Y", value_parser = flow::point, allow_hyphen_values = true, conflicts_with = "boxes")]
+    pub points: Vec<[f64; 2]>,
     /// Draw the box in the browser: opens the studio's page, and goes on once there is a box
     #[cfg(feature = "studio")]
-    #[arg(long, conflicts_with_all = ["boxes", "detect", "resume"])]
+    #[arg(long, conflicts_with_all = ["boxes", "points", "detect", "resume"])]
     pub pick: bool,
     /// Show the run in the browser while it goes on, to look at only: prints an address of this machine
     #[cfg(feature = "studio")]

@@ -60,7 +60,7 @@ fn wanted(args: &Args) -> Wanted {
     let choice = match (args.given.as_slice(), args.grid) {
         ([], Some(step)) => PointChoice::Grid(step),
         ([], None) => args.points.map_or(usual.choice, PointChoice::Corners),
-        (points, _) => PointChoice::Given(points.iter().map(|&(x, y)| Point::new(x, y)).collect()),
+        (points, _) => PointChoice::Given(points.iter().map(|&[x, y]| Point::new(x, y)).collect()),
     };
     let follower = PointFollowerParams {
         flow: LucasKanadeParams { window: Size::new(args.window, args.window), ..usual.follower.flow },

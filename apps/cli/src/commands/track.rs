@@ -174,6 +174,18 @@ fn watch(cameras: Vec<Camera>, args: &Track) -> anyhow::Result<ExitCode> {
     Ok(console::interrupted().or(failed).unwrap_or(ExitCode::SUCCESS))
 }
 
+/// Sides of the surroundings by which a point is followed, pixels.
+const SURROUNDINGS_PX: f64 = 31.0;
+
+/// The boxes given, or those about the points given.
+fn start_boxes(args: &Track) -> Result<Vec<[f64; 4]>, RunError> {
+    let around = |&[x, y]: &[f64; 2]| {
+        let half = SURROUNDINGS_PX / 2.0;
+        Ok([x - half, y - half, SURROUNDINGS_PX, SURROUNDINGS_PX])
+    };
+    args.boxes.iter().map(|b| parse_box(b)).chain(args.points.iter().map(around)).collect()
+}
+
 /// What the options given say.
 fn said(args: &Track) -> Result<RunConfig, RunError> {
     let flag = |given: bool, value: bool| given.then_some(value);
@@ -181,8 +193,8 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         input: args.inputs.first().cloned().map(Locator::from),
         depth: args.depth.clone(),
         depth_options: depth_options(args)?,
-        boxes: args.boxes.iter().map(|b| parse_box(b)).collect::<Result<_, _>>()?,
-        tracker: args.tracker.clone(),
+        boxes: start_boxes(args)?,
+        tracker: args.tracker.clone().or_else(|| (!args.points.is_empty()).then(|| "point".to_owned())),
         compare: args.compare.clone(),
         detect: args.detect.clone(),
         device: args.device,

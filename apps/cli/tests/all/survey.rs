@@ -63,6 +63,6 @@ fn a_familys_name_stands_for_its_trackers() {
     let mut names: Vec<&str> =
         survey["trackers"].as_array().unwrap().iter().filter_map(|t| t["tracker"].as_str()).collect();
     names.sort_unstable();
-    assert_eq!(names, ["kalman-tld", "median-flow", "mosse", "tld"]);
+    assert_eq!(names, ["kalman-tld", "median-flow", "mosse", "point", "tld"]);
     fails(&pursuit(&["survey", data.to_str().unwrap(), "--trackers", "nobody"]), 2, &["nobody", "there are"]);
 }

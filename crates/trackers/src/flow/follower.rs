@@ -141,7 +141,7 @@ fn cut<'a>(gray: ImageView<'a, u8>, window: &PixelWindow) -> ImageView<'a, u8> {
     gray.crop(window.x, window.y, window.width, window.height).unwrap_or(gray)
 }
 
-fn failed(frame: &Frame) -> impl FnOnce(VisionError) -> TrackingError {
+pub(super) fn failed(frame: &Frame) -> impl FnOnce(VisionError) -> TrackingError {
     let index = frame.index();
     move |e| TrackingError::Computation { tracker: "flow".to_owned(), index, source: Box::new(e) }
 }

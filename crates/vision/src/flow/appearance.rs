@@ -86,6 +86,55 @@ impl Appearance {
         Ok(inverted(matrix).map(|inverse| Self { side, values, energy, slopes, inverse, change: identity }))
     }
 
+    /// From offsets in the patch of the start to offsets in the present picture: rows of the affine change without its shift.
+    pub const fn change(&self) -> [[f64; 2]; 2] {
+        self.change
+    }
+
+    /// Has the next comparison set out from `change`; what no picture makes, or is no number, counts as no change.
+    pub fn set_change(&mut self, change: [[f64; 2]; 2]) {
+        let [[a, b], [c, d]] = change;
+        let scale = (a * d - b * c).abs();
+        let sane =
+            (1.0 / MOST_SCALE..=MOST_SCALE).contains(&scale) && [a, b, c, d].iter().all(|v| v.abs() <= MOST_SCALE);
+        self.change = if sane { change } else { [[1.0, 0.0], [0.0, 1.0]] };
+    }
+
+    /// How the surroundings of the start should look in the present picture, every value the mean over `step` × `step` pixels (≥ 1), into
+    /// `out`, row by row about the point; returns how many values are in a row, an odd number.
+    pub fn template(&self, step: usize, out: &mut Vec<f32>) -> usize {
+        let step = step.max(1);
+        let cells = self.side / step;
+        let cells = if cells % 2 == 1 { cells } else { cells.saturating_sub(1).max(1) };
+        out.clear();
+        let Some(back) = inverted_two(self.change) else {
+            out.resize(cells * cells, 0.0);
+            return cells;
+        };
+        let (reach, middle) = ((self.side / 2) as f64, ((cells * step) as f64 - 1.0) / 2.0);
+        for (row, column) in (0..cells * cells).map(|i| (i / cells * step, i % cells * step)) {
+            let within = |k: usize| ((column + k % step) as f64 - middle, (row + k / step) as f64 - middle);
+            let value = |(x, y): (f64, f64)| {
+                self.value(reach + back[0][0] * x + back[0][1] * y, reach + back[1][0] * x + back[1][1] * y)
+            };
+            let sum: f64 = (0..step * step).map(|k| value(within(k))).sum();
+            out.push((sum / (step * step) as f64) as f32);
+        }
+        cells
+    }
+
+    /// The patch of the start between its pixels, bilinear; beyond its border that goes on.
+    fn value(&self, x: f64, y: f64) -> f64 {
+        let most = (self.side - 1) as f64;
+        let (x, y) = (x.clamp(0.0, most), y.clamp(0.0, most));
+        let (i, j) = (x as usize, y as usize);
+        let (fx, fy) = (x - i as f64, y - j as f64);
+        let (right, below) = ((i + 1).min(self.side - 1), (j + 1).min(self.side - 1));
+        let at = |i: usize, j: usize| f64::from(self.values[j * self.side + i]);
+        (1.0 - fy) * ((1.0 - fx) * at(i, j) + fx * at(right, j))
+            + fy * ((1.0 - fx) * at(i, below) + fx * at(right, below))
+    }
+
     /// How the surroundings of `point` (continuous pixels) of a later picture look; the change found is where the next call sets
     /// out from. `None` when no affine change leads there.
     pub fn compare(&mut self, gray: ImageView<'_, u8>, point: Point) -> Option<Likeness> {
