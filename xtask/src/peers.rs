@@ -47,6 +47,12 @@ pub enum Comparison {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<OsString>,
     },
+    /// Follow points whose true places are known in pictures of real clips, beside OpenCV's Lucas-Kanade
+    Points {
+        /// Arguments of xtask/peers/points.py, the folders of sequences first
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        arguments: Vec<OsString>,
+    },
     /// Drive the head of an ONVIF camera simulator that we did not write
     Onvif,
     /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
@@ -91,6 +97,11 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             let script = run::root().join("xtask/peers/doubts.py");
             let program = run::target_dir().join("release/pursuit");
             script_of_ours(Path::new("python3"), &script, program).args(arguments).run()
+        }
+        Some(Comparison::Points { arguments }) => {
+            run::cargo("build").args(["--release", "--locked", "--package", "pursuit-cli"]).run()?;
+            let script = run::root().join("xtask/peers/points.py");
+            script_of_ours(&tools()?, &script, run::target_dir().join("release/pursuit")).args(arguments).run()
         }
         Some(Comparison::Onvif) => onvif(&toolkits()?),
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),

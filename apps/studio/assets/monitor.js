@@ -136,7 +136,7 @@ export class Monitor {
         const elsewhere = this.selected ? under !== this.selected : under === 0;
         if (proposal && elsewhere) this.picked?.(proposal, event.shiftKey || !this.selected);
         // Points are clicked: each is a target, and of the chosen one a click puts it right.
-        else if (followsPoints(this.facts) && !this.frozen && under === 0) this.picked?.(around(to, SURROUNDINGS), event.shiftKey || !this.selected);
+        else if (followsPoints(this.facts) && !this.frozen && (under === 0 || event.shiftKey)) this.picked?.(around(to, SURROUNDINGS), event.shiftKey || !this.selected);
         else this.chosen(under);
       }
       this.draw();

@@ -11,7 +11,7 @@ function overlap(a, b) {
 }
 
 /** What the newest trial says. @param {import("playwright-core").Page} page */
-async function facts(page) {
+export async function facts(page) {
   return page.evaluate(async () => {
     const { trials } = await (await fetch("/api/info")).json();
     return (await fetch(`/api/trials/${trials.at(-1)}`)).json();

@@ -14,6 +14,7 @@ import { layout } from "./layout.mjs";
 import { listen, lookAt, watched } from "./live.mjs";
 import { looking } from "./looking.mjs";
 import { measuring } from "./measuring.mjs";
+import { points } from "./points.mjs";
 import { FRAMES, HEIGHT, LONG, WIDTH, patch, returning, writeClip, writeClipWithLoss } from "./clip.mjs";
 
 const [pursuit, browserPath, shots] = process.argv.slice(2);
@@ -301,6 +302,9 @@ const checks = {
   },
   async "a detector shows boxes, one is taken by a click, and without a box it finds the target"() {
     await detecting({ page, button, region, set, menu, panel, target, drag, at, until, frame, says, shot, download, patch, complaints });
+  },
+  async "points are clicked and followed together"() {
+    await points({ page, button, set, panel, target, at, until, frame, says, shot, download, patch });
   },
   async "depth and what moves are looked at in place of the picture"() {
     await looking({ page, button, menu, canvas, until, frame, shot, patch });

@@ -6,10 +6,10 @@ use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image};
 use pursuit_parameters::Parameters;
-use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::{SearchModel, SearchParams};
 use pursuit_tracking::{
-    Figure, Figures, GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Outcome, Result, Search, TrackerRecipe,
+    Figure, Figures, GroupParams, Localizer, LocalizerRecipe, Look, Measurement, Outcome, Result, Search, TrackState,
+    TrackerRecipe,
 };
 use pursuit_vision::flow::{Appearance, Likeness};
 use pursuit_vision::template_match::TemplateMatcher;
@@ -22,6 +22,8 @@ const SIDES: (usize, usize) = (7, 63);
 const RIM: usize = 3;
 /// Places that are looked at closely where the point is looked for.
 const PLACES: usize = 4;
+/// Where others like it are looked for in the first frame, in sizes of the box.
+const NEIGHBOURHOOD: f64 = 5.0;
 /// No turn, no stretch.
 const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 
@@ -36,15 +38,17 @@ pursuit_parameters::parameters! {
         /// Pixels that are one when the point is looked for, as a share of its surroundings' side.
         pub coarse: f64 = 0.08, in 0.0..=0.2, unit "target sizes", source "ours";
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = -11.0, in Bounds::default(), source "ours, fitted";
-        /// Score: weight of the correlation with the start.
-        pub score_correlation: f64 = 14.0, in Bounds::default(), source "ours, fitted";
-        /// Score of a point that was looked for: constant.
-        pub found_bias: f64 = -14.0, in Bounds::default(), source "ours, fitted";
-        /// Score of a point that was looked for: weight of the correlation with the start.
-        pub found_correlation: f64 = 14.0, in Bounds::default(), source "ours, fitted";
-        /// Score of a point that was looked for: weight of how much better it correlates than the next best place.
-        pub found_margin: f64 = 10.0, in Bounds::default(), source "ours, fitted";
+        pub score_bias: f64 = -2.9, in Bounds::default(), source "ours, fitted";
+        /// Score: weight of the correlation with the start, by Fisher's z.
+        pub score_correlation: f64 = 0.8, in Bounds::default(), source "ours, fitted";
+        /// Score: weight of what the correlation usually is, by Fisher's z.
+        pub score_usual: f64 = 0.5, in Bounds::default(), source "ours, fitted";
+        /// Score: weight of how much more it correlates than another place of the first frame did, by Fisher's z.
+        pub score_beyond: f64 = 2.8, in Bounds::default(), source "ours, fitted";
+        /// Score of a point that was looked for: what is added to the constant.
+        pub found_bias: f64 = -3.2, in Bounds::default(), source "ours; fitted: -1.2, less because what is found wrongly is followed on";
+        /// Score of a point that was looked for: weight of how much better it correlates than the next best place, by Fisher's z.
+        pub found_margin: f64 = 1.5, in Bounds::default(), source "ours, fitted";
     }
 }
 
@@ -53,7 +57,11 @@ pursuit_tracking::figures! {
     struct PointFigures {
         /// Correlation with the surroundings of the start, after the affine change that fits best.
         likeness;
-        /// By how much another place correlates less, where the point was looked for; 1 where it was followed.
+        /// What that usually is.
+        usual;
+        /// What it was at the best other place of the first frame.
+        rival;
+        /// By how much the next best place correlates less, by Fisher's z; 0 where the point was followed, and not looked for.
         margin;
         /// How far the surroundings of the start are from where the flow led, or from where they were looked at.
         drift_px in "px";
@@ -98,6 +106,38 @@ impl Start {
 #[derive(Debug, Clone, Copy)]
 pub struct Turned {
     change: [[f64; 2]; 2],
+    correlation: f64,
+}
+
+/// A place that may be the point's.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    likeness: Likeness,
+    turned: Turned,
+    /// Where it was looked at.
+    at: Point,
+}
+
+/// A mean that forgets.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Usual {
+    mean: f64,
+    count: u32,
+}
+
+impl Usual {
+    /// Values after which each further one counts the same.
+    const MOST: u32 = 30;
+
+    fn take(&mut self, value: f64) {
+        self.count = (self.count + 1).min(Self::MOST);
+        self.mean += (value - self.mean) / f64::from(self.count);
+    }
+}
+
+/// Fisher's z of a correlation: equal steps of it are equally probable. What is beyond .999 says no more.
+fn fisher(correlation: f64) -> f64 {
+    correlation.clamp(-0.999, 0.999).atanh()
 }
 
 /// Follows one point. Only what it looked like at the start counts, and nothing is learnt.
@@ -113,6 +153,10 @@ pub struct PointLocalizer {
     size: (f64, f64),
     /// How the surroundings were turned and stretched when they were seen last.
     change: [[f64; 2]; 2],
+    /// Correlation of the best other place of the first frame.
+    rival: f64,
+    /// Fisher's z of the correlation while it was tracked.
+    usual: Usual,
     #[serde(skip)]
     appearance: Option<Appearance>,
     #[serde(skip)]
@@ -134,6 +178,9 @@ impl PointLocalizer {
         if ![self.size.0, self.size.1].iter().all(|v| v.is_finite() && *v > 0.0) {
             return Err("its box has no size".to_owned());
         }
+        if !self.rival.is_finite() || !self.usual.mean.is_finite() || self.usual.count > Usual::MOST {
+            return Err("its correlations are none".to_owned());
+        }
         self.appearance = self.start.appearance().map_err(|e| e.to_string())?;
         Ok(self)
     }
@@ -143,19 +190,22 @@ impl PointLocalizer {
         let appearance = self.appearance.as_mut()?;
         appearance.set_change(self.change);
         let likeness = appearance.compare(frame.gray(), at)?;
-        Some((likeness, Turned { change: appearance.change() }))
+        Some((likeness, Turned { change: appearance.change(), correlation: likeness.correlation }))
     }
 
-    fn measurement(&self, likeness: Likeness, margin: f64, drift_px: f64, followed: bool) -> Measurement {
+    /// What is told of a place; `second` is the correlation of the next best one, where the point was looked for.
+    fn measurement(&self, likeness: Likeness, second: Option<f64>, drift_px: f64) -> Measurement {
         let p = &self.params;
-        let correlation = likeness.correlation;
-        let log_odds = if followed {
-            p.score_bias + p.score_correlation * correlation
-        } else {
-            p.found_bias + p.found_correlation * correlation + p.found_margin * margin
-        };
+        let (usual, seen) = (self.usual.mean, fisher(likeness.correlation));
+        let beyond = seen - fisher(self.rival);
+        let mut log_odds = p.score_bias + p.score_correlation * seen + p.score_usual * usual + p.score_beyond * beyond;
+        let margin = second.map_or(0.0, |second| seen - fisher(second));
+        if second.is_some() {
+            log_odds += p.found_bias + p.found_margin * margin;
+        }
         let bbox = BBox::from_center_size(likeness.point, self.size.0, self.size.1);
-        let diagnostics = PointFigures { likeness: correlation, margin, drift_px }.into();
+        let likeness = likeness.correlation;
+        let diagnostics = PointFigures { likeness, usual: usual.tanh(), rival: self.rival, margin, drift_px }.into();
         Measurement { diagnostics, ..Measurement::new(bbox, sigmoid(log_odds)) }
     }
 
@@ -166,47 +216,41 @@ impl PointLocalizer {
         let Some((likeness, turned)) = self.compared(frame, at) else { return Ok(None) };
         let drift_px = likeness.point.distance(at);
         let held = drift_px <= self.params.drift_px && frame.size().bounds().contains(likeness.point);
-        Ok(held.then(|| (self.measurement(likeness, 1.0, drift_px, true), turned)))
+        Ok(held.then(|| (self.measurement(likeness, None, drift_px), turned)))
     }
 
-    /// The place of `region` that looks most like the start.
-    fn found(&mut self, frame: &Frame, region: &BBox) -> Option<(Measurement, Turned)> {
+    /// The places of `region` that look most like the start, in no order.
+    fn candidates(&mut self, frame: &Frame, region: &BBox) -> [Option<Candidate>; PLACES] {
+        let mut candidates = [None; PLACES];
         let side = self.start.side;
         let step = ((self.params.coarse * side as f64).round() as usize).max(1);
-        let reach = side as f64 / 2.0;
-        let window = PixelWindow::of(&region.expanded(reach), frame.size())?;
-        let appearance = self.appearance.as_mut()?;
+        let window = PixelWindow::of(&region.expanded(side as f64 / 2.0), frame.size());
+        let (Some(window), Some(appearance)) = (window, self.appearance.as_mut()) else { return candidates };
         appearance.set_change(self.change);
         let cells = appearance.template(step, &mut self.template);
         let places = self.matcher.find(frame.gray(), &window, &self.template, (cells, step), PLACES);
         let mut centers = [None; PLACES];
         centers.iter_mut().zip(places).for_each(|(center, place)| *center = Some(place.center));
-        let (mut best, mut second): (Option<(Likeness, Turned, f64)>, f64) = (None, 0.0);
-        for at in centers.into_iter().flatten() {
-            let Some((likeness, turned)) = self.compared(frame, at) else { continue };
-            if !region.contains(likeness.point) {
-                continue;
-            }
-            let drift_px = likeness.point.distance(at);
-            match best {
-                // Two coarse places can lead to one.
-                Some((known, ..)) if known.point.distance(likeness.point) < reach => {
-                    if likeness.correlation > known.correlation {
-                        best = Some((likeness, turned, drift_px));
-                    }
-                }
-                Some((known, ..)) if likeness.correlation <= known.correlation => {
-                    second = second.max(likeness.correlation);
-                }
-                _ => {
-                    second = best.map_or(second, |(known, ..)| second.max(known.correlation));
-                    best = Some((likeness, turned, drift_px));
-                }
-            }
+        for (candidate, at) in candidates.iter_mut().zip(centers.into_iter().flatten()) {
+            let seen = self.compared(frame, at).filter(|(likeness, _)| region.contains(likeness.point));
+            *candidate = seen.map(|(likeness, turned)| Candidate { likeness, turned, at });
         }
-        let (likeness, turned, drift_px) = best?;
-        let margin = (likeness.correlation - second).clamp(0.0, 1.0);
-        Some((self.measurement(likeness, margin, drift_px, false), turned))
+        candidates
+    }
+
+    /// The best correlation of those that are elsewhere than at `point`; 0 where there are none.
+    fn rival(&self, candidates: &[Option<Candidate>], point: Point) -> f64 {
+        let apart = |c: &&Candidate| c.likeness.point.distance(point) >= self.start.side as f64 / 2.0;
+        candidates.iter().flatten().filter(apart).map(|c| c.likeness.correlation).fold(0.0, f64::max)
+    }
+
+    /// The place of `region` that looks most like the start.
+    fn found(&mut self, frame: &Frame, region: &BBox) -> Option<(Measurement, Turned)> {
+        let candidates = self.candidates(frame, region);
+        let better = |a: &&Candidate, b: &&Candidate| a.likeness.correlation.total_cmp(&b.likeness.correlation);
+        let Candidate { likeness, turned, at } = *candidates.iter().flatten().max_by(better)?;
+        let second = self.rival(&candidates, likeness.point);
+        Some((self.measurement(likeness, Some(second), likeness.point.distance(at)), turned))
     }
 }
 
@@ -217,17 +261,22 @@ impl LocalizerRecipe for PointTrackerParams {
         let follower = Follower::new(self.flow.clone(), frame, surroundings(&bbox))?;
         let start = Start::of(frame, &bbox);
         let appearance = start.appearance().map_err(failed(frame))?;
-        Ok(PointLocalizer {
+        let mut localizer = PointLocalizer {
             params: self.clone(),
             follower,
             follows: true,
             start,
             size: (bbox.width(), bbox.height()),
             change: UNCHANGED,
+            rival: 0.0,
+            usual: Usual { mean: fisher(1.0), count: 0 },
             appearance,
             matcher: TemplateMatcher::default(),
             template: Vec::new(),
-        })
+        };
+        let around = localizer.candidates(frame, &bbox.scaled(NEIGHBOURHOOD));
+        localizer.rival = localizer.rival(&around, bbox.center());
+        Ok(localizer)
     }
 }
 
@@ -255,6 +304,9 @@ impl Localizer for PointLocalizer {
         if let Some((measured, turned)) = outcome.found.filter(|_| outcome.followed.is_some()) {
             self.follower.keep(frame, surroundings(&measured))?;
             (self.follows, self.change) = (true, turned.change);
+            if outcome.state == TrackState::Tracking {
+                self.usual.take(fisher(turned.correlation));
+            }
         }
         Ok(())
     }
@@ -271,11 +323,10 @@ fn surroundings(bbox: &BBox) -> BBox {
     BBox::from_center_size(bbox.center(), side, side)
 }
 
-/// `point`. Unseen, it is looked for as far as it may have gone.
+/// `point`. Lost, it is looked for all over the picture.
 pub fn point(name: &'static str) -> TrackerRecipe<PointTrackerParams> {
     let groups = GroupParams {
-        policy: PolicyParams::default(),
-        search: SearchParams { model: SearchModel::Widening, ..SearchParams::default() },
+        search: SearchParams { model: SearchModel::NearThenWide, ..SearchParams::default() },
         ..GroupParams::default()
     };
     TrackerRecipe { name, localizer: PointTrackerParams::default(), groups }
