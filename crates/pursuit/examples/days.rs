@@ -1,0 +1,256 @@
+//! Two cameras followed for hours of their own time, faster than real: in segments that are kept for a while, with clips of what
+//! happens, over connections that break, one of them on a head that obeys late, loses commands, does not answer for minutes and
+//! starts anew now and then. Memory and disk stay what they were, and every clip plays (`cargo xtask soak --hours 6`).
+//!
+//!     days [HOURS [FOLDER]]
+//!
+//! What breaks when is the same every time. The heads' thread keeps the time of this machine, as it does in earnest.
+#![allow(clippy::print_stdout)]
+
+#[path = "common/clips.rs"]
+mod clips;
+#[path = "common/held.rs"]
+mod held;
+#[path = "common/turning.rs"]
+mod turning;
+
+use clips::Clips;
+use held::Held;
+use pursuit::events::EventOptions;
+use pursuit::media::wrappers::{Connect, Faults, Faulty, Patience, Reconnect, Reconnecting};
+use pursuit::media::{OpenOptions, Source, SourceInfo};
+use pursuit::{Frame, Run, RunConfig};
+use pursuit_tracking::TrackState;
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+type Outcome<T = ()> = Result<T, Box<dyn Error + Send + Sync>>;
+
+/// Pictures per second of the camera that stands.
+const FPS: u64 = 5;
+/// Seconds of a segment, and for which segments and clips are kept.
+const SEGMENT_S: u64 = 600;
+const KEEP_S: u64 = 3600;
+/// How long connections last, seconds of the camera's time: by turns.
+const LASTS_S: [u64; 5] = [610, 1900, 95, 3100, 1247];
+/// By how much the mean of what is held may grow from the first third to the last.
+const GROWS_KIB: f64 = 3072.0;
+
+fn main() -> Outcome {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let hours: f64 = words.first().map_or(Ok(6.0), |word| word.parse())?;
+    let seconds = (3600.0 * hours) as u64;
+    let own = tempfile::tempdir()?;
+    let folder = words.get(1).map_or(own.path(), |word| Path::new(word));
+    let cameras = ["standing", "turning"].map(|name| Camera { name, time_s: AtomicU64::new(0) });
+    let told = std::thread::scope(|scope| {
+        let [standing, turning] = &cameras;
+        let runs = [
+            scope.spawn(|| stand(standing, seconds, &folder.join(standing.name))),
+            scope.spawn(|| turn(turning, seconds, &folder.join(turning.name))),
+        ];
+        let told = watch(&cameras, seconds, folder, || runs.iter().all(|run| run.is_finished()));
+        let ended: Vec<Outcome<String>> =
+            runs.into_iter().map(|run| run.join().map_err(|_| "a run panicked")?).collect();
+        for (camera, end) in cameras.iter().zip(ended) {
+            println!("{}: {}", camera.name, end?);
+        }
+        told
+    })?;
+    println!("{told}");
+    Ok(())
+}
+
+/// A camera, and how far its time has come, seconds.
+struct Camera {
+    name: &'static str,
+    time_s: AtomicU64,
+}
+
+fn config(folder: &Path, events: EventOptions, rest: RunConfig) -> Outcome<RunConfig> {
+    let (segment, keep) = (Some(format!("{SEGMENT_S}s").parse()?), Some(format!("{KEEP_S}s").parse()?));
+    let events = EventOptions { clips: Some(true), before_s: Some(4.0), after_s: Some(4.0), ..events };
+    let (tracker, detect) = (Some("mosse".to_owned()), Some("ball".to_owned()));
+    Ok(RunConfig { tracker, detect, out: Some(folder.to_path_buf()), segment, keep, events, ..rest })
+}
+
+/// A ball before a camera that stands: it goes in and out of a zone, and is somewhere else after every break.
+fn stand(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
+    let events = EventOptions { zones: vec!["left=0,0,160,0,160,240,0,240".to_owned()], ..EventOptions::default() };
+    let config = config(folder, events, RunConfig::default())?;
+    let connect = |number: u64| -> Outcome<Box<dyn Source>> {
+        let lasts_s = LASTS_S[(number % LASTS_S.len() as u64) as usize];
+        let scene = pursuit::open(format!("scene:drift?seed={number}&fps={FPS}&duration={}", lasts_s + 10).as_str())?;
+        Ok(Box::new(Faulty::new(scene, Faults { fail_at: Some(FPS * lasts_s), drop: 0.01, ..Faults::default() })))
+    };
+    let source = breaking(connect)?;
+    let run = Run::prepare_source(config, source, &OpenOptions::from_env())?;
+    carry_out(camera, run, seconds)
+}
+
+/// A ball all about a camera on a head.
+fn turn(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
+    let events =
+        EventOptions { clip_on: ["appear", "lost", "found"].map(str::to_owned).into(), ..EventOptions::default() };
+    let config = config(folder, events, RunConfig::default())?;
+    let mount = turning::Mount::new(seconds)?;
+    let mount_again = mount.clone();
+    let connect = move |number: u64| -> Outcome<Box<dyn Source>> {
+        let lasts_s = LASTS_S[((number + 2) % LASTS_S.len() as u64) as usize];
+        let fail_at = Some(turning::FPS * lasts_s);
+        Ok(Box::new(Faulty::new(mount.picture_source()?, Faults { fail_at, ..Faults::default() })))
+    };
+    let source = breaking(connect)?;
+    let run = Run::prepare_source(config, source, &OpenOptions::from_env())?;
+    let run = pursuit::head::follow(run, mount_again.pilot()?, |_| {});
+    let said = carry_out(camera, run, seconds)?;
+    Ok(format!("{said}; {}", mount_again.said()))
+}
+
+/// Connections that end as they are told to, one after the other.
+fn breaking(connect: impl Fn(u64) -> Outcome<Box<dyn Source>> + Send + Sync + 'static) -> Outcome<Box<dyn Source>> {
+    let patience = Patience { stall: Duration::from_secs(20), reconnect: Reconnect::Forever };
+    let first = connect(0)?;
+    let info = SourceInfo { live: true, ..first.info().clone() };
+    let (count, name) = (AtomicU64::new(1), info.name.clone());
+    let again: Connect = Arc::new(move |_| {
+        let number = count.fetch_add(1, Ordering::Relaxed);
+        let broken = |e: Box<dyn Error + Send + Sync>| pursuit::media::MediaError::Unreadable {
+            name: name.clone(),
+            reason: e.to_string(),
+        };
+        let source = connect(number).map_err(broken)?;
+        Ok(Box::new(Live { info: SourceInfo { live: true, ..source.info().clone() }, source }))
+    });
+    Ok(Box::new(Reconnecting::new(Box::new(Live { info, source: first }), again, patience)?))
+}
+
+/// A source that says of itself that its pictures do not come again.
+struct Live {
+    info: SourceInfo,
+    source: Box<dyn Source>,
+}
+
+impl Source for Live {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>, pursuit::media::MediaError> {
+        self.source.next_frame()
+    }
+}
+
+/// Runs until the camera's time is over, and says what became of it.
+fn carry_out(camera: &Camera, run: Run, seconds: u64) -> Outcome<String> {
+    let (remote, stats) = (run.remote(), run.input().stream.clone().ok_or("no live source")?);
+    let (mut seen, mut frames) = (0_u64, 0_u64);
+    let finished = run.run(|progress| {
+        let time_s = progress.frame.time_s();
+        camera.time_s.store(time_s as u64, Ordering::Relaxed);
+        frames += 1;
+        seen += u64::from(progress.records.iter().any(|r| {
+            r.estimate.as_ref().is_some_and(|e| matches!(e.state, TrackState::Tracking | TrackState::Unsure))
+        }));
+        if time_s >= seconds as f64 {
+            remote.stop();
+        }
+    })?;
+    let counts = stats.counts();
+    let least = seconds / 1500;
+    if counts.reconnects < least {
+        return Err(format!("{} reconnections are less than {least}", counts.reconnects).into());
+    }
+    let segments = finished.facts.segments.clone().ok_or("no segments")?;
+    Ok(format!(
+        "{frames} frames, its target seen in {:.1} %, {} reconnections, {} segment files and {} clips and pictures left, {} removed",
+        100.0 * seen as f64 / frames.max(1) as f64,
+        counts.reconnects,
+        segments.files.len(),
+        segments.clips,
+        segments.removed
+    ))
+}
+
+/// A look at everything.
+struct Look {
+    camera_s: u64,
+    held: Held,
+    disk: u64,
+}
+
+/// Looks at what is held and written until the runs have ended, and plays every clip; says how all that went.
+fn watch(cameras: &[Camera], seconds: u64, folder: &Path, ended: impl Fn() -> bool) -> Outcome<String> {
+    let (began, mut looks, mut shown_s) = (Instant::now(), Vec::<Look>::new(), 0);
+    let mut clips: Vec<Clips> = cameras.iter().map(|camera| Clips::of(&folder.join(camera.name))).collect();
+    println!("camera's time  ours      held");
+    while !ended() {
+        std::thread::sleep(Duration::from_millis(500));
+        let camera_s = cameras.iter().map(|camera| camera.time_s.load(Ordering::Relaxed)).min().unwrap_or(0);
+        clips.iter_mut().try_for_each(|clips| clips.play(false))?;
+        let held = Held::now().map_err(|e| e.to_string())?;
+        looks.push(Look { camera_s, held, disk: size_of(folder) });
+        if camera_s >= shown_s + 900 {
+            let (hours, ours) = (camera_s as f64 / 3600.0, began.elapsed().as_secs());
+            println!("{hours:>8.2} h  {ours:>6} s  {held}, {:.1} MB on disk", size_of(folder) as f64 / 1e6);
+            shown_s = camera_s;
+        }
+    }
+    clips.iter_mut().try_for_each(|clips| clips.play(true))?;
+    let said: Vec<String> =
+        cameras.iter().zip(&clips).map(|(camera, clips)| format!("{}: {clips}", camera.name)).collect();
+    let verdict = verdict(&looks, seconds)?;
+    Ok(format!("{verdict}\n{}", said.join("\n")))
+}
+
+/// Whether memory and disk stay what they are, once the oldest segments have begun to go.
+fn verdict(looks: &[Look], seconds: u64) -> Outcome<String> {
+    let warm = (KEEP_S + 2 * SEGMENT_S).min(seconds / 3);
+    let looks: Vec<&Look> = looks.iter().filter(|look| look.camera_s >= warm).collect();
+    if looks.len() < 9 {
+        return Err("it was too short".into());
+    }
+    let third = looks.len() / 3;
+    let (first, last) = (&looks[..third], &looks[looks.len() - third..]);
+    let kib = |looks: &[&Look]| looks.iter().map(|look| look.held.kib as f64).sum::<f64>() / looks.len() as f64;
+    let disk = |looks: &[&Look]| looks.iter().map(|look| look.disk).max().unwrap_or(0) as f64;
+    let extremes = |of: fn(&Look) -> u64| {
+        let (least, most) = (looks.iter().map(|look| of(look)).min(), looks.iter().map(|look| of(look)).max());
+        (least.unwrap_or(0), most.unwrap_or(0))
+    };
+    let (least_kib, most_kib) = extremes(|look| look.held.kib);
+    let (threads, files) = (extremes(|look| look.held.threads as u64), extremes(|look| look.held.files as u64));
+    let said = format!(
+        "from {:.2} h on: memory {:.1} to {:.1} MiB (mean of the first third {:.1}, of the last {:.1}), threads {} to {}, files {} to {}, \
+         disk at most {:.1} MB in the first third, {:.1} in the last",
+        warm as f64 / 3600.0,
+        least_kib as f64 / 1024.0,
+        most_kib as f64 / 1024.0,
+        kib(first) / 1024.0,
+        kib(last) / 1024.0,
+        threads.0,
+        threads.1,
+        files.0,
+        files.1,
+        disk(first) / 1e6,
+        disk(last) / 1e6
+    );
+    let flat = kib(last) - kib(first) <= GROWS_KIB && disk(last) <= 1.25 * disk(first);
+    // A connection that ends and the one that replaces it may be there together, and a clip with the one after it.
+    let lost = threads.1 > threads.0 + 8 || files.1 > files.0 + 24;
+    if flat && !lost { Ok(said) } else { Err(format!("not flat: {said}").into()) }
+}
+
+/// Bytes of all files below a folder.
+fn size_of(folder: &Path) -> u64 {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let size = |entry: std::fs::DirEntry| match entry.metadata() {
+        Ok(data) if data.is_dir() => size_of(&entry.path()),
+        Ok(data) => data.len(),
+        Err(_) => 0,
+    };
+    entries.map(size).sum()
+}
