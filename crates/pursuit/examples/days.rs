@@ -24,7 +24,7 @@ use pursuit_tracking::TrackState;
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error + Send + Sync>>;
@@ -36,8 +36,14 @@ const SEGMENT_S: u64 = 600;
 const KEEP_S: u64 = 3600;
 /// How long connections last, seconds of the camera's time: by turns.
 const LASTS_S: [u64; 5] = [610, 1900, 95, 3100, 1247];
+/// Of so many attempts to connect one fails.
+const REFUSED: u64 = 4;
 /// By how much the mean of what is held may grow from the first third to the last.
 const GROWS_KIB: f64 = 3072.0;
+/// How far one camera's time may be ahead of the other's, seconds: both are watched while both go on.
+const AHEAD_S: u64 = 60;
+/// In which part of the frames a target has to be seen: less would mean that nothing was followed.
+const SEEN: f64 = 0.5;
 
 fn main() -> Outcome {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -45,18 +51,19 @@ fn main() -> Outcome {
     let seconds = (3600.0 * hours) as u64;
     let own = tempfile::tempdir()?;
     let folder = words.get(1).map_or(own.path(), |word| Path::new(word));
-    let cameras = ["standing", "turning"].map(|name| Camera { name, time_s: AtomicU64::new(0) });
+    let yard = Yard::default();
     let told = std::thread::scope(|scope| {
-        let [standing, turning] = &cameras;
         let runs = [
-            scope.spawn(|| stand(standing, seconds, &folder.join(standing.name))),
-            scope.spawn(|| turn(turning, seconds, &folder.join(turning.name))),
+            scope.spawn(|| yard.ended(STANDING, stand(&yard, seconds, &folder.join(NAMES[STANDING])))),
+            scope.spawn(|| yard.ended(TURNING, turn(&yard, seconds, &folder.join(NAMES[TURNING])))),
         ];
-        let told = watch(&cameras, seconds, folder, || runs.iter().all(|run| run.is_finished()));
+        let told = watch(&yard, seconds, folder);
+        // Nobody has to wait for hours to learn what went wrong in the first minute.
+        yard.failed.fetch_or(told.is_err(), Ordering::Relaxed);
         let ended: Vec<Outcome<String>> =
             runs.into_iter().map(|run| run.join().map_err(|_| "a run panicked")?).collect();
-        for (camera, end) in cameras.iter().zip(ended) {
-            println!("{}: {}", camera.name, end?);
+        for (name, end) in NAMES.iter().zip(ended) {
+            println!("{name}: {}", end?);
         }
         told
     })?;
@@ -64,10 +71,51 @@ fn main() -> Outcome {
     Ok(())
 }
 
-/// A camera, and how far its time has come, seconds.
-struct Camera {
-    name: &'static str,
-    time_s: AtomicU64,
+/// The two cameras, by their places in what follows.
+const NAMES: [&str; 2] = ["standing", "turning"];
+const STANDING: usize = 0;
+const TURNING: usize = 1;
+
+/// How far both have come, which go on side by side.
+#[derive(Default)]
+struct Yard {
+    /// Seconds of their own time.
+    times_s: [AtomicU64; 2],
+    over: [AtomicBool; 2],
+    /// Whether one of them, or whoever watches, found something wrong: then all end.
+    failed: AtomicBool,
+}
+
+impl Yard {
+    /// The time of the one that is behind.
+    fn time_s(&self) -> u64 {
+        self.times_s.iter().map(|time_s| time_s.load(Ordering::Relaxed)).min().unwrap_or(0)
+    }
+
+    fn is_any_over(&self) -> bool {
+        self.over.iter().any(|over| over.load(Ordering::Relaxed))
+    }
+
+    fn is_all_over(&self) -> bool {
+        self.over.iter().all(|over| over.load(Ordering::Relaxed))
+    }
+
+    /// A camera has come so far, and waits for the other one; whether it goes on.
+    fn goes_on(&self, camera: usize, time_s: f64) -> bool {
+        self.times_s[camera].store(time_s as u64, Ordering::Relaxed);
+        let failed = || self.failed.load(Ordering::Relaxed);
+        while !failed() && !self.is_any_over() && time_s as u64 > self.time_s() + AHEAD_S {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        !failed()
+    }
+
+    /// A camera's run has ended.
+    fn ended(&self, camera: usize, how: Outcome<String>) -> Outcome<String> {
+        self.failed.fetch_or(how.is_err(), Ordering::Relaxed);
+        self.over[camera].store(true, Ordering::Relaxed);
+        how
+    }
 }
 
 fn config(folder: &Path, events: EventOptions, rest: RunConfig) -> Outcome<RunConfig> {
@@ -78,7 +126,7 @@ fn config(folder: &Path, events: EventOptions, rest: RunConfig) -> Outcome<RunCo
 }
 
 /// A ball before a camera that stands: it goes in and out of a zone, and is somewhere else after every break.
-fn stand(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
+fn stand(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     let events = EventOptions { zones: vec!["left=0,0,160,0,160,240,0,240".to_owned()], ..EventOptions::default() };
     let config = config(folder, events, RunConfig::default())?;
     let connect = |number: u64| -> Outcome<Box<dyn Source>> {
@@ -88,11 +136,11 @@ fn stand(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
     };
     let source = breaking(connect)?;
     let run = Run::prepare_source(config, source, &OpenOptions::from_env())?;
-    carry_out(camera, run, seconds)
+    carry_out((yard, STANDING), run, seconds)
 }
 
 /// A ball all about a camera on a head.
-fn turn(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
+fn turn(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     let events =
         EventOptions { clip_on: ["appear", "lost", "found"].map(str::to_owned).into(), ..EventOptions::default() };
     let config = config(folder, events, RunConfig::default())?;
@@ -106,11 +154,11 @@ fn turn(camera: &Camera, seconds: u64, folder: &Path) -> Outcome<String> {
     let source = breaking(connect)?;
     let run = Run::prepare_source(config, source, &OpenOptions::from_env())?;
     let run = pursuit::head::follow(run, mount_again.pilot()?, |_| {});
-    let said = carry_out(camera, run, seconds)?;
-    Ok(format!("{said}; {}", mount_again.said()))
+    let said = carry_out((yard, TURNING), run, seconds)?;
+    Ok(format!("{said}; {}", mount_again.said(seconds)?))
 }
 
-/// Connections that end as they are told to, one after the other.
+/// Connections that end as they are told to, one after the other, and attempts that fail.
 fn breaking(connect: impl Fn(u64) -> Outcome<Box<dyn Source>> + Send + Sync + 'static) -> Outcome<Box<dyn Source>> {
     let patience = Patience { stall: Duration::from_secs(20), reconnect: Reconnect::Forever };
     let first = connect(0)?;
@@ -122,6 +170,9 @@ fn breaking(connect: impl Fn(u64) -> Outcome<Box<dyn Source>> + Send + Sync + 's
             name: name.clone(),
             reason: e.to_string(),
         };
+        if number % REFUSED == REFUSED - 1 {
+            return Err(broken("nobody answers".into()));
+        }
         let source = connect(number).map_err(broken)?;
         Ok(Box::new(Live { info: SourceInfo { live: true, ..source.info().clone() }, source }))
     });
@@ -145,30 +196,37 @@ impl Source for Live {
 }
 
 /// Runs until the camera's time is over, and says what became of it.
-fn carry_out(camera: &Camera, run: Run, seconds: u64) -> Outcome<String> {
+fn carry_out((yard, camera): (&Yard, usize), run: Run, seconds: u64) -> Outcome<String> {
     let (remote, stats) = (run.remote(), run.input().stream.clone().ok_or("no live source")?);
     let (mut seen, mut frames) = (0_u64, 0_u64);
     let finished = run.run(|progress| {
         let time_s = progress.frame.time_s();
-        camera.time_s.store(time_s as u64, Ordering::Relaxed);
         frames += 1;
         seen += u64::from(progress.records.iter().any(|r| {
             r.estimate.as_ref().is_some_and(|e| matches!(e.state, TrackState::Tracking | TrackState::Unsure))
         }));
-        if time_s >= seconds as f64 {
+        if !yard.goes_on(camera, time_s) || time_s >= seconds as f64 {
             remote.stop();
         }
     })?;
-    let counts = stats.counts();
-    let least = seconds / 1500;
+    if yard.failed.load(Ordering::Relaxed) {
+        return Ok("stopped early".to_owned());
+    }
+    let (counts, least) = (stats.counts(), seconds / 1500);
     if counts.reconnects < least {
         return Err(format!("{} reconnections are less than {least}", counts.reconnects).into());
     }
+    let part = seen as f64 / frames.max(1) as f64;
+    if part < SEEN {
+        return Err(format!("its target was seen in {:.1} % of {frames} frames only", 100.0 * part).into());
+    }
     let segments = finished.facts.segments.clone().ok_or("no segments")?;
     Ok(format!(
-        "{frames} frames, its target seen in {:.1} %, {} reconnections, {} segment files and {} clips and pictures left, {} removed",
-        100.0 * seen as f64 / frames.max(1) as f64,
+        "{frames} frames, its target seen in {:.1} %, {} reconnections and {} attempts in vain, {} segment files and {} clips and pictures \
+         left, {} removed",
+        100.0 * part,
         counts.reconnects,
+        counts.failed_attempts,
         segments.files.len(),
         segments.clips,
         segments.removed
@@ -182,26 +240,34 @@ struct Look {
     disk: u64,
 }
 
-/// Looks at what is held and written until the runs have ended, and plays every clip; says how all that went.
-fn watch(cameras: &[Camera], seconds: u64, folder: &Path, ended: impl Fn() -> bool) -> Outcome<String> {
+/// Looks at what is held and written while both cameras go on, and plays every clip; says how all that went.
+fn watch(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     let (began, mut looks, mut shown_s) = (Instant::now(), Vec::<Look>::new(), 0);
-    let mut clips: Vec<Clips> = cameras.iter().map(|camera| Clips::of(&folder.join(camera.name))).collect();
+    let mut clips = NAMES.map(|name| Clips::of(&folder.join(name)));
     println!("camera's time  ours      held");
-    while !ended() {
+    while !yard.is_all_over() {
         std::thread::sleep(Duration::from_millis(500));
-        let camera_s = cameras.iter().map(|camera| camera.time_s.load(Ordering::Relaxed)).min().unwrap_or(0);
         clips.iter_mut().try_for_each(|clips| clips.play(false))?;
+        let (camera_s, disk) = (yard.time_s(), size_of(folder));
         let held = Held::now().map_err(|e| e.to_string())?;
-        looks.push(Look { camera_s, held, disk: size_of(folder) });
         if camera_s >= shown_s + 900 {
             let (hours, ours) = (camera_s as f64 / 3600.0, began.elapsed().as_secs());
-            println!("{hours:>8.2} h  {ours:>6} s  {held}, {:.1} MB on disk", size_of(folder) as f64 / 1e6);
+            println!("{hours:>8.2} h  {ours:>6} s  {held}, {:.1} MB on disk", disk as f64 / 1e6);
             shown_s = camera_s;
         }
+        // What one of two holds says nothing about what both do.
+        if !yard.is_any_over() {
+            looks.push(Look { camera_s, held, disk });
+        }
+    }
+    if yard.failed.load(Ordering::Relaxed) {
+        return Ok("stopped early".to_owned());
     }
     clips.iter_mut().try_for_each(|clips| clips.play(true))?;
-    let said: Vec<String> =
-        cameras.iter().zip(&clips).map(|(camera, clips)| format!("{}: {clips}", camera.name)).collect();
+    for (name, clips) in NAMES.iter().zip(&clips) {
+        clips.check(seconds / 3600).map_err(|reason| format!("{name}: {reason}"))?;
+    }
+    let said: Vec<String> = NAMES.iter().zip(&clips).map(|(name, clips)| format!("{name}: {clips}")).collect();
     let verdict = verdict(&looks, seconds)?;
     Ok(format!("{verdict}\n{}", said.join("\n")))
 }

@@ -22,6 +22,9 @@ impl Clips {
         Self { folder, done: BTreeSet::new(), clips: 0, frames: 0, pictures: 0, missed: 0 }
     }
 
+    /// How many of the newest of a kind may still be in the making.
+    const UNFINISHED: usize = 2;
+
     /// Plays those that are new and whole: all but the newest of each kind, and these too at the end.
     ///
     /// # Errors
@@ -33,7 +36,7 @@ impl Clips {
             let mut names: Vec<String> =
                 files.map(|(name, _)| name.to_owned()).filter(|name| name.starts_with(kind)).collect();
             if !at_the_end {
-                names.pop();
+                names.truncate(names.len().saturating_sub(Self::UNFINISHED));
             }
             names
         };
@@ -62,6 +65,15 @@ impl Clips {
             return Err(format!("{} clips or pictures went before they could be looked at", self.missed).into());
         }
         Ok(())
+    }
+
+    /// Refuses fewer than `least` clips and as many pictures.
+    ///
+    /// # Errors
+    /// How many there were.
+    pub fn check(&self, least: u64) -> Result<(), String> {
+        let enough = self.clips.min(self.pictures) >= least.max(1);
+        if enough { Ok(()) } else { Err(format!("only {self}")) }
     }
 }
 

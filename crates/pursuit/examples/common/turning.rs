@@ -67,10 +67,17 @@ impl Mount {
         Ok(Pilot::new(follower, HeadThread::start(Driver(self.clone()), Pilot::WATCHDOG, poll, patience)?))
     }
 
-    /// What became of the head.
-    pub fn said(&self) -> String {
+    /// What became of the head in so many seconds.
+    ///
+    /// # Errors
+    /// Where it was not as bad as it should have been: then nothing was tried.
+    pub fn said(&self, seconds: u64) -> Result<String, String> {
         let State { restarts, refused, commands, .. } = *self.lock();
-        format!("{commands} commands, {refused} calls not answered, {restarts} restarts of the head")
+        let said = format!("{commands} commands, {refused} calls not answered, {restarts} restarts of the head");
+        let due = |every_s: f64| (seconds as f64 / every_s) as u64;
+        // The last may come after the end: the camera's clock and that of the pictures differ by what it took to connect.
+        let enough = commands > 0 && refused >= due(CABLE_S.0) && restarts + 1 >= due(ANEW_S.0);
+        if enough { Ok(said) } else { Err(format!("only {said}")) }
     }
 }
 
