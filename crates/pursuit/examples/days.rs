@@ -121,17 +121,19 @@ impl Yard {
 fn config(folder: &Path, events: EventOptions, rest: RunConfig) -> Outcome<RunConfig> {
     let (segment, keep) = (Some(format!("{SEGMENT_S}s").parse()?), Some(format!("{KEEP_S}s").parse()?));
     let events = EventOptions { clips: Some(true), before_s: Some(4.0), after_s: Some(4.0), ..events };
-    let (tracker, detect) = (Some("mosse".to_owned()), Some("ball".to_owned()));
-    Ok(RunConfig { tracker, detect, out: Some(folder.to_path_buf()), segment, keep, events, ..rest })
+    Ok(RunConfig { out: Some(folder.to_path_buf()), segment, keep, events, ..rest })
 }
 
-/// A ball before a camera that stands: it goes in and out of a zone, and is somewhere else after every break.
+/// Something bright before a camera that stands: it goes in and out of a zone, and is another thing after every break.
 fn stand(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
-    let events = EventOptions { zones: vec!["left=0,0,160,0,160,240,0,240".to_owned()], ..EventOptions::default() };
-    let config = config(folder, events, RunConfig::default())?;
+    let events = EventOptions { zones: vec!["left=0,0,80,0,80,120,0,120".to_owned()], ..EventOptions::default() };
+    let (tracker, detect) = (Some("mosse".to_owned()), Some("ball".to_owned()));
+    let config = config(folder, events, RunConfig { tracker, detect, ..RunConfig::default() })?;
     let connect = |number: u64| -> Outcome<Box<dyn Source>> {
         let lasts_s = LASTS_S[(number % LASTS_S.len() as u64) as usize];
-        let scene = pursuit::open(format!("scene:drift?seed={number}&fps={FPS}&duration={}", lasts_s + 10).as_str())?;
+        let scene = pursuit::open(
+            format!("scene:drift?seed={number}&width=160&height=120&fps={FPS}&duration={}", lasts_s + 10).as_str(),
+        )?;
         Ok(Box::new(Faulty::new(scene, Faults { fail_at: Some(FPS * lasts_s), drop: 0.01, ..Faults::default() })))
     };
     let source = breaking(connect)?;
@@ -139,12 +141,14 @@ fn stand(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     carry_out((yard, STANDING), run, seconds)
 }
 
-/// A ball all about a camera on a head.
+/// A walker all about a camera on a head.
 fn turn(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     let events =
         EventOptions { clip_on: ["appear", "lost", "found"].map(str::to_owned).into(), ..EventOptions::default() };
-    let config = config(folder, events, RunConfig::default())?;
     let mount = turning::Mount::new(seconds)?;
+    let boxes = vec![mount.first_box().ok_or("nobody to follow")?];
+    let config = RunConfig { tracker: Some("kcf".to_owned()), boxes, ..RunConfig::default() };
+    let config = pursuit::head::compensated(self::config(folder, events, config)?);
     let mount_again = mount.clone();
     let connect = move |number: u64| -> Outcome<Box<dyn Source>> {
         let lasts_s = LASTS_S[((number + 2) % LASTS_S.len() as u64) as usize];

@@ -1,4 +1,4 @@
-//! A camera on a head that is bad in every way that a head can be, in a world with a ball.
+//! A camera on a head that is bad in every way that a head can be, in a room where somebody walks to and fro.
 
 use pursuit::Frame;
 use pursuit::head::KnownWorld;
@@ -7,15 +7,17 @@ use pursuit::ptz::control::{Follower, FollowerParams};
 use pursuit::ptz::drivers::{Capabilities, Head, HeadThread, Pilot};
 use pursuit::ptz::geometry::FieldsOfView;
 use pursuit::ptz::simulation::{HeadParams, SimulatedHead};
-use pursuit::ptz::{Command, Direction, PtzError, Status};
+use pursuit::ptz::{Command, Direction, Position, PtzError, Status};
 use pursuit_geometry::Size;
 use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Pictures per second.
-pub const FPS: u64 = 10;
-const SIZE: Size = Size::new(256, 144);
+pub const FPS: u64 = 5;
+const SIZE: Size = Size::new(160, 90);
+/// Half its angle of view, degrees.
+const HALF_VIEW_DEG: f64 = 30.0;
 /// A head stops by itself when it hears nothing for so long, seconds.
 const STOPS_S: f64 = 2.0;
 /// Every so many seconds the cable is out for so many; and every so many the head starts anew, and answers nothing until then.
@@ -28,6 +30,8 @@ pub struct Mount(Arc<Inner>);
 
 struct Inner {
     world: KnownWorld,
+    /// Where the head looks when it is switched on: at the walker's first place.
+    home: Direction,
     state: Mutex<State>,
 }
 
@@ -43,9 +47,18 @@ struct State {
 
 impl Mount {
     pub fn new(seconds: u64) -> Result<Self, Box<dyn Error + Send + Sync>> {
-        let world = KnownWorld::scene(&format!("wide-world?seed=5&who=ball&reach=40&duration={}", seconds + 600))?;
-        let state = State { head: head(0)?, taken: 0, heard_s: 0.0, restarts: 0, refused: 0, commands: 0 };
-        Ok(Self(Arc::new(Inner { world, state: Mutex::new(state) })))
+        let world = KnownWorld::scene(&format!("wide-world?seed=5&reach=30&speed=0.6&duration={}", seconds + 600))?;
+        let (home, ..) = world.target(0.0).ok_or("nobody is there")?;
+        let state = State { head: head(0, home)?, taken: 0, heard_s: 0.0, restarts: 0, refused: 0, commands: 0 };
+        Ok(Self(Arc::new(Inner { world, home, state: Mutex::new(state) })))
+    }
+
+    /// The walker's box in the first picture, `[left, top, width, height]` in pixels.
+    pub fn first_box(&self) -> Option<[f64; 4]> {
+        let (_, width, height) = self.0.world.target(0.0)?;
+        let focal_px = 0.5 * SIZE.width as f64 / HALF_VIEW_DEG.to_radians().tan();
+        let (width, height) = (focal_px * width, focal_px * height);
+        Some([0.5 * (SIZE.width as f64 - width), 0.5 * (SIZE.height as f64 - height), width, height])
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -60,8 +73,9 @@ impl Mount {
 
     /// What follows with the head.
     pub fn pilot(&self) -> Result<Pilot, Box<dyn Error + Send + Sync>> {
-        let params = FollowerParams { command_delay_s: 0.15, frame_age_s: 0.1, ..FollowerParams::default() };
-        let follower = Follower::new(params, FieldsOfView::fixed(30.0)?, SIZE, 0.0)?;
+        let home = Position { direction: self.0.home, zoom: 0.0 };
+        let params = FollowerParams { home, command_delay_s: 0.15, frame_age_s: 0.1, ..FollowerParams::default() };
+        let follower = Follower::new(params, FieldsOfView::fixed(HALF_VIEW_DEG)?, SIZE, 0.0)?;
         // Pictures come many times faster than they were taken: so does the head's word.
         let (poll, patience) = (Some(Duration::from_millis(2)), Duration::from_secs(20));
         Ok(Pilot::new(follower, HeadThread::start(Driver(self.clone()), Pilot::WATCHDOG, poll, patience)?))
@@ -81,8 +95,9 @@ impl Mount {
     }
 }
 
-fn head(seed: u64) -> Result<SimulatedHead, PtzError> {
-    let params = HeadParams { delay_s: 0.15, jitter_s: 0.1, dropped: 0.05, ..HeadParams::default() };
+fn head(seed: u64, direction: Direction) -> Result<SimulatedHead, PtzError> {
+    let home = Position { direction, zoom: 0.0 };
+    let params = HeadParams { home, delay_s: 0.15, jitter_s: 0.1, dropped: 0.05, ..HeadParams::default() };
     SimulatedHead::new(params, seed)
 }
 
@@ -98,7 +113,7 @@ impl State {
     }
 
     /// Lets time pass until the next picture; where the camera looks then.
-    fn advance(&mut self) -> Result<(f64, Direction), PtzError> {
+    fn advance(&mut self, home: Direction) -> Result<(f64, Direction), PtzError> {
         let before_s = self.now_s();
         self.taken += 1;
         let now_s = self.now_s();
@@ -108,7 +123,7 @@ impl State {
         }
         if (now_s / ANEW_S.0).floor() > (before_s / ANEW_S.0).floor() {
             self.restarts += 1;
-            self.head = head(self.restarts)?;
+            self.head = head(self.restarts, home)?;
         }
         self.head.advance_to(now_s);
         Ok((now_s, self.head.position().direction))
@@ -167,8 +182,8 @@ impl Source for Pictures {
 
     fn next_frame(&mut self) -> Result<Option<Frame>, MediaError> {
         let broken = |e: String| MediaError::Unreadable { name: "camera:turning".to_owned(), reason: e };
-        let (now_s, pose) = self.mount.lock().advance().map_err(|e| broken(e.to_string()))?;
-        let views = FieldsOfView::fixed(30.0).map_err(|e| broken(e.to_string()))?;
+        let (now_s, pose) = self.mount.lock().advance(self.mount.0.home).map_err(|e| broken(e.to_string()))?;
+        let views = FieldsOfView::fixed(HALF_VIEW_DEG).map_err(|e| broken(e.to_string()))?;
         let lens = views.lens(0.0, SIZE).map_err(|e| broken(e.to_string()))?;
         let mut world = self.mount.0.world.world().map_err(|e| broken(e.to_string()))?;
         let image = world.render(now_s, &lens, pose).map_err(|e| broken(e.to_string()))?;
