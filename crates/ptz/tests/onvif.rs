@@ -83,6 +83,7 @@ fn what_xml_cannot_say_is_not_sent() {
     }
     assert_eq!((heard.try_iter().count(), asked), (0, 4));
     head.set_preset("two\nlines\tand a tab").unwrap();
+    drop(head);
     let login = Some(Login { user: "ad\u{7}min".into(), password: Password::new("sesame") });
     let error = Onvif::connect(&url, login, None, OnvifParams::default(), quick()).err().unwrap();
     assert!(error.to_string().contains("control character"), "{error}");

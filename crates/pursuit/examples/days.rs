@@ -145,7 +145,7 @@ fn stand(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
 fn turn(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     let events =
         EventOptions { clip_on: ["appear", "lost", "found"].map(str::to_owned).into(), ..EventOptions::default() };
-    let mount = turning::Mount::new(seconds)?;
+    let mount = turning::Mount::new()?;
     let boxes = vec![mount.first_box().ok_or("nobody to follow")?];
     let config = RunConfig { tracker: Some("kcf".to_owned()), boxes, ..RunConfig::default() };
     let config = pursuit::head::compensated(self::config(folder, events, config)?);

@@ -16,6 +16,8 @@ use std::time::Duration;
 /// Pictures per second.
 pub const FPS: u64 = 5;
 const SIZE: Size = Size::new(160, 90);
+/// How long the room has something to show, seconds: then all begins anew, and the walker is somewhere else at once.
+const WORLD_S: f64 = 3600.0;
 /// Half its angle of view, degrees.
 const HALF_VIEW_DEG: f64 = 30.0;
 /// A head stops by itself when it hears nothing for so long, seconds.
@@ -46,8 +48,8 @@ struct State {
 }
 
 impl Mount {
-    pub fn new(seconds: u64) -> Result<Self, Box<dyn Error + Send + Sync>> {
-        let world = KnownWorld::scene(&format!("wide-world?seed=5&reach=30&speed=0.6&duration={}", seconds + 600))?;
+    pub fn new() -> Result<Self, Box<dyn Error + Send + Sync>> {
+        let world = KnownWorld::scene(&format!("wide-world?seed=5&reach=30&speed=0.6&duration={WORLD_S}"))?;
         let (home, ..) = world.target(0.0).ok_or("nobody is there")?;
         let state = State { head: head(0, home)?, taken: 0, heard_s: 0.0, restarts: 0, refused: 0, commands: 0 };
         Ok(Self(Arc::new(Inner { world, home, state: Mutex::new(state) })))
@@ -186,7 +188,7 @@ impl Source for Pictures {
         let views = FieldsOfView::fixed(HALF_VIEW_DEG).map_err(|e| broken(e.to_string()))?;
         let lens = views.lens(0.0, SIZE).map_err(|e| broken(e.to_string()))?;
         let mut world = self.mount.0.world.world().map_err(|e| broken(e.to_string()))?;
-        let image = world.render(now_s, &lens, pose).map_err(|e| broken(e.to_string()))?;
+        let image = world.render(now_s % WORLD_S, &lens, pose).map_err(|e| broken(e.to_string()))?;
         let (index, time_s) = (self.next, self.next as f64 / FPS as f64);
         self.next += 1;
         Ok(Some(Frame::new(index, time_s, image)))
