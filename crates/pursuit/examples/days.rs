@@ -251,7 +251,9 @@ fn watch(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     println!("camera's time  ours      held");
     while !yard.is_all_over() {
         std::thread::sleep(Duration::from_millis(500));
-        clips.iter_mut().try_for_each(|clips| clips.play(false))?;
+        for (clips, time_s) in clips.iter_mut().zip(&yard.times_s) {
+            clips.play(time_s.load(Ordering::Relaxed) as f64)?;
+        }
         let (camera_s, disk) = (yard.time_s(), size_of(folder));
         let held = Held::now().map_err(|e| e.to_string())?;
         if camera_s >= shown_s + 900 {
@@ -267,7 +269,7 @@ fn watch(yard: &Yard, seconds: u64, folder: &Path) -> Outcome<String> {
     if yard.failed.load(Ordering::Relaxed) {
         return Ok("stopped early".to_owned());
     }
-    clips.iter_mut().try_for_each(|clips| clips.play(true))?;
+    clips.iter_mut().try_for_each(|clips| clips.play(f64::INFINITY))?;
     for (name, clips) in NAMES.iter().zip(&clips) {
         clips.check(seconds / 3600).map_err(|reason| format!("{name}: {reason}"))?;
     }

@@ -22,23 +22,23 @@ impl Clips {
         Self { folder, done: BTreeSet::new(), clips: 0, frames: 0, pictures: 0, missed: 0 }
     }
 
-    /// How many of the newest of a kind may still be in the making.
-    const UNFINISHED: usize = 2;
+    /// A clip is whole so long after its event, seconds: it goes on for a minute at most.
+    const WHOLE_S: f64 = 90.0;
 
-    /// Plays those that are new and whole: all but the newest of each kind, and these too at the end.
+    /// Plays those that are new, and whole when the camera's time is `now_s`.
     ///
     /// # Errors
-    /// Where one does not play.
-    pub fn play(&mut self, at_the_end: bool) -> Result<(), Box<dyn Error + Send + Sync>> {
+    /// Where one does not play, or went before it was played.
+    pub fn play(&mut self, now_s: f64) -> Result<(), Box<dyn Error + Send + Sync>> {
         let list = std::fs::read_to_string(self.folder.with_file_name("segments.jsonl")).unwrap_or_default();
+        let whole = |line: &&str| {
+            let time_s = line.rsplit_once("\"time_s\":").and_then(|(_, rest)| rest.trim_end_matches('}').parse().ok());
+            time_s.is_some_and(|time_s: f64| time_s + Self::WHOLE_S <= now_s)
+        };
         let named = |kind: &str| -> Vec<String> {
-            let files = list.lines().filter_map(|line| line.strip_prefix("{\"file\":\"clips/")?.split_once('"'));
-            let mut names: Vec<String> =
-                files.map(|(name, _)| name.to_owned()).filter(|name| name.starts_with(kind)).collect();
-            if !at_the_end {
-                names.truncate(names.len().saturating_sub(Self::UNFINISHED));
-            }
-            names
+            let files =
+                list.lines().filter(whole).filter_map(|line| line.strip_prefix("{\"file\":\"clips/")?.split_once('"'));
+            files.map(|(name, _)| name.to_owned()).filter(|name| name.starts_with(kind)).collect()
         };
         for name in named("clip-") {
             if self.done.insert(name.clone()) {
