@@ -101,6 +101,10 @@ enum Task {
         /// Seconds to run
         #[arg(long, default_value_t = 7200)]
         seconds: u32,
+        /// In place of that: two cameras for so many hours of their own time, faster than real, in segments that are kept for a while,
+        /// with clips of events, one of them on a bad head
+        #[arg(long, conflicts_with = "seconds")]
+        hours: Option<f64>,
     },
     /// Compare with independent tools (Python; installs them into target/peers and target/peers-toolkits)
     Peers {
@@ -173,7 +177,8 @@ fn main() -> Result<()> {
         Task::Mutants { jobs, modules } => mutants::run(&modules, jobs),
         Task::Docs => suite::docs(),
         Task::Fuzz { seconds, target } => fuzz::run(seconds, target.as_deref()),
-        Task::Soak { seconds } => soak::run(seconds),
+        Task::Soak { hours: Some(hours), .. } => soak::days(hours),
+        Task::Soak { seconds, .. } => soak::run(seconds),
         Task::Peers { which } => peers::compare(which),
         Task::Tune { arguments } => peers::tune(&arguments),
         Task::Weights { network, folder, check } => weights::make(network, &folder, check),

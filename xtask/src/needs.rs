@@ -191,6 +191,7 @@ packages! {
     TOOLKITS = "peers-toolkits", "toolkits.txt";
     STREAMS = "peers-streams", "streams.txt";
     DRONES = "peers-drones", "drones.txt";
+    SCHEMAS = "peers-onvif", "onvif.txt";
     FRAMES = "peers-frames", "frames.txt";
     CLUSTER = "peers-ray", "ray.txt";
     API = "peers-api", "api.txt";

@@ -53,7 +53,7 @@ pub enum Comparison {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
         arguments: Vec<OsString>,
     },
-    /// Drive the head of an ONVIF camera simulator that we did not write
+    /// Drive the head of an ONVIF camera simulator that we did not write, and hold all requests to ONVIF's schemas
     Onvif,
     /// Live sources of servers that we did not write: frozen, killed and started again, slow, of another size, garbage
     Streams,
@@ -103,7 +103,10 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             let script = run::root().join("xtask/peers/points.py");
             script_of_ours(&tools()?, &script, run::target_dir().join("release/pursuit")).args(arguments).run()
         }
-        Some(Comparison::Onvif) => onvif(&toolkits()?),
+        Some(Comparison::Onvif) => {
+            onvif_schemas(&schemas()?)?;
+            onvif(&toolkits()?)
+        }
         Some(Comparison::Streams) => streams(&environment("peers-streams", "streams.txt")?),
         Some(Comparison::Drones) => {
             run::build_programs()?;
@@ -144,16 +147,22 @@ struct Pythons {
     toolkits: PathBuf,
     streams: PathBuf,
     drones: PathBuf,
+    schemas: PathBuf,
 }
 
 fn environments() -> Result<Pythons> {
     let streams = environment("peers-streams", "streams.txt")?;
     let drones = environment("peers-drones", "drones.txt")?;
-    Ok(Pythons { tools: tools()?, toolkits: toolkits()?, streams, drones })
+    Ok(Pythons { tools: tools()?, toolkits: toolkits()?, streams, drones, schemas: schemas()? })
 }
 
 pub fn toolkits() -> Result<PathBuf> {
     environment("peers-toolkits", "toolkits.txt")
+}
+
+/// The Python that has what ONVIF has published.
+fn schemas() -> Result<PathBuf> {
+    environment("peers-onvif", "onvif.txt")
 }
 
 /// Our scores of many targets beside TrackEval's.
@@ -167,6 +176,11 @@ fn onvif(python: &Path) -> Result<()> {
     run::build_programs()?;
     let script = run::root().join("xtask/peers/onvif.py");
     run::program(python).arg(script).env("DRIVE", run::product("examples/drive")?).run()
+}
+
+/// All requests of our ONVIF driver, and ONVIF's schemas.
+fn onvif_schemas(python: &Path) -> Result<()> {
+    run::workspace("test").args(["--test", "onvif_schemas"]).env("PURSUIT_ONVIF_PYTHON", python).run()
 }
 
 /// Our connections to cameras, in this process and through `ffmpeg`, and servers of others.
@@ -199,7 +213,8 @@ pub fn tools() -> Result<PathBuf> {
 }
 
 /// What every check needs.
-pub const NEEDS: [&Need; 5] = [&needs::PYTHON, &needs::TOOLS, &needs::TOOLKITS, &needs::STREAMS, &needs::DRONES];
+pub const NEEDS: [&Need; 6] =
+    [&needs::PYTHON, &needs::TOOLS, &needs::TOOLKITS, &needs::STREAMS, &needs::DRONES, &needs::SCHEMAS];
 
 /// Whether there is a Python that makes virtual environments.
 pub fn is_python() -> bool {
@@ -259,6 +274,7 @@ fn headless_opencv(python: &Path) -> Result<()> {
 fn run_all(pythons: &Pythons) -> Result<()> {
     decoding_through_ffmpeg(&pythons.tools)?;
     metrics_of_toolkits(&pythons.toolkits)?;
+    onvif_schemas(&pythons.schemas)?;
     onvif(&pythons.toolkits)?;
     streams(&pythons.streams)?;
     let mut scripts: Vec<PathBuf> = std::fs::read_dir(run::root().join("xtask/peers"))?

@@ -52,7 +52,7 @@ pub fn workspace(subcommand: &str) -> Step {
 /// that the tests were built with, and nothing is compiled twice.
 pub fn build_programs() -> Result<()> {
     let examples =
-        ["follow", "detect", "soak", "watch", "drive", "tour"].into_iter().flat_map(|name| ["--example", name]);
+        ["follow", "detect", "soak", "days", "watch", "drive", "tour"].into_iter().flat_map(|name| ["--example", name]);
     workspace("build").args(["--lib", "--bin", "pursuit"]).args(examples).run()
 }
 

@@ -12,3 +12,9 @@ pub fn run(seconds: u32) -> Result<()> {
     let between = BETWEEN_S.min(seconds / 6).max(1);
     run::program(run::product("examples/soak")?).args([seconds.to_string(), between.to_string()]).run()
 }
+
+/// Follows two cameras for so many hours of their own time, as fast as that goes.
+pub fn days(hours: f64) -> Result<()> {
+    run::build_programs()?;
+    run::program(run::product("examples/days")?).arg(hours.to_string()).run()
+}

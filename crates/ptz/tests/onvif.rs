@@ -73,6 +73,23 @@ fn moves_presets_status_and_stop_go_out_as_the_service_has_them() {
 }
 
 #[test]
+fn what_xml_cannot_say_is_not_sent() {
+    let (url, heard) = camera(|action, _, _| usual(action));
+    let mut head = connect(&url).unwrap();
+    let asked = heard.try_iter().count();
+    for name in ["a\u{1}b", "\u{0}", "\u{ffff}"] {
+        let error = head.set_preset(name).unwrap_err().to_string();
+        assert!(error.contains("control character"), "{error}");
+    }
+    assert_eq!((heard.try_iter().count(), asked), (0, 4));
+    head.set_preset("two\nlines\tand a tab").unwrap();
+    drop(head);
+    let login = Some(Login { user: "ad\u{7}min".into(), password: Password::new("sesame") });
+    let error = Onvif::connect(&url, login, None, OnvifParams::default(), quick()).err().unwrap();
+    assert!(error.to_string().contains("control character"), "{error}");
+}
+
+#[test]
 fn stored_positions_are_found_by_their_numbers_whatever_their_tokens_are() {
     let goes_to = |list: &'static str, number: u8| {
         let (url, heard) = camera(move |action, _, _| match action {

@@ -6,6 +6,10 @@
 //! Without an input the source is a scene, filmed anew after each break; an input, such as a camera, breaks by itself.
 #![allow(clippy::print_stdout)]
 
+#[path = "common/held.rs"]
+mod held;
+
+use held::Held;
 use pursuit::media::wrappers::{Connect, Faults, Faulty, Patience, Prefetch, Reconnect, Reconnecting, Throttled};
 use pursuit::media::{MediaError, OpenOptions, Source};
 use pursuit::{BBox, Session, recipe};
@@ -66,25 +70,6 @@ fn breaking(between_s: u64, patience: Patience) -> Result<Box<dyn Source>, Media
     };
     let again: Connect = Arc::new(move |_| connect());
     Ok(Box::new(Reconnecting::new(connect()?, again, patience)?))
-}
-
-/// What the process holds: resident memory in KiB, threads, file descriptors.
-#[derive(Debug, Clone, Copy)]
-struct Held {
-    kib: u64,
-    threads: usize,
-    files: usize,
-}
-
-impl Held {
-    /// Now; only Linux says so in files.
-    fn now() -> Result<Self, Box<dyn Error>> {
-        let status = std::fs::read_to_string("/proc/self/status")?;
-        let kib = status.lines().find_map(|l| l.strip_prefix("VmRSS:")?.split_whitespace().next()?.parse().ok());
-        let count = |folder: &str| Ok::<_, std::io::Error>(std::fs::read_dir(folder)?.count());
-        let kib = kib.ok_or("no VmRSS")?;
-        Ok(Self { kib, threads: count("/proc/self/task")?, files: count("/proc/self/fd")? })
-    }
 }
 
 /// Looks once a second.

@@ -50,6 +50,8 @@ pub struct Pair {
     pub judged: Figures,
     /// The figures of the one that it is compared with.
     pub other: Figures,
+    /// The standard errors of both [`gains`](Self::gains), by how they differ from seed to seed; none of a single seed.
+    pub errors: Option<(f64, f64)>,
 }
 
 impl Pair {
@@ -66,6 +68,13 @@ impl Pair {
     pub fn is_worse(&self) -> bool {
         let (central, shown) = self.gains();
         central.min(shown) < -Self::COUNTS
+    }
+
+    /// Whether the other one is better by more than two hundredths in either even where the seeds were unkind by twice the standard
+    /// error (by chance in one of forty cells of equals).
+    pub fn is_surely_worse(&self) -> bool {
+        let (central, shown) = self.gains();
+        self.errors.is_some_and(|errors| (central + 2.0 * errors.0).min(shown + 2.0 * errors.1) < -Self::COUNTS)
     }
 
     /// One figure for both gains: how much more often the target was central, unless it was so much less often in the picture that
@@ -134,10 +143,22 @@ impl Cell {
 
     fn compare(&self, study: &Study, judged: Contender, other: Contender, seeds: &Range<u64>) -> Result<Pair> {
         let study = self.study(study)?;
-        let figures =
-            |contender| -> Result<Figures> { Ok(Figures::mean(&study.run(self.walk, contender, seeds.clone())?)) };
-        Ok(Pair { cell: *self, judged: figures(judged)?, other: figures(other)? })
+        let (judged, other) =
+            (study.run(self.walk, judged, seeds.clone())?, study.run(self.walk, other, seeds.clone())?);
+        let error = |figure: fn(&Figures) -> f64| {
+            standard_error(judged.iter().zip(&other).map(|(judged, other)| figure(judged) - figure(other)))
+        };
+        let errors = error(|f| f.central).zip(error(|f| f.shown));
+        Ok(Pair { cell: *self, judged: Figures::mean(&judged), other: Figures::mean(&other), errors })
     }
+}
+
+/// The standard error of the mean; none of fewer than two values.
+fn standard_error(values: impl ExactSizeIterator<Item = f64> + Clone) -> Option<f64> {
+    let count = values.len() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let squares = values.map(|value| (value - mean).powi(2)).sum::<f64>();
+    (count > 1.0).then(|| (squares / (count * (count - 1.0))).sqrt())
 }
 
 #[cfg(test)]
@@ -163,6 +184,25 @@ mod tests {
         let figures = Figures::mean(&alone.run(Walk::Passing, Contender::Velocity, 0..2).unwrap());
         assert_eq!(figures, pairs[1].judged);
         assert_eq!(pairs[1].gains().0, pairs[1].judged.central - pairs[1].other.central);
+        let soon = pairs[0].cell.study(&study).unwrap();
+        let of = |contender, seed| soon.run(Walk::Passing, contender, seed..seed + 1).unwrap()[0].central;
+        let [first, second] = [0, 1].map(|seed| of(Contender::Velocity, seed) - of(Contender::Unpredicted, seed));
+        // Of two values it is half of what they differ by.
+        assert!((pairs[0].errors.unwrap().0 - 0.5 * (first - second).abs()).abs() < 1e-12);
+        assert!(first != second, "or nothing is seen");
+    }
+
+    #[test]
+    fn a_loss_within_what_seeds_differ_by_is_not_sure() {
+        let cell = Cell { walk: Walk::Passing, delay_s: 0.3, jitter_s: 0.0, loss: 0.0 };
+        let (judged, other) =
+            (Figures { shown: 0.95, ..Figures::default() }, Figures { shown: 1.0, ..Figures::default() });
+        let of = |error: Option<f64>| Pair { cell, judged, other, errors: error.map(|error| (0.0, error)) };
+        assert!(of(Some(0.01)).is_worse() && of(Some(0.01)).is_surely_worse());
+        assert!(of(Some(0.02)).is_worse() && !of(Some(0.02)).is_surely_worse());
+        assert!(of(None).is_worse() && !of(None).is_surely_worse());
+        assert_eq!(standard_error([1.0, 2.0, 3.0].into_iter()), Some((1.0_f64 / 3.0).sqrt()));
+        assert_eq!((standard_error([1.0].into_iter()), standard_error([0.0; 0].into_iter())), (None, None));
     }
 
     #[test]

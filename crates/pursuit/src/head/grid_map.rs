@@ -37,6 +37,7 @@ mod tests {
             cell: Cell { walk: Walk::Pacing, delay_s, jitter_s: 0.3, loss: 0.05 },
             judged: Figures { central, shown, ..Figures::default() },
             other: Figures { central: 0.5, shown: 0.9, ..Figures::default() },
+            errors: None,
         };
         let svg =
             grid_map("gains", &[pair(0.1, 0.9, 0.9), pair(0.3, 0.9, 0.7), pair(0.8, 0.47, 1.0)]).to_svg().unwrap();

@@ -34,28 +34,42 @@ fn contenders(named: &[String]) -> anyhow::Result<(Contender, Contender)> {
 
 fn table(pairs: &[Pair], other: Contender) -> anyhow::Result<String> {
     let mut text = format!(
-        "{:<9} {:>6} {:>7} {:>6} {:>9} {:>8} {:>9} {:>8}\n",
+        "{:<9} {:>6} {:>7} {:>6} {:>9} {:>12} {:>9} {:>12}\n",
         "walk", "delay", "jitter", "lost", "central", "gain", "shown", "gain"
     );
     let percent = |part: f64| 100.0 * part;
+    let gain = |part: f64, error: Option<f64>| {
+        let error = error.map(|error| format!(" ±{:.1}", percent(error))).unwrap_or_default();
+        format!("{:+.1}{error}", percent(part))
+    };
     for pair in pairs {
         let (cell, (central, shown)) = (&pair.cell, pair.gains());
         writeln!(
             text,
-            "{:<9} {:>4.1} s {:>5.1} s {:>4.0} % {:>7.1} % {:>+8.1} {:>7.1} % {:>+8.1}{}",
+            "{:<9} {:>4.1} s {:>5.1} s {:>4.0} % {:>7.1} % {:>12} {:>7.1} % {:>12}{}",
             cell.walk.name(),
             cell.delay_s,
             cell.jitter_s,
             percent(cell.loss),
             percent(pair.judged.central),
-            percent(central),
+            gain(central, pair.errors.map(|errors| errors.0)),
             percent(pair.judged.shown),
-            percent(shown),
-            if pair.is_worse() { "  worse" } else { "" }
+            gain(shown, pair.errors.map(|errors| errors.1)),
+            match (pair.is_worse(), pair.is_surely_worse()) {
+                (false, _) => "",
+                (true, false) => "  worse",
+                (true, true) => "  worse, surely",
+            }
         )?;
     }
     let worse = pairs.iter().filter(|pair| pair.is_worse()).count();
-    writeln!(text, "{worse} of {} are worse than {} by more than 2 points", pairs.len(), other.name())?;
+    let surely = pairs.iter().filter(|pair| pair.is_surely_worse()).count();
+    writeln!(
+        text,
+        "{worse} of {} are worse than {} by more than 2 points, {surely} of them by two standard errors (±) more",
+        pairs.len(),
+        other.name()
+    )?;
     Ok(text)
 }
 
@@ -66,6 +80,8 @@ fn json(pairs: &[Pair]) -> anyhow::Result<String> {
             "walk": cell.walk, "delay_s": cell.delay_s, "jitter_s": cell.jitter_s, "loss": cell.loss,
             "judged": pair.judged, "other": pair.other,
             "central_gain": central_gain, "shown_gain": shown_gain, "worse": pair.is_worse(),
+            "central_gain_error": pair.errors.map(|errors| errors.0), "shown_gain_error": pair.errors.map(|errors| errors.1),
+            "surely_worse": pair.is_surely_worse(),
         })
     });
     Ok(serde_json::to_string_pretty(&rows.collect::<Vec<_>>())? + "\n")

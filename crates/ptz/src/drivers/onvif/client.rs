@@ -1,4 +1,4 @@
-use super::messages::{Service, envelope, request};
+use super::messages::{Service, envelope, is_writable, request};
 use super::xml::{Element, parse_answer};
 use super::{clock, token};
 use crate::drivers::{Password, Timeouts};
@@ -165,6 +165,10 @@ impl Client {
             _ => String::new(),
         };
         let message = envelope(&header, &request(service, action, contents));
+        if !is_writable(&message) {
+            let what = "be told a control character: a user, a name or a token has one, and XML has none";
+            return Err(PtzError::Unsupported { head: self.name.clone(), what });
+        }
         let soap_action = format!("{}/{action}", service.namespace());
         let (status, challenge, text) = self.post(&path, &soap_action, &message, action, deadline)?;
         let asks = status == StatusCode::UNAUTHORIZED && self.login.is_some() && proved;

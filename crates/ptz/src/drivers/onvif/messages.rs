@@ -5,6 +5,11 @@ pub(super) fn escaped(text: &str) -> String {
     quick_xml::escape::escape(text).into_owned()
 }
 
+/// Whether XML can say all this: it has no control characters but tabs and line ends, escaped or not.
+pub(super) fn is_writable(text: &str) -> bool {
+    text.chars().all(|c| matches!(c, '\t' | '\n' | '\r') || (c >= ' ' && !matches!(c, '\u{fffe}' | '\u{ffff}')))
+}
+
 /// A whole message.
 pub(super) fn envelope(header: &str, body: &str) -> String {
     format!(
