@@ -1,4 +1,4 @@
-//! All samples by what the normal equations need of them (danelljan2016, eqs. 8 and 13): at each frequency the products of every
+//! All samples by what the normal equations need of them (danelljan2016, section 3.3): at each frequency the products of every
 //! two channels, and the mean. Memory is that of a number of samples that does not grow.
 
 use super::blocks::{Block, channels, len};

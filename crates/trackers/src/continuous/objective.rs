@@ -1,4 +1,4 @@
-//! What a filter is trained to: E(f) = Σ π_j ‖Σ_c x_jc ∗ f_c − y‖² + Σ_c ‖w·f_c‖² (danelljan2016, eq. 4; of a mixture
+//! What a filter is trained to: E(f) = Σ π_j ‖Σ_c x_jc ∗ f_c − y‖² + Σ_c ‖w·f_c‖² (danelljan2016, section 3.2; of a mixture
 //! danelljan2017eco, eqs. 3 and 10), in Fourier coefficients, where convolution is a product of numbers.
 
 use super::blocks::{Block, channels, channels_mut, len};
