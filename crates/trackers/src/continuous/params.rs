@@ -159,16 +159,16 @@ pursuit_parameters::parameters! {
 }
 
 impl ContinuousParams {
-    /// Those of danelljan2016, where features are not those of a network.
+    /// Those of danelljan2016, where features are not those of a network. The size is found by the filter along scale: tried sizes
+    /// are there (`ladder`), and shrink on such features (`docs/papers/danelljan2016.md`).
     pub fn danelljan2016() -> Self {
         let defaults = Self::default();
         Self {
-            window: SquareWindowParams { padding: 4.0, ..defaults.window },
             compression: CompressionParams { model: CompressionModel::None, ..defaults.compression },
             samples: SampleParams { model: SampleModel::Every, learning_rate: 0.0075, ..defaults.samples },
             solver: ConjugateGradientParams { first_iterations: 100, every_frames: 1, at_first: 0, ..defaults.solver },
-            ladder: ScaleLadderParams { levels: 2, step: 1.02, penalty: 1.0 },
-            scale: ScaleFilterParams { scales: 1, ..defaults.scale },
+            ladder: ScaleLadderParams { levels: 0, step: 1.02, penalty: 1.0 },
+            score: ScoreParams { bias: -5.6, ..defaults.score },
             ..defaults
         }
     }
