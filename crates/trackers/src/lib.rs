@@ -122,6 +122,12 @@ const TRACKERS: &[TrackerEntry] = &[
         continuous::eco_hc,
         "continuous convolution on gradients and colour names: learns from a compact mixture of all that it saw"
     ),
+    tracker!(
+        "c-cot",
+        "danelljan2016",
+        continuous::c_cot,
+        "eco-hc's forerunner: every feature and every frame counts, trained in each one; slower"
+    ),
     tracker!("kcf", "kcf", kcf::kcf, "kernelized correlation filter on HOG with a search over sizes: very fast"),
     tracker!(
         "kcf-fixed",
@@ -259,7 +265,7 @@ const FAMILIES: &[Family] = &[
         name: "correlation",
         sentence: "A filter learnt from the target answers with a peak where it is, computed by Fourier transforms: very fast, and \
                    learns what is in the box, whatever it is.",
-        members: &["bacf", "strcf", "eco-hc", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
+        members: &["bacf", "strcf", "eco-hc", "c-cot", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
     },
     Family {
         name: "colour",

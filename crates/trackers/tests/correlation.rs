@@ -225,6 +225,8 @@ fn a_small_target_takes_little_memory() {
             "lightfc" => 64 << 20,
             "pursuit" => 96 << 20,
             "bacf" | "eco-hc" | "strcf" | "pursuit-light" | "person" => 8 << 20,
+            // Products of every two of 42 channels are kept.
+            "c-cot" => 12 << 20,
             // The feature maps of each support pattern are kept.
             "dlssvm" => 5 << 20,
             // Its published window is sampled to 150² pixels, whatever the target's size.

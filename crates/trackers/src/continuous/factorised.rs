@@ -5,7 +5,7 @@ use super::blocks::{Block, channels, channels_mut};
 use super::coefficients::{add_scaled, inner, multiply_conj};
 use super::gradients::{Directions, Operator, Steps, Unknown};
 use super::objective::{Objective, scale_each};
-use super::params::ConjugateGradientParams;
+use super::params::{CompressionParams, ConjugateGradientParams};
 use nalgebra::{DMatrix, SymmetricEigen};
 use pursuit_vision::fourier::{Complex32, spectra};
 use pursuit_vision::sampling::Planes;
@@ -57,7 +57,7 @@ impl FirstSample<'_> {
 pub(super) fn learn(
     objective: &mut Objective,
     first: &FirstSample<'_>,
-    params: &ConjugateGradientParams,
+    (compression, solver): (&CompressionParams, &ConjugateGradientParams),
     matrix: &mut [f32],
     filter: &mut [Complex32],
 ) {
@@ -65,14 +65,14 @@ pub(super) fn learn(
     let n = objective.len();
     let mut x = Unknown::zeros(n, matrix.len());
     let mut steps = Steps::new(n, matrix.len());
-    let mut operator = Linearised::new(objective, first, params, matrix.len());
+    let mut operator = Linearised::new(objective, first, compression.weight, matrix.len());
     // The matrix says nothing about a filter of zeros: step 0 finds one for the principal components.
-    for step in 0..=params.first_steps {
-        operator.linearise(params, matrix, &x.filter.0, step == 0);
+    for step in 0..=compression.steps {
+        operator.linearise(solver, matrix, &x.filter.0, step == 0);
         x.matrix.fill(0.0);
         operator.descent(matrix, &x.filter.0, &mut steps.residual);
         let mut on = Directions::zeros(n, matrix.len());
-        steps.take(&blocks, &mut operator, &mut x, &mut on, params.first_iterations);
+        steps.take(&blocks, &mut operator, &mut x, &mut on, solver.first_iterations);
         matrix.iter_mut().zip(&x.matrix).for_each(|(p, change)| *p += change);
     }
     filter.copy_from_slice(&x.filter.0);
@@ -97,17 +97,12 @@ pub(super) struct Linearised<'a> {
 }
 
 impl<'a> Linearised<'a> {
-    /// With matrices of so many `entries`.
-    pub(super) fn new(
-        objective: &'a mut Objective,
-        first: &'a FirstSample<'a>,
-        params: &ConjugateGradientParams,
-        entries: usize,
-    ) -> Self {
+    /// With matrices of so many `entries`, of weight λ.
+    pub(super) fn new(objective: &'a mut Objective, first: &'a FirstSample<'a>, weight: f64, entries: usize) -> Self {
         let zeros = vec![Complex32::default(); objective.len()];
         let sum = vec![Complex32::default(); objective.label.len()];
         Self {
-            weight: params.matrix_weight as f32,
+            weight: weight as f32,
             compressed: zeros.clone(),
             filter: zeros.clone(),
             inverse: Vec::new(),

@@ -1,11 +1,12 @@
+use super::blocks::len;
 use super::coefficients::frequencies;
-use super::factorised::{FirstSample, principal_components};
+use super::factorised::{self, FirstSample, principal_components};
 use super::interpolation::label;
 use super::model::{Learning, Model, shift};
 use super::objective::Objective;
-use super::params::ContinuousParams;
+use super::params::{CompressionModel, ContinuousParams};
 use super::spatial::SpatialWeight;
-use super::view::{View, compressed_blocks, raw_blocks};
+use super::view::{View, raw_blocks, sample_blocks};
 use crate::appearance::{InitialTemplate, Support};
 use crate::correlation::scale::ScaleFilter;
 use crate::correlation::{CorrelationFigures, Evidence, Likeness, PeakBaseline, SearchWindow, SweepBy, peak_quality};
@@ -22,7 +23,7 @@ use serde::{Deserialize, Serialize};
 /// 3.5: 11 of 64).
 const SIDELOBE_SHARE: f64 = 11.0 / 128.0;
 
-/// Finds the target by a continuous convolution of compressed features.
+/// Finds the target by a continuous convolution of features, compressed or as they are.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
 pub struct ContinuousLocalizer {
@@ -62,8 +63,11 @@ impl TryFrom<Raw> for ContinuousLocalizer {
         if side != height || !side.is_multiple_of(params.window.unit_px()) {
             return Err("its window is no square of whole cells");
         }
-        let (all, blocks) = (raw_blocks(&params, names, side), compressed_blocks(&params, names, side));
-        let entries = all.iter().zip(&blocks).map(|(a, b)| a.channels * b.channels).sum();
+        let (all, blocks) = (raw_blocks(&params, names, side), sample_blocks(&params, names, side));
+        let entries = match params.compression.model {
+            CompressionModel::Learned => all.iter().zip(&blocks).map(|(a, b)| a.channels * b.channels).sum(),
+            CompressionModel::None => 0,
+        };
         // What is stored must have the size of the grid before anything of that size is made.
         if !model.is_sound(&params, &blocks, entries) {
             return Err("its filter does not fit its window");
@@ -91,10 +95,12 @@ struct Scratch {
     at: Vec<(usize, isize)>,
     objective: Objective,
     learning: Learning,
-    /// Coefficients of the window looked at last, compressed.
+    /// The sample of a window: coefficients.
     sample: Vec<Complex32>,
     /// Where that was: middle and scale.
     seen: Option<(Point, f64)>,
+    /// The sample of the best of several sizes.
+    best: Vec<Complex32>,
     turns: Vec<Complex32>,
     response: Response,
 }
@@ -138,7 +144,7 @@ impl Response {
 impl Scratch {
     fn new(params: &ContinuousParams, names: bool, window: &SearchWindow) -> Self {
         let (side, target) = (window.patch().width, window.target_in_patch());
-        let blocks = compressed_blocks(params, names, side);
+        let blocks = sample_blocks(params, names, side);
         let at = frequencies(&blocks.map(|b| b.order));
         let sigma = params.label_sigma * (target.0 * target.1).sqrt() / side as f64;
         let weight = SpatialWeight::new(&params.spatial_weight, target, side);
@@ -149,6 +155,7 @@ impl Scratch {
             learning: Learning::new(objective.len()),
             sample: vec![Complex32::default(); objective.len()],
             seen: None,
+            best: vec![Complex32::default(); if params.ladder.levels > 0 { objective.len() } else { 0 }],
             turns: Vec::with_capacity(at.len()),
             response: Response::new(side / finest, at.len()),
             objective,
@@ -179,14 +186,18 @@ impl ContinuousLocalizer {
         let first = window.window(bbox.center(), 1.0);
         let Scratch { view, objective, sample, learning, .. } = &mut *scratch;
         view.look(frame, &first);
-        let blocks = raw_blocks(params, names, window.patch().width);
-        let mut raw = Vec::new();
-        view.raw(&mut raw);
-        let start = view.features().iter().zip(&objective.blocks);
-        let matrix = start.flat_map(|(planes, block)| principal_components(planes, block.channels)).collect();
-        let first = FirstSample { blocks: &blocks, sample: &raw };
-        let mut model = Model::new(objective, &first, &params.solver, matrix);
-        view.compressed(&objective.blocks, &model.matrix, sample);
+        let mut model = Model::new(params, Vec::new(), objective.len());
+        if params.compression.model == CompressionModel::Learned {
+            let blocks = raw_blocks(params, names, window.patch().width);
+            let mut raw = vec![Complex32::default(); len(&blocks)];
+            view.raw(&blocks, &mut raw);
+            let start = view.features().iter().zip(&objective.blocks);
+            model.matrix = start.flat_map(|(planes, block)| principal_components(planes, block.channels)).collect();
+            let (first, settings) =
+                (FirstSample { blocks: &blocks, sample: &raw }, (&params.compression, &params.solver));
+            factorised::learn(objective, &first, settings, &mut model.matrix, &mut model.filter.filter.0);
+        }
+        view.sample(&objective.blocks, &model.matrix, sample);
         model.learn(objective, params, sample, learning);
         let scale = (params.scale.scales > 1).then(|| {
             let mut filter = ScaleFilter::new(params.scale.clone(), bbox);
@@ -204,7 +215,7 @@ impl ContinuousLocalizer {
     fn take(&mut self, frame: &Frame, center: Point, scale: f64) {
         let Scratch { view, objective, sample, seen, .. } = &mut *self.scratch;
         view.look(frame, &self.window.window(center, scale));
-        view.compressed(&objective.blocks, &self.model.matrix, sample);
+        view.sample(&objective.blocks, &self.model.matrix, sample);
         *seen = Some((center, scale));
     }
 
@@ -243,6 +254,32 @@ impl ContinuousLocalizer {
         Some((peak, evidence, quality.apce))
     }
 
+    /// The best answer of all sizes tried about `center`; what was seen then is the sample of that size.
+    fn respond_at_sizes(
+        &mut self,
+        frame: &Frame,
+        center: Point,
+        scale: f64,
+    ) -> Option<(ContinuousPeak, Evidence, f64)> {
+        let (count, mut best, mut highest) = (self.params.ladder.count(), None, f64::NEG_INFINITY);
+        for k in 0..count {
+            let Some((factor, penalty)) = self.params.ladder.sizes().nth(k) else { break };
+            let Some(found) = self.respond(frame, center, self.window.within_bounds(scale * factor)) else { continue };
+            if penalty * found.0.height > highest {
+                highest = penalty * found.0.height;
+                best = Some(found);
+                if count > 1 {
+                    std::mem::swap(&mut self.scratch.sample, &mut self.scratch.best);
+                }
+            }
+        }
+        if count > 1 {
+            std::mem::swap(&mut self.scratch.sample, &mut self.scratch.best);
+            self.scratch.seen = best.as_ref().map(|(peak, ..)| peak.window);
+        }
+        best
+    }
+
     /// Learns what the target looks like at `bbox`, which was seen in the window about a point at a scale.
     fn learn(&mut self, frame: &Frame, bbox: &BBox, (center, scale): (Point, f64)) {
         let side = self.window.patch().width as f64 * self.window.step(scale);
@@ -271,7 +308,8 @@ impl Localizer for ContinuousLocalizer {
 
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ContinuousPeak)>> {
         let (center, scale) = (search.expected.center(), self.window.scale_of(&search.expected));
-        let Some((found, evidence, apce)) = self.respond(frame, center, scale) else { return Ok(None) };
+        let found = self.respond_at_sizes(frame, center, scale);
+        let Some((found, evidence, apce)) = found else { return Ok(None) };
         let log_odds = self.params.score.log_odds(&evidence);
         let Evidence { peak, psr, peak_ratio, likeness, color } = evidence;
         let measurement = Measurement {

@@ -1,13 +1,13 @@
-//! Continuous convolution: `eco-hc` (danelljan2017eco, after danelljan2016). Feature maps of any resolution become functions of a continuous
-//! place, and so does the response; the filter is trained on a compact mixture of all samples seen, by conjugate gradients on
-//! Fourier coefficients.
+//! Continuous convolution: `c-cot` (danelljan2016) and `eco-hc` (danelljan2017eco). Feature maps of any resolution become functions
+//! of a continuous place, and so does the response; the filter is trained on all samples seen, or on a compact mixture of them, by
+//! conjugate gradients on Fourier coefficients.
 //!
 //! | part | where |
 //! |---|---|
 //! | maps to functions, the label | `interpolation` |
 //! | which coefficients there are, and in which order | `coefficients`, `blocks` |
 //! | the weight over the window | `spatial` |
-//! | the mixture of samples | `sample_space` |
+//! | what is kept of the samples: a mixture, or sums over every one | `memory`, `sample_space`, `moments` |
 //! | the error that is minimised | `objective` |
 //! | the solver | `gradients` |
 //! | the compression, learned in the first frame | `factorised` |
@@ -18,7 +18,9 @@ mod factorised;
 mod gradients;
 mod interpolation;
 mod localizer;
+mod memory;
 mod model;
+mod moments;
 mod objective;
 mod params;
 mod sample_space;
@@ -29,7 +31,8 @@ mod view;
 
 pub use localizer::{ContinuousLocalizer, ContinuousPeak};
 pub use params::{
-    ConjugateGradientParams, ContinuousParams, SampleSpaceParams, SpatialWeightParams, SquareWindowParams,
+    CompressionModel, CompressionParams, ConjugateGradientParams, ContinuousParams, SampleModel, SampleParams,
+    SpatialWeightParams, SquareWindowParams,
 };
 
 use pursuit_geometry::BBox;
@@ -56,4 +59,10 @@ pub fn eco_hc(name: &'static str) -> TrackerRecipe<ContinuousParams> {
         search: SearchParams { wide_windows: 6, ..SearchParams::at_last_place() },
     };
     TrackerRecipe { name, localizer: ContinuousParams::default(), groups }
+}
+
+/// `c-cot`: continuous convolution operators on gradients and colour names, none of them compressed.
+pub fn c_cot(name: &'static str) -> TrackerRecipe<ContinuousParams> {
+    let localizer = ContinuousParams::danelljan2016();
+    TrackerRecipe { name, localizer, groups: eco_hc(name).groups }
 }

@@ -1,11 +1,10 @@
-//! What is known of the target: how features are compressed, the mixture of samples, and the filter trained on it.
+//! What is known of the target: how features are compressed, what is kept of the samples, and the filter trained on it.
 
 use super::blocks::{Block, channels_mut};
-use super::factorised::{self, FirstSample};
 use super::gradients::{Directions, Steps, Unknown};
+use super::memory::Memory;
 use super::objective::{Normal, Objective};
-use super::params::{ConjugateGradientParams, ContinuousParams};
-use super::sample_space::SampleSpace;
+use super::params::{CompressionModel, ContinuousParams};
 use pursuit_vision::fourier::Complex32;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -13,10 +12,10 @@ use std::f64::consts::TAU;
 /// What is known of the target.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Model {
-    /// The compression: for each channel kept, a row of one weight a feature; block after block.
+    /// The compression: for each channel kept, a row of one weight a feature; block after block. Empty where there is none.
     pub matrix: Vec<f32>,
     pub filter: Unknown,
-    space: SampleSpace,
+    memory: Memory,
     /// Mean energy of each coefficient of the samples.
     energy: Vec<f32>,
     on: Directions,
@@ -41,20 +40,12 @@ impl Learning {
 }
 
 impl Model {
-    /// Learns filter and compression from the first sample; `matrix` is what to start from.
-    pub(super) fn new(
-        objective: &mut Objective,
-        first: &FirstSample<'_>,
-        params: &ConjugateGradientParams,
-        mut matrix: Vec<f32>,
-    ) -> Self {
-        let length = objective.len();
-        let mut filter = Unknown::zeros(length, 0);
-        factorised::learn(objective, first, params, &mut matrix, &mut filter.filter.0);
+    /// With a compression and a filter of so many coefficients, of zeros.
+    pub(super) fn new(params: &ContinuousParams, matrix: Vec<f32>, length: usize) -> Self {
         Self {
             matrix,
-            filter,
-            space: SampleSpace::default(),
+            filter: Unknown::zeros(length, 0),
+            memory: Memory::new(&params.samples),
             energy: vec![0.0; length],
             on: Directions::zeros(length, 0),
             samples: 0,
@@ -74,7 +65,7 @@ impl Model {
             && self.on.size.is_finite()
             && self.energy.len() == length
             && energies
-            && self.space.is_sound(&params.samples, blocks)
+            && self.memory.is_sound(&params.samples, blocks)
     }
 
     /// Learns a sample, and trains the filter when it is time to.
@@ -85,30 +76,43 @@ impl Model {
         sample: &[Complex32],
         scratch: &mut Learning,
     ) {
-        let Learning { steps, inverse, products } = scratch;
-        let rate = if self.samples == 0 { 1.0 } else { params.samples.learning_rate as f32 };
-        self.space.learn(&params.samples, &objective.blocks, sample, products);
+        let weight = self.memory.learn(&params.samples, &objective.blocks, sample, &mut scratch.products);
+        let rate = weight as f32;
         for (energy, x) in self.energy.iter_mut().zip(sample) {
             *energy += rate * (x.norm_sqr() - *energy);
         }
         self.samples = self.samples.saturating_add(1);
         self.untrained = self.untrained.saturating_add(1);
-        // The first filter is that of the first sample.
+        let solver = &params.solver;
         if self.samples == 1 {
             self.untrained = 0;
+            // A compression was learned together with the first filter.
+            if params.compression.model == CompressionModel::None {
+                self.train(objective, params, solver.first_iterations, scratch);
+                self.on.size = 0.0;
+            }
+        } else if self.untrained >= solver.every_frames || self.samples <= solver.at_first {
+            self.untrained = 0;
+            self.train(objective, params, solver.iterations, scratch);
         }
-        let (solver, due) = (&params.solver, self.untrained >= params.solver.every_frames);
-        if self.untrained == 0 || !(due || self.samples <= solver.at_first) {
-            return;
-        }
-        self.untrained = 0;
+    }
+
+    /// Trains the filter on what is kept of the samples.
+    fn train(
+        &mut self,
+        objective: &mut Objective,
+        params: &ContinuousParams,
+        iterations: usize,
+        scratch: &mut Learning,
+    ) {
+        let (Learning { steps, inverse, .. }, solver) = (scratch, &params.solver);
         objective.precondition(solver, &self.energy, inverse);
-        objective.descent(&self.space, &self.filter.filter.0, &mut steps.residual.filter.0);
+        objective.descent(&self.memory, &self.filter.filter.0, &mut steps.residual.filter.0);
         // A direction that counts for less: its size is taken for greater.
         self.on.size /= (1.0 - params.samples.learning_rate).powf(solver.forgetting).max(1e-9);
         let blocks = objective.blocks;
-        let mut normal = Normal { objective, space: &self.space, inverse };
-        steps.take(&blocks, &mut normal, &mut self.filter, &mut self.on, solver.iterations);
+        let mut normal = Normal { objective, memory: &self.memory, inverse };
+        steps.take(&blocks, &mut normal, &mut self.filter, &mut self.on, iterations);
     }
 }
 

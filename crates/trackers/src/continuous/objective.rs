@@ -1,8 +1,9 @@
-//! What a filter is trained to: E(f) = Σ π_j ‖Σ_c x_jc ∗ f_c − y‖² + Σ_c ‖w·f_c‖² (danelljan2017eco, eqs. 3 and 10), in Fourier
-//! coefficients, where convolution is a product of numbers.
+//! What a filter is trained to: E(f) = Σ π_j ‖Σ_c x_jc ∗ f_c − y‖² + Σ_c ‖w·f_c‖² (danelljan2016, section 3.2; of a mixture
+//! danelljan2017eco, eqs. 3 and 10), in Fourier coefficients, where convolution is a product of numbers.
 
 use super::blocks::{Block, channels, channels_mut, len};
 use super::gradients::{Operator, Unknown};
+use super::memory::Memory;
 use super::params::ConjugateGradientParams;
 use super::sample_space::SampleSpace;
 use super::spatial::{SpatialWeight, Weighing};
@@ -42,7 +43,20 @@ impl Objective {
     }
 
     /// `out = Σ_j π_j x̄_j (x_j·f − against)`: half the derivative of the first term of E, `against` being 0 or y.
-    fn fit(&mut self, space: &SampleSpace, filter: &[Complex32], label: bool, out: &mut [Complex32]) {
+    fn fit(&mut self, memory: &Memory, filter: &[Complex32], label: bool, out: &mut [Complex32]) {
+        match memory {
+            Memory::Mixture(space) => self.fit_mixture(space, filter, label, out),
+            Memory::Every(moments) => {
+                moments.apply(&self.blocks, filter, out);
+                if label {
+                    moments.subtract_label(&self.blocks, &self.label, out);
+                }
+            }
+        }
+    }
+
+    /// The same of the components of a mixture.
+    fn fit_mixture(&mut self, space: &SampleSpace, filter: &[Complex32], label: bool, out: &mut [Complex32]) {
         out.fill(Complex32::default());
         let mut sum = std::mem::take(&mut self.sum);
         for (weight, sample) in space.components() {
@@ -71,8 +85,8 @@ impl Objective {
     }
 
     /// `out` = minus half the derivative of E at `filter`.
-    pub(super) fn descent(&mut self, space: &SampleSpace, filter: &[Complex32], out: &mut [Complex32]) {
-        self.fit(space, filter, true, out);
+    pub(super) fn descent(&mut self, memory: &Memory, filter: &[Complex32], out: &mut [Complex32]) {
+        self.fit(memory, filter, true, out);
         self.weigh(filter, out);
         out.iter_mut().for_each(|v| *v = -*v);
     }
@@ -121,13 +135,13 @@ pub(super) fn scale_each(out: &mut [Complex32], a: &[Complex32], b: &[f32]) {
 /// The operator of the normal equations of E (danelljan2016, eq. 13).
 pub(super) struct Normal<'a> {
     pub objective: &'a mut Objective,
-    pub space: &'a SampleSpace,
+    pub memory: &'a Memory,
     pub inverse: &'a [f32],
 }
 
 impl Operator for Normal<'_> {
     fn apply(&mut self, x: &Unknown, out: &mut Unknown) {
-        self.objective.fit(self.space, &x.filter.0, false, &mut out.filter.0);
+        self.objective.fit(self.memory, &x.filter.0, false, &mut out.filter.0);
         self.objective.weigh(&x.filter.0, &mut out.filter.0);
     }
 

@@ -3,7 +3,7 @@
 
 use super::blocks::{Block, inner_product, len};
 use super::coefficients::add_scaled;
-use super::params::SampleSpaceParams;
+use super::params::SampleParams;
 use crate::correlation::filters::Spectra;
 use pursuit_vision::fourier::Complex32;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub(super) struct SampleSpace {
 
 impl SampleSpace {
     /// Whether a state that was read is one that learning leads to.
-    pub(super) fn is_sound(&self, params: &SampleSpaceParams, blocks: &[Block]) -> bool {
+    pub(super) fn is_sound(&self, params: &SampleParams, blocks: &[Block]) -> bool {
         let n = self.weights.len();
         let positive = self.weights.iter().all(|w| w.is_finite() && *w >= 0.0);
         let numbers = self.means.0.iter().all(|c| c.re.is_finite() && c.im.is_finite());
@@ -36,26 +36,27 @@ impl SampleSpace {
         self.weights.iter().copied().zip(self.means.0.chunks_exact(each.max(1)))
     }
 
-    /// Learns a sample, the first with weight 1, others with weight γ. `scratch` is overwritten.
+    /// Learns a sample, the first with weight 1, others with weight γ; returns that. `scratch` is overwritten.
     pub(super) fn learn(
         &mut self,
-        params: &SampleSpaceParams,
+        params: &SampleParams,
         blocks: &[Block],
         sample: &[Complex32],
         scratch: &mut Vec<f64>,
-    ) {
+    ) -> f64 {
         let (n, rate) = (self.weights.len(), params.learning_rate);
         if n == 0 {
             self.reserve(params.components, sample.len());
             self.push(1.0, sample, &[], inner_product(blocks, sample, sample));
-            return;
+            return 1.0;
         }
         scratch.clear();
         scratch.extend(self.components().map(|(_, mean)| inner_product(blocks, mean, sample)));
         let own = inner_product(blocks, sample, sample);
         self.weights.iter_mut().for_each(|w| *w *= 1.0 - rate);
         if n < params.components {
-            return self.push(rate, sample, scratch, own);
+            self.push(rate, sample, scratch, own);
+            return rate;
         }
         let least = rate * (1.0 - rate).powi(params.dropped_after.min(1 << 20) as i32);
         let lightest = (0..n).min_by(|a, b| self.weights[*a].total_cmp(&self.weights[*b])).unwrap_or(0);
@@ -66,6 +67,7 @@ impl SampleSpace {
         }
         let sum: f64 = self.weights.iter().sum();
         self.weights.iter_mut().for_each(|w| *w /= sum);
+        rate
     }
 
     /// Of all components and the new one, merges the two whose means are closest.
@@ -175,7 +177,7 @@ mod tests {
     struct Slow(Vec<(f64, Vec<Complex32>)>);
 
     impl Slow {
-        fn learn(&mut self, params: &SampleSpaceParams, sample: &[Complex32]) {
+        fn learn(&mut self, params: &SampleParams, sample: &[Complex32]) {
             let rate = params.learning_rate;
             if self.0.is_empty() {
                 return self.0.push((1.0, sample.to_vec()));
@@ -211,7 +213,7 @@ mod tests {
     #[test]
     fn components_are_merged_and_dropped_as_the_paper_says() {
         for (components, dropped_after, rate) in [(6, 12, 0.05), (4, 10_000, 0.02), (5, 3, 0.2)] {
-            let params = SampleSpaceParams { components, dropped_after, learning_rate: rate };
+            let params = SampleParams { components, dropped_after, learning_rate: rate, ..SampleParams::default() };
             let (mut fast, mut slow, mut scratch) = (SampleSpace::default(), Slow::default(), Vec::new());
             let mut numbers = SplitMix::after(components as u64);
             for step in 0..60 {
@@ -245,7 +247,7 @@ mod tests {
 
     #[test]
     fn states_that_do_not_fit_are_refused() {
-        let params = SampleSpaceParams { components: 3, ..SampleSpaceParams::default() };
+        let params = SampleParams { components: 3, ..SampleParams::default() };
         let mut space = SampleSpace::default();
         assert!(!space.is_sound(&params, BLOCKS));
         let sample = vec![Complex32::new(1.0, 0.0); len(BLOCKS)];

@@ -5,10 +5,10 @@ use super::coefficients::frequencies;
 use super::factorised::{self, FirstSample, Linearised};
 use super::gradients::{Directions, Steps, Unknown};
 use super::interpolation::label;
+use super::memory::Memory;
 use super::model::shift;
 use super::objective::{Normal, Objective};
-use super::params::{ConjugateGradientParams, SampleSpaceParams, SpatialWeightParams};
-use super::sample_space::SampleSpace;
+use super::params::{CompressionParams, ConjugateGradientParams, SampleModel, SampleParams, SpatialWeightParams};
 use super::spatial::SpatialWeight;
 use nalgebra::{DMatrix, DVector};
 use pursuit_testkit::SplitMix;
@@ -107,29 +107,41 @@ fn error(samples: &[(f64, Vec<C>)], filter: &[C]) -> f64 {
     samples.iter().map(|(weight, sample)| weight * misfit(sample, filter)).sum::<f64>() + weighed(filter)
 }
 
-fn space() -> SampleSpace {
-    let params = SampleSpaceParams { components: 3, learning_rate: 0.3, ..SampleSpaceParams::default() };
-    let mut space = SampleSpace::default();
-    for seed in 0..5 {
-        space.learn(&params, &BLOCKS, &random(&BLOCKS, seed), &mut Vec::new());
-    }
-    space
-}
-
-fn samples(space: &SampleSpace) -> Vec<(f64, Vec<C>)> {
-    space.components().map(|(weight, mean)| (weight, double(mean))).collect()
+/// Both kinds of memory after a few samples, each with the samples that its error is summed over.
+fn memories() -> [(Memory, Vec<(f64, Vec<C>)>); 2] {
+    [SampleModel::Mixture, SampleModel::Every].map(|model| {
+        let params = SampleParams { model, components: 3, learning_rate: 0.3, ..SampleParams::default() };
+        let mut memory = Memory::new(&params);
+        let given: Vec<Vec<Complex32>> = (0..5).map(|seed| random(&BLOCKS, seed)).collect();
+        let mut weights = Vec::new();
+        for sample in &given {
+            let weight = memory.learn(&params, &BLOCKS, sample, &mut Vec::new());
+            weights.iter_mut().for_each(|w| *w *= 1.0 - weight);
+            weights.push(weight);
+        }
+        assert!(memory.is_sound(&params, &BLOCKS));
+        let samples = match &memory {
+            Memory::Mixture(space) => space.components().map(|(weight, mean)| (weight, double(mean))).collect(),
+            Memory::Every(_) => weights.into_iter().zip(given.iter().map(|sample| double(sample))).collect(),
+        };
+        (memory, samples)
+    })
 }
 
 #[test]
 fn the_descent_is_that_of_the_error() {
-    let (space, filter, direction) = (space(), random(&BLOCKS, 20), random(&BLOCKS, 21));
+    memories().iter().for_each(|(memory, samples)| descent_is_that_of_the_error(memory, samples));
+}
+
+fn descent_is_that_of_the_error(memory: &Memory, samples: &[(f64, Vec<C>)]) {
+    let (filter, direction) = (random(&BLOCKS, 20), random(&BLOCKS, 21));
     let mut descent = random(&BLOCKS, 22);
-    objective().descent(&space, &filter, &mut descent);
+    objective().descent(memory, &filter, &mut descent);
     let got: f64 = split_inner(&descent, &direction);
-    let (filter, direction, samples) = (double(&filter), double(&direction), samples(&space));
+    let (filter, direction) = (double(&filter), double(&direction));
     let along = |step: f64| -> f64 {
         let moved: Vec<C> = filter.iter().zip(&direction).map(|(f, d)| f + d * step).collect();
-        error(&samples, &moved)
+        error(samples, &moved)
     };
     let slope = (along(1e-3) - along(-1e-3)) / 2e-3;
     assert!((-2.0 * got - slope).abs() < 1e-3 * slope.abs(), "{} is not {slope}", -2.0 * got);
@@ -175,9 +187,12 @@ fn dense_minimum(error: &dyn Fn(&[C]) -> f64) -> Vec<C> {
 
 #[test]
 fn conjugate_gradients_reach_the_minimum_of_the_error() {
-    let (space, mut objective) = (space(), objective());
-    let samples = samples(&space);
-    let want = dense_minimum(&|filter| error(&samples, filter));
+    memories().iter().for_each(|(memory, samples)| minimum_is_reached(memory, samples));
+}
+
+fn minimum_is_reached(memory: &Memory, samples: &[(f64, Vec<C>)]) {
+    let mut objective = objective();
+    let want = dense_minimum(&|filter| error(samples, filter));
     let n = objective.len();
     let energy: Vec<f32> = random(&BLOCKS, 3).iter().map(Complex32::norm_sqr).collect();
     let mut inverse = Vec::new();
@@ -186,14 +201,14 @@ fn conjugate_gradients_reach_the_minimum_of_the_error() {
     let mut last = f64::INFINITY;
     // As in tracking: a few steps at a time, each time from where the last ended.
     for _ in 0..30 {
-        objective.descent(&space, &x.filter.0, &mut steps.residual.filter.0);
-        let mut normal = Normal { objective: &mut objective, space: &space, inverse: &inverse };
+        objective.descent(memory, &x.filter.0, &mut steps.residual.filter.0);
+        let mut normal = Normal { objective: &mut objective, memory, inverse: &inverse };
         steps.take(&BLOCKS, &mut normal, &mut x, &mut on, 5);
-        let now = error(&samples, &double(&x.filter.0));
+        let now = error(samples, &double(&x.filter.0));
         assert!(now <= last + 1e-6, "{now} after {last}");
         last = now;
     }
-    let least = error(&samples, &want);
+    let least = error(samples, &want);
     assert!(last < least * 1.001 + 1e-6, "{last} is not {least}");
     let size: f64 = want.iter().map(|c| c.norm_sqr()).sum();
     let apart: f64 = want.iter().zip(double(&x.filter.0)).map(|(a, b)| (a - b).norm_sqr()).sum();
@@ -228,9 +243,9 @@ fn the_descent_of_filter_and_matrix_is_that_of_their_error() {
     let mut numbers = SplitMix::after(32);
     let mut matrix = || -> Vec<f32> { (0..entries).map(|_| numbers.unit() as f32 - 0.5).collect() };
     let (matrix, matrix_step, filter_step) = (matrix(), matrix(), random(&BLOCKS, 33));
-    let params = ConjugateGradientParams { matrix_weight: 0.1, ..ConjugateGradientParams::default() };
+    let params = ConjugateGradientParams::default();
     let (mut objective, first) = (objective(), FirstSample { blocks: &RAW, sample: &raw });
-    let mut operator = Linearised::new(&mut objective, &first, &params, entries);
+    let mut operator = Linearised::new(&mut objective, &first, 0.1, entries);
     operator.linearise(&params, &matrix, &filter, false);
     let mut descent = Unknown::zeros(len(&BLOCKS), entries);
     operator.descent(&matrix, &filter, &mut descent);
@@ -253,14 +268,15 @@ fn learning_the_matrix_lowers_the_error_below_that_of_any_filter_without() {
     let entries = RAW.iter().zip(BLOCKS).map(|(a, b)| a.channels * b.channels).sum::<usize>();
     let mut numbers = SplitMix::after(41);
     let start: Vec<f32> = (0..entries).map(|_| numbers.unit() as f32 - 0.5).collect();
-    let params = ConjugateGradientParams { matrix_weight: 1e-4, ..ConjugateGradientParams::default() };
+    let (compression, solver) =
+        (CompressionParams { weight: 1e-4, ..CompressionParams::default() }, ConjugateGradientParams::default());
     let double_of = |matrix: &[f32]| matrix.iter().copied().map(f64::from).collect::<Vec<f64>>();
     let fixed = double_of(&start);
     let best = dense_minimum(&|filter| factorised_error(&double(&raw), &fixed, filter, 1e-4));
     let without = factorised_error(&double(&raw), &fixed, &best, 1e-4);
     let (mut matrix, mut filter) = (start, vec![Complex32::default(); len(&BLOCKS)]);
     let first = FirstSample { blocks: &RAW, sample: &raw };
-    factorised::learn(&mut objective(), &first, &params, &mut matrix, &mut filter);
+    factorised::learn(&mut objective(), &first, (&compression, &solver), &mut matrix, &mut filter);
     let with = factorised_error(&double(&raw), &double_of(&matrix), &double(&filter), 1e-4);
     assert!(with < 0.9 * without, "{with} is not below {without}");
 }

@@ -1,9 +1,9 @@
 //! What is seen of a window: gradients and colours on grids of their own cells, as functions of the continuous place.
 
-use super::blocks::Block;
+use super::blocks::{Block, channels_mut};
 use super::coefficients::{count, order_of};
 use super::interpolation::interpolation;
-use super::params::ContinuousParams;
+use super::params::{CompressionModel, ContinuousParams};
 use multiversion::multiversion;
 use pursuit_geometry::Size;
 use pursuit_imaging::Frame;
@@ -28,13 +28,17 @@ pub(super) fn raw_blocks(params: &ContinuousParams, names: bool, side: usize) ->
     ]
 }
 
-/// The blocks once they are compressed.
-pub(super) fn compressed_blocks(params: &ContinuousParams, names: bool, side: usize) -> [Block; 2] {
+/// The blocks of a sample: once they are compressed, where they are.
+pub(super) fn sample_blocks(params: &ContinuousParams, names: bool, side: usize) -> [Block; 2] {
     let [gradients, colors] = raw_blocks(params, names, side);
-    [
-        Block { channels: params.gradient_channels.min(gradients.channels), ..gradients },
-        Block { channels: params.color_channels.min(colors.channels), ..colors },
-    ]
+    let compression = &params.compression;
+    match compression.model {
+        CompressionModel::None => [gradients, colors],
+        CompressionModel::Learned => [
+            Block { channels: compression.gradient_channels.min(gradients.channels), ..gradients },
+            Block { channels: compression.color_channels.min(colors.channels), ..colors },
+        ],
+    }
 }
 
 /// Takes samples; scratch, not state.
@@ -145,20 +149,21 @@ impl View {
     }
 
     /// Coefficients of all features of the window looked at last.
-    pub(super) fn raw(&mut self, out: &mut Vec<Complex32>) {
-        out.clear();
+    pub(super) fn raw(&mut self, blocks: &[Block], out: &mut [Complex32]) {
+        let mut channels = channels_mut(blocks, out);
         for (planes, grid) in self.features.iter().zip(&mut self.grids) {
-            for plane in planes.planes() {
-                let from = out.len();
-                out.resize(from + grid.factors.len(), Complex32::default());
+            for (plane, out) in planes.planes().zip(&mut channels) {
                 grid.plane.copy_from_slice(plane);
-                grid.transform(&mut self.fft, &mut out[from..]);
+                grid.transform(&mut self.fft, out);
             }
         }
     }
 
-    /// Coefficients of the features of the window looked at last, compressed by `matrix`.
-    pub(super) fn compressed(&mut self, blocks: &[Block], matrix: &[f32], out: &mut [Complex32]) {
+    /// Coefficients of the features of the window looked at last, compressed by `matrix`, which is empty where they are not.
+    pub(super) fn sample(&mut self, blocks: &[Block], matrix: &[f32], out: &mut [Complex32]) {
+        if matrix.is_empty() {
+            return self.raw(blocks, out);
+        }
         let (mut rows, mut out) = (matrix, out);
         for ((planes, grid), block) in self.features.iter().zip(&mut self.grids).zip(blocks) {
             let (own, rest) = rows.split_at(planes.channels() * block.channels);

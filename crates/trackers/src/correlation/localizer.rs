@@ -285,9 +285,8 @@ impl CorrelationLocalizer {
     /// The best of all sizes tried at one place.
     fn respond_at_sizes(&mut self, frame: &Frame, center: Point, scale: f64) -> Option<ResponsePeak> {
         let mut best: Option<(f64, ResponsePeak)> = None;
-        let levels = 2 * self.spec.ladder.levels + 1;
-        for k in 0..levels {
-            let Some((factor, penalty)) = self.spec.sizes().nth(k) else { break };
+        for k in 0..self.spec.ladder.count() {
+            let Some((factor, penalty)) = self.spec.ladder.sizes().nth(k) else { break };
             let Some(found) = self.respond(frame, center, scale * factor) else { continue };
             let value = penalty * found.height;
             if best.as_ref().is_none_or(|(v, _)| value > *v) {

@@ -49,6 +49,20 @@ pursuit_parameters::parameters! {
     }
 }
 
+impl ScaleLadderParams {
+    /// Sizes tried relative to the last one, 1 first, and what each one's response is multiplied by.
+    pub(crate) fn sizes(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (step, penalty) = (self.step, self.penalty);
+        let others = (1..=self.levels as i32).flat_map(|k| [-k, k]);
+        std::iter::once((1.0, 1.0)).chain(others.map(move |k| (step.powi(k), penalty)))
+    }
+
+    /// The number of sizes tried.
+    pub(crate) const fn count(&self) -> usize {
+        2 * self.levels + 1
+    }
+}
+
 pursuit_parameters::parameters! {
     /// The correlation filter along scale.
     pub struct ScaleFilterParams {

@@ -101,13 +101,6 @@ impl CorrelationSpec {
             && self.score.check_all().is_ok()
             && (0.0..=1.0).contains(&self.learning_rate)
     }
-
-    /// Sizes tried relative to the last one, 1 first, and what each one's response is multiplied by.
-    pub(super) fn sizes(&self) -> impl Iterator<Item = (f64, f64)> {
-        let (step, penalty) = (self.ladder.step, self.ladder.penalty);
-        let others = (1..=self.ladder.levels as i32).flat_map(|k| [-k, k]);
-        std::iter::once((1.0, 1.0)).chain(others.map(move |k| (step.powi(k), penalty)))
-    }
 }
 
 /// The cells of a target of `(width, height)` patch pixels.
