@@ -107,8 +107,11 @@ fn error(samples: &[(f64, Vec<C>)], filter: &[C]) -> f64 {
     samples.iter().map(|(weight, sample)| weight * misfit(sample, filter)).sum::<f64>() + weighed(filter)
 }
 
+/// Samples, each with its weight.
+type Weighed = Vec<(f64, Vec<C>)>;
+
 /// Both kinds of memory after a few samples, each with the samples that its error is summed over.
-fn memories() -> [(Memory, Vec<(f64, Vec<C>)>); 2] {
+fn memories() -> [(Memory, Weighed); 2] {
     [SampleModel::Mixture, SampleModel::Every].map(|model| {
         let params = SampleParams { model, components: 3, learning_rate: 0.3, ..SampleParams::default() };
         let mut memory = Memory::new(&params);
