@@ -68,6 +68,7 @@ impl RunError {
                 TrackingError::StartBox { .. }
                 | TrackingError::Parameter(_)
                 | TrackingError::UnknownName { .. }
+                | TrackingError::NotBuiltIn { .. }
                 | TrackingError::UnknownTarget { .. } => 2,
                 _ => 1,
             },

@@ -6,9 +6,13 @@ mod ahead;
 pub mod appearance;
 pub mod at_point;
 pub mod ball;
+#[cfg(feature = "zoo")]
 pub mod cam_shift;
+#[cfg(feature = "zoo")]
 pub mod classifiers;
+#[cfg(feature = "zoo")]
 pub mod condensation;
+#[cfg(feature = "zoo")]
 pub mod continuous;
 pub mod correlation;
 pub mod depth;
@@ -22,6 +26,7 @@ pub mod flow;
 pub mod kcf;
 pub mod lightfc;
 pub mod masks;
+#[cfg(feature = "zoo")]
 pub mod mean_shift;
 pub mod mosse;
 pub mod nanotrack;
@@ -31,6 +36,7 @@ pub mod registry;
 pub mod regularised;
 pub mod runtime;
 pub mod siamese;
+#[cfg(feature = "zoo")]
 pub mod sparse;
 pub mod staple;
 pub mod tld;
@@ -116,12 +122,14 @@ const TRACKERS: &[TrackerEntry] = &[
         regularised::strcf,
         "spatial-temporal regularised correlation filter: learns each frame anew, near the last"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "eco-hc",
         "danelljan2017",
         continuous::eco_hc,
         "continuous convolution on gradients and colour names: learns from a compact mixture of all that it saw"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "c-cot",
         "danelljan2016",
@@ -162,60 +170,70 @@ const TRACKERS: &[TrackerEntry] = &[
         dsst::fdsst,
         "dsst on compressed features with half as many sizes, interpolated: quicker"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "meanshift",
         "comaniciu2003",
         mean_shift::meanshift,
         "climbs to where the colours are most alike: bears any deformation, needs colours of the target's own"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "camshift",
         "bradski1998",
         cam_shift::camshift,
         "climbs to where the target's hues are thickest, and grows with them: very fast, for targets of a hue of their own"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "condensation",
         "isard1998",
         condensation::condensation,
         "hundreds of guesses that move on and are weighed by colours and outline: bears clutter and sudden motion"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "struck",
         "hare2011",
         classifiers::struck,
         "learns to rank displacements by overlap, with few support vectors: bears blur and clutter, keeps the size"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "dlssvm",
         "ning2016",
         classifiers::dlssvm,
         "learns as struck does, a linear function of quantised colours and ranks of brightness; follows the size"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "mil",
         "babenko2011",
         classifiers::mil,
         "boosting on bags of windows, which forgives a box that is a little off; keeps the size"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "boosting",
         "grabner2006",
         classifiers::boosting,
         "chooses the features that tell the target from its surroundings, anew in each frame; keeps the size"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "online-forest",
         "saffari2009",
         classifiers::online_forest,
         "random trees that grow while frames come; keeps the size"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "l1",
         "bao2012",
         sparse::l1,
         "hundreds of guesses written as few templates and few single pixels: bears partial covering, knows of it"
     ),
+    #[cfg(feature = "zoo")]
     tracker!(
         "cst",
         "zhang2016",
@@ -248,51 +266,51 @@ const TRACKERS: &[TrackerEntry] = &[
     ),
 ];
 
-/// Every family. A new tracker is a name among the members of one of them.
+/// Every family. A new tracker is a name in one of them.
 const FAMILIES: &[Family] = &[
     Family {
         name: "own",
         sentence: "Several kinds of looks at once, and one judge who says when the target is hidden: this program's own.",
-        members: &["pursuit", "pursuit-light", "person"],
+        trackers: &["pursuit", "pursuit-light", "person"],
     },
     Family {
         name: "siamese",
         sentence: "A network trained beforehand compares the first picture of the target with what is around it: bears changes of \
                    shape, and takes what is like the target for it.",
-        members: &["nanotrack", "lightfc", "vittrack", "fear-xs", "siamese"],
+        trackers: &["nanotrack", "lightfc", "vittrack", "fear-xs", "siamese"],
     },
     Family {
         name: "correlation",
         sentence: "A filter learnt from the target answers with a peak where it is, computed by Fourier transforms: very fast, and \
                    learns what is in the box, whatever it is.",
-        members: &["bacf", "strcf", "eco-hc", "c-cot", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
+        trackers: &["bacf", "strcf", "eco-hc", "c-cot", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
     },
     Family {
         name: "colour",
         sentence: "The colours of the target, wherever in it they are: bears any deformation, and needs colours that the \
                    surroundings do not have.",
-        members: &["ball", "meanshift", "camshift", "condensation"],
+        trackers: &["ball", "meanshift", "camshift", "condensation"],
     },
     Family {
         name: "classifiers",
         sentence: "A classifier that learns from frame to frame tells windows of the target from windows beside it: bears clutter, \
                    and keeps the size.",
-        members: &["struck", "dlssvm", "mil", "boosting", "online-forest"],
+        trackers: &["struck", "dlssvm", "mil", "boosting", "online-forest"],
     },
     Family {
         name: "sparse",
         sentence: "The target is a sum of few templates, and what does not fit lies in front of it: bears partial occlusion, slow.",
-        members: &["l1", "cst"],
+        trackers: &["l1", "cst"],
     },
     Family {
         name: "flow",
         sentence: "Points are followed from frame to frame, and with detection what was learnt is looked for all over the picture: \
                    exact on smooth motion, comes back.",
-        members: &["kalman-tld", "tld", "median-flow", "point"],
+        trackers: &["kalman-tld", "tld", "median-flow", "point"],
     },
     Family {
         name: "depth",
         sentence: "How far away the target is, from a depth camera: knows what is in front of what, in any light.",
-        members: &["depth-occlusion", "depth-occlusion-fused", "kcf-depth", "acpf"],
+        trackers: &["depth-occlusion", "depth-occlusion-fused", "kcf-depth", "acpf"],
     },
 ];

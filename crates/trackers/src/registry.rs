@@ -6,9 +6,10 @@ use crate::detectors::flow::{self, FlowDetectorParams};
 use crate::detectors::motion::{self, MotionDetectorParams, PaperParams};
 use crate::detectors::moving_objects::{self, MovingObjectsParams};
 use crate::detectors::objects::{self, ObjectsParams};
+use crate::families::family_of;
 use pursuit_tracking::many::ManyParams;
 use pursuit_tracking::registry::unknown;
-use pursuit_tracking::{DetectorEntry, Result, TrackerEntry};
+use pursuit_tracking::{DetectorEntry, Result, TrackerEntry, TrackingError};
 
 /// The tracker used where none is named.
 pub const DEFAULT_TRACKER: &str = "pursuit";
@@ -85,17 +86,39 @@ pub fn many(detector: &DetectorEntry) -> ManyParams {
 /// The tracker called `name`.
 ///
 /// # Errors
-/// [`UnknownName`](pursuit_tracking::TrackingError::UnknownName) with the names there are.
+/// [`UnknownName`](TrackingError::UnknownName) with the names there are; [`NotBuiltIn`](TrackingError::NotBuiltIn) with the feature
+/// that brings it.
 pub fn tracker(name: &str) -> Result<&'static TrackerEntry> {
     let found = trackers().iter().find(|e| e.name == name);
-    found.ok_or_else(|| unknown("tracker", name, trackers().iter().map(|e| e.name)))
+    found.ok_or_else(|| match family_of(name) {
+        // The table of families has all, and the registry those that were built in.
+        Some(_) => TrackingError::NotBuiltIn { kind: "tracker", name: name.to_owned(), feature: "zoo" },
+        None => unknown("tracker", name, trackers().iter().map(|e| e.name)),
+    })
 }
 
 /// The detector called `name`.
 ///
 /// # Errors
-/// [`UnknownName`](pursuit_tracking::TrackingError::UnknownName) with the names there are.
+/// [`UnknownName`](TrackingError::UnknownName) with the names there are.
 pub fn detector(name: &str) -> Result<&'static DetectorEntry> {
     let found = detectors().iter().find(|e| e.name == name);
     found.ok_or_else(|| unknown("detector", name, detectors().iter().map(|e| e.name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tracker_of_the_survey_is_there_or_names_what_brings_it() {
+        match tracker("struck") {
+            Ok(entry) => assert!(cfg!(feature = "zoo") && entry.name == "struck"),
+            Err(error) => {
+                assert!(cfg!(not(feature = "zoo")) && error.to_string().contains("--features zoo"), "{error}")
+            }
+        }
+        let error = tracker("strukc").err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(error.contains("there is no tracker called `strukc`") && error.contains("bacf"), "{error}");
+    }
 }

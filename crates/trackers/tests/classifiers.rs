@@ -1,5 +1,6 @@
 //! What `struck`, `dlssvm`, `mil`, `boosting` and `online-forest` are for: a target of another texture than what is around it, which blurs, darkens
 //! and is covered in part; and no allocation.
+#![cfg(feature = "zoo")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point};

@@ -1,4 +1,5 @@
 //! What `meanshift`, `camshift` and `condensation` are for: targets that bend and grow and keep their colours; and no allocation.
+#![cfg(feature = "zoo")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test may panic")]
 
 use pursuit_geometry::{BBox, Point};

@@ -76,6 +76,16 @@ pub enum TrackingError {
         /// The names there are.
         available: String,
     },
+    /// A tracker or detector that this build was made without.
+    #[error("the {kind} `{name}` is not part of this build; build it with `--features {feature}`")]
+    NotBuiltIn {
+        /// `tracker` or `detector`.
+        kind: &'static str,
+        /// The name asked for.
+        name: String,
+        /// The feature that brings it.
+        feature: &'static str,
+    },
     /// No target of that id in the set.
     #[error("there is no target {id}; targets are removed once, by the id that `add` returned")]
     UnknownTarget {

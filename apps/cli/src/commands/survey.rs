@@ -15,7 +15,7 @@ pub fn run(args: &Args, global: &Global) -> anyhow::Result<ExitCode> {
         .map(|f| Family {
             name: f.name.to_owned(),
             sentence: f.sentence.to_owned(),
-            members: f.members.iter().map(|m| (*m).to_owned()).collect(),
+            members: f.members().map(str::to_owned).collect(),
         })
         .collect();
     let survey = Survey::new(&results, &kinds);
@@ -38,7 +38,7 @@ fn names(given: &[String]) -> Vec<String> {
     let mut all = Vec::new();
     for name in given {
         match families::families().find(|f| f.name == name.as_str() && registry::tracker(name).is_err()) {
-            Some(family) => all.extend(ready().filter(|t| family.members.contains(&t.as_str()))),
+            Some(family) => all.extend(ready().filter(|t| family.members().any(|m| m == t.as_str()))),
             None => all.push(name.clone()),
         }
     }

@@ -30,7 +30,7 @@ fn list() -> anyhow::Result<String> {
     text += "\nFamilies of trackers, and what they look by:\n";
     for family in families::families() {
         writeln!(text, "  {:<width$}  {}", family.name, family.sentence)?;
-        writeln!(text, "  {:<width$}  {}", "", family.members.join(", "))?;
+        writeln!(text, "  {:<width$}  {}", "", family.members().collect::<Vec<_>>().join(", "))?;
     }
     text += "\nDetectors (--detect NAME):\n";
     for entry in registry::detectors() {

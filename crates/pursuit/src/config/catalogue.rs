@@ -31,8 +31,9 @@ pub fn catalogue(name: Option<&str>) -> Result<Value, RunError> {
             "figures": figures(d.figures()) })
     });
     let scenes = SCENES.iter().filter(|s| name.is_none() || scene == Some(s.name));
-    let kinds = families().filter(|f| name.is_none_or(|name| f.members.contains(&name)));
-    let kinds = kinds.map(|f| json!({ "name": f.name, "sentence": f.sentence, "members": f.members }));
+    let kinds = families().filter(|f| name.is_none_or(|name| f.members().any(|m| m == name)));
+    let kinds =
+        kinds.map(|f| json!({ "name": f.name, "sentence": f.sentence, "members": f.members().collect::<Vec<_>>() }));
     let scenes = scenes.map(|s| json!({ "name": s.name, "summary": s.summary, "parameters": s.schema() }));
     Ok(json!({
         "trackers": trackers.collect::<Vec<_>>(),
