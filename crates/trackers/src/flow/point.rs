@@ -81,8 +81,8 @@ struct Start {
 
 impl Start {
     fn of(frame: &Frame, bbox: &BBox) -> Self {
-        let usual = ((bbox.width() + bbox.height()) / 2.0).clamp(SIDES.0 as f64, SIDES.1 as f64) as usize;
-        let side = if usual % 2 == 1 { usual } else { usual - 1 };
+        let most = bbox.width().min(bbox.height()).clamp(SIDES.0 as f64, SIDES.1 as f64) as usize;
+        let side = if most % 2 == 1 { most } else { most - 1 };
         let (gray, center) = (frame.gray(), bbox.center());
         let reach = (side / 2 + RIM) as isize;
         let (left, top) = (center.x.floor() as isize - reach, center.y.floor() as isize - reach);
@@ -317,9 +317,9 @@ impl Localizer for PointLocalizer {
     }
 }
 
-/// The square about the point whose motion is the point's.
+/// The square about the point whose motion is the point's: within the box, what is beside it moves otherwise.
 fn surroundings(bbox: &BBox) -> BBox {
-    let side = ((bbox.width() + bbox.height()) / 2.0).clamp(SIDES.0 as f64, SIDES.1 as f64);
+    let side = bbox.width().min(bbox.height()).clamp(SIDES.0 as f64, SIDES.1 as f64);
     BBox::from_center_size(bbox.center(), side, side)
 }
 
