@@ -25,7 +25,7 @@ const DASHES = { unsure: [10, 4], lost: [2, 6] };
 const TRAIL = 90;
 /** A drag below this many pixels of the picture is a click. */
 const CLICK = 3;
-/** Sides of the surroundings by which a point that was clicked is followed, pixels of the picture. */
+/** The side of the surroundings by which a point that was clicked is followed, pixels of the picture, as of `pursuit track --point`. */
 const SURROUNDINGS = 31;
 /** Two standard deviations of a Gaussian in the plane hold 86 % of it. */
 const SIGMAS = 2;

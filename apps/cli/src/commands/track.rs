@@ -8,6 +8,7 @@ use pursuit::media::depth::DepthOptions;
 use pursuit::media::wrappers::Patience;
 use pursuit::media::{Locator, OpenOptions};
 use pursuit::sinks::OverlayStyle;
+use pursuit::trackers::flow::SURROUNDINGS_PX;
 use pursuit::{ComparedFacts, Finished, Run, RunConfig, RunError, StartFrom};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -174,9 +175,6 @@ fn watch(cameras: Vec<Camera>, args: &Track) -> anyhow::Result<ExitCode> {
     Ok(console::interrupted().or(failed).unwrap_or(ExitCode::SUCCESS))
 }
 
-/// Sides of the surroundings by which a point is followed, pixels.
-const SURROUNDINGS_PX: f64 = 31.0;
-
 /// The boxes given, or those about the points given.
 fn start_boxes(args: &Track) -> Result<Vec<[f64; 4]>, RunError> {
     let around = |&[x, y]: &[f64; 2]| {
@@ -194,7 +192,7 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         depth: args.depth.clone(),
         depth_options: depth_options(args)?,
         boxes: start_boxes(args)?,
-        tracker: args.tracker.clone().or_else(|| (!args.points.is_empty()).then(|| "point".to_owned())),
+        tracker: args.tracker.clone(),
         compare: args.compare.clone(),
         detect: args.detect.clone(),
         device: args.device,
@@ -235,9 +233,12 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
 fn completed(config: RunConfig, args: &Track) -> Result<RunConfig, RunError> {
     let input = config.input.map(|input| with_credentials(input, &args.credentials)).transpose()?;
     let detector = config.detect.as_deref();
-    let parameters = networks::located(config.parameters, config.tracker.as_deref().into_iter(), detector);
+    // Points are followed as such where nobody says by what.
+    let of_points = !args.points.is_empty() && config.compare.is_empty();
+    let tracker = config.tracker.or_else(|| of_points.then(|| "point".to_owned()));
+    let parameters = networks::located(config.parameters, tracker.as_deref().into_iter(), detector);
     let publish = config.publish.map(|address| args.publish.with_password(address)).transpose()?;
-    Ok(RunConfig { input, publish, parameters, ..config })
+    Ok(RunConfig { input, tracker, publish, parameters, ..config })
 }
 
 /// How depth images are to be read.

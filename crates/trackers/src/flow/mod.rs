@@ -9,4 +9,4 @@ mod point;
 pub use follower::Follower;
 pub use localizer::{MedianFlowLocalizer, MedianFlowTrackerParams, median_flow};
 pub use params::{FlowParams, ScaleBy};
-pub use point::{PointLocalizer, PointTrackerParams, Turned, point};
+pub use point::{PointLocalizer, PointTrackerParams, SURROUNDINGS_PX, Turned, point};

@@ -16,6 +16,8 @@ use pursuit_vision::template_match::TemplateMatcher;
 use pursuit_vision::{PixelWindow, VisionError};
 use serde::{Deserialize, Serialize};
 
+/// The side of the surroundings by which a point is followed where nothing else is said, pixels.
+pub const SURROUNDINGS_PX: f64 = 31.0;
 /// Sides of the surroundings that can be compared, odd pixels.
 const SIDES: (usize, usize) = (7, 63);
 /// Pixels kept of the start beyond the surroundings, for their gradients.
@@ -37,6 +39,11 @@ pursuit_parameters::parameters! {
         pub drift_px: f64 = 3.0, in above(0.0).at_most(50.0), unit "px", source "ours";
         /// Pixels that are one when the point is looked for, as a share of its surroundings' side.
         pub coarse: f64 = 0.08, in 0.0..=0.2, unit "target sizes", source "ours";
+        /// Places that are looked at in one look at most, as long as a fifth of the surroundings' side tells them apart: large regions
+        /// are looked over more coarsely.
+        pub most_places: usize = 200_000, in 1000..=100_000_000, source "ours";
+        /// What the correlation usually is, is that of so long.
+        pub usual_s: f64 = 1.0, in above(0.0).at_most(3600.0), unit "s", source "ours";
         /// Score: constant of the logistic regression.
         pub score_bias: f64 = -2.9, in Bounds::default(), source "ours, fitted";
         /// Score: weight of the correlation with the start, by Fisher's z.
@@ -118,24 +125,22 @@ struct Candidate {
     at: Point,
 }
 
-/// A mean that forgets.
+/// A mean over the last `usual_s`, and at first over all that there is.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Usual {
     mean: f64,
-    count: u32,
+    /// Seconds that it is over.
+    over_s: f64,
 }
 
 impl Usual {
-    /// Values after which each further one counts the same.
-    const MOST: u32 = 30;
-
-    fn take(&mut self, value: f64) {
-        self.count = (self.count + 1).min(Self::MOST);
-        self.mean += (value - self.mean) / f64::from(self.count);
+    fn take(&mut self, value: f64, dt_s: f64, most_s: f64) {
+        self.over_s = (self.over_s + dt_s).min(most_s);
+        self.mean += (value - self.mean) * (dt_s / self.over_s).min(1.0);
     }
 }
 
-/// Fisher's z of a correlation: equal steps of it are equally probable. What is beyond .999 says no more.
+/// Fisher's z of a correlation, which is as uncertain at any value of it. What is beyond .999 says no more.
 fn fisher(correlation: f64) -> f64 {
     correlation.clamp(-0.999, 0.999).atanh()
 }
@@ -178,7 +183,10 @@ impl PointLocalizer {
         if ![self.size.0, self.size.1].iter().all(|v| v.is_finite() && *v > 0.0) {
             return Err("its box has no size".to_owned());
         }
-        if !self.rival.is_finite() || !self.usual.mean.is_finite() || self.usual.count > Usual::MOST {
+        if !self.rival.is_finite()
+            || !self.usual.mean.is_finite()
+            || !(0.0..=self.params.usual_s).contains(&self.usual.over_s)
+        {
             return Err("its correlations are none".to_owned());
         }
         self.appearance = self.start.appearance().map_err(|e| e.to_string())?;
@@ -223,9 +231,9 @@ impl PointLocalizer {
     fn candidates(&mut self, frame: &Frame, region: &BBox) -> [Option<Candidate>; PLACES] {
         let mut candidates = [None; PLACES];
         let side = self.start.side;
-        let step = ((self.params.coarse * side as f64).round() as usize).max(1);
         let window = PixelWindow::of(&region.expanded(side as f64 / 2.0), frame.size());
         let (Some(window), Some(appearance)) = (window, self.appearance.as_mut()) else { return candidates };
+        let step = step(&self.params, side, window.width * window.height);
         appearance.set_change(self.change);
         let cells = appearance.template(step, &mut self.template);
         let places = self.matcher.find(frame.gray(), &window, &self.template, (cells, step), PLACES);
@@ -269,7 +277,7 @@ impl LocalizerRecipe for PointTrackerParams {
             size: (bbox.width(), bbox.height()),
             change: UNCHANGED,
             rival: 0.0,
-            usual: Usual { mean: fisher(1.0), count: 0 },
+            usual: Usual { mean: fisher(1.0), over_s: 0.0 },
             appearance,
             matcher: TemplateMatcher::default(),
             template: Vec::new(),
@@ -305,7 +313,7 @@ impl Localizer for PointLocalizer {
             self.follower.keep(frame, surroundings(&measured))?;
             (self.follows, self.change) = (true, turned.change);
             if outcome.state == TrackState::Tracking {
-                self.usual.take(fisher(turned.correlation));
+                self.usual.take(fisher(turned.correlation), outcome.dt_s, self.params.usual_s);
             }
         }
         Ok(())
@@ -315,6 +323,13 @@ impl Localizer for PointLocalizer {
         *self = self.params.localizer(frame, bbox)?;
         Ok(())
     }
+}
+
+/// Pixels that are one when a region of so many `pixels` is looked over for surroundings of that side, along a side.
+fn step(params: &PointTrackerParams, side: usize, pixels: usize) -> usize {
+    let side = side as f64;
+    let few_enough = (pixels as f64 / params.most_places as f64).sqrt().ceil();
+    (params.coarse * side).round().max(few_enough).min((side / 5.0).floor()).max(1.0) as usize
 }
 
 /// The square about the point whose motion is the point's: within the box, what is beside it moves otherwise.
@@ -330,4 +345,32 @@ pub fn point(name: &'static str) -> TrackerRecipe<PointTrackerParams> {
         ..GroupParams::default()
     };
     TrackerRecipe { name, localizer: PointTrackerParams::default(), groups }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_regions_are_looked_over_more_coarsely() {
+        let params = PointTrackerParams::default();
+        let steps = |side: usize| [320 * 240, 640 * 480, 1920 * 1080, 3840 * 2160].map(|n| step(&params, side, n));
+        assert_eq!(steps(31), [2, 2, 4, 6]);
+        assert_eq!(steps(63), [5, 5, 5, 7]);
+        assert_eq!(steps(7), [1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn what_is_usual_is_a_mean_over_seconds_at_any_frame_rate() {
+        for fps in [5.0, 30.0, 240.0] {
+            let mut usual = Usual { mean: 3.8, over_s: 0.0 };
+            usual.take(1.0, 1.0 / fps, 1.0);
+            assert_eq!(usual.mean, 1.0, "what was assumed counts for nothing once there is a value");
+            let mut second = |value: f64| (0..fps as usize).for_each(|_| usual.take(value, 1.0 / fps, 1.0));
+            second(1.0);
+            second(2.0);
+            let left = 2.0 - usual.mean;
+            assert!((left - (-1.0_f64).exp()).abs() < 0.05, "{fps}: {left}");
+        }
+    }
 }
