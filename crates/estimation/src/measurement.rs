@@ -50,7 +50,10 @@ impl<const M: usize, const N: usize> LinearMeasurement<M, N> {
             let entry = matrix.get_mut((row, index)).ok_or(missing)?;
             *entry = 1.0;
         }
-        Self::new(matrix, SMatrix::from_diagonal(&SVector::from(variances)))
+        let noise = SMatrix::from_diagonal(&SVector::from(variances));
+        // A diagonal is a covariance where no variance is negative; the general way says what is wrong with one that is not.
+        let sound = variances.iter().all(|v| *v >= 0.0 && v.is_finite());
+        if sound { Ok(Self { matrix, noise, direct: Some(indices) }) } else { Self::new(matrix, noise) }
     }
 
     /// The same sensor with another noise covariance, for example one that grows as a detector grows unsure.

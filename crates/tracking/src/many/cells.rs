@@ -7,18 +7,37 @@ use pursuit_geometry::BBox;
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     entries: Vec<Entry>,
-    /// Of each size that there is: its cells' side and where its entries end.
-    grids: Vec<(f64, usize)>,
+    /// Of each size that there is: the binary logarithm of its cells' side, and where its entries end.
+    grids: Vec<(i32, usize)>,
 }
 
-/// Ordered by grid, then by row and column.
+/// A box by its cell: ordered by grid, then by row, column and number, which stand in one word one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
-    /// Binary logarithm of the cells' side.
-    size: i32,
-    row: i64,
-    column: i64,
-    which: usize,
+struct Entry(u128);
+
+/// Rows and columns are told apart up to this far from the origin; beyond it all are one.
+const FARTHEST: i64 = 1 << 40;
+/// Bits of a number; of a row or a column.
+const WHICH_BITS: u32 = 32;
+const PLACE_BITS: u32 = 42;
+
+impl Entry {
+    fn new(size: i32, row: i64, column: i64, which: u32) -> Self {
+        // From 0 on, so that their order is that of their bits.
+        let place = |at: i64| (at.clamp(-FARTHEST, FARTHEST) + FARTHEST).unsigned_abs();
+        let size = size.abs_diff(*SIZES.start());
+        let places = u128::from(place(row)) << PLACE_BITS | u128::from(place(column));
+        Self(u128::from(size) << (2 * PLACE_BITS + WHICH_BITS) | places << WHICH_BITS | u128::from(which))
+    }
+
+    /// Which grid it stands in.
+    const fn grid(self) -> u128 {
+        self.0 >> (2 * PLACE_BITS + WHICH_BITS)
+    }
+
+    const fn which(self) -> usize {
+        (self.0 & ((1 << WHICH_BITS) - 1)) as usize
+    }
 }
 
 /// Binary logarithms of the sides of the smallest and largest cells, in pixels.
@@ -31,16 +50,17 @@ impl Cells {
         self.entries.extend(boxes.enumerate().map(|(which, bbox)| {
             let (left, top, width, height) = bbox.ltwh();
             let side = width.max(height).max(f64::MIN_POSITIVE);
-            let size = (side.log2().floor() as i32).saturating_add(1).clamp(*SIZES.start(), *SIZES.end());
-            let cell = f64::from(size).exp2();
-            Entry { size, row: (top / cell).floor() as i64, column: (left / cell).floor() as i64, which }
+            let size = binary_exponent(side).saturating_add(1).clamp(*SIZES.start(), *SIZES.end());
+            let cells = f64::from(-size).exp2();
+            // More than 2³² boxes no memory holds.
+            Entry::new(size, floored(top * cells), floored(left * cells), which as u32)
         }));
         self.entries.sort_unstable();
         self.grids.clear();
         let mut from = 0;
-        for grid in self.entries.chunk_by(|a, b| a.size == b.size) {
+        for grid in self.entries.chunk_by(|a, b| a.grid() == b.grid()) {
             from += grid.len();
-            self.grids.push((f64::from(grid[0].size).exp2(), from));
+            self.grids.push((grid[0].grid() as i32 + SIZES.start(), from));
         }
     }
 
@@ -48,28 +68,42 @@ impl Cells {
     /// width or height: none is left out, and some are named that do not.
     pub fn near(&self, range: &[f64; 4], buffer: f64, mut found: impl FnMut(usize)) {
         let mut from = 0;
-        for &(cell, to) in &self.grids {
+        for &(size, to) in &self.grids {
             let entries = &self.entries[from..to];
             from = to;
-            // A box reaches as far as a cell from its corner, and as much farther as it was widened.
-            let at = |place: f64, more: f64| (place / cell + more).floor() as i64;
-            let (rows, columns) = (
-                at(range[1], -1.0 - buffer)..=at(range[3], buffer),
-                at(range[0], -1.0 - buffer)..=at(range[2], buffer),
-            );
-            let height = rows.end().saturating_sub(*rows.start());
-            if entries.len() <= FEW || height >= entries.len() as i64 {
-                let inside = |e: &&Entry| rows.contains(&e.row) && columns.contains(&e.column);
-                entries.iter().filter(inside).for_each(|e| found(e.which));
+            if entries.len() <= FEW {
+                entries.iter().for_each(|e| found(e.which()));
                 continue;
             }
-            for row in rows {
-                let start = entries.partition_point(|e| (e.row, e.column) < (row, *columns.start()));
-                let same = entries[start..].iter().take_while(|e| e.row == row && e.column <= *columns.end());
-                same.for_each(|e| found(e.which));
+            // A box reaches as far as a cell from its corner, and as much farther as it was widened.
+            let cells = f64::from(-size).exp2();
+            let at = |place: f64, more: f64| floored(place * cells + more);
+            let (first, last) = (at(range[1], -1.0 - buffer), at(range[3], buffer));
+            let (left, right) = (at(range[0], -1.0 - buffer), at(range[2], buffer));
+            if last.saturating_sub(first) >= entries.len() as i64 {
+                entries.iter().for_each(|e| found(e.which()));
+                continue;
+            }
+            let mut rest = entries;
+            for row in first..=last {
+                let start = rest.partition_point(|e| *e < Entry::new(size, row, left, 0));
+                rest = &rest[start..];
+                let end = Entry::new(size, row, right, u32::MAX);
+                rest.iter().take_while(|e| **e <= end).for_each(|e| found(e.which()));
             }
         }
     }
+}
+
+/// `⌊log₂ x⌋` of a positive number; that of the least normal number for those below it.
+const fn binary_exponent(x: f64) -> i32 {
+    (x.to_bits() >> 52 & 0x7ff) as i32 - 1023
+}
+
+/// `⌊x⌋`, the farthest number there is where it is beyond that: without the call that processors without a rounding instruction need.
+fn floored(x: f64) -> i64 {
+    let toward_zero = x as i64;
+    if toward_zero as f64 > x { toward_zero.saturating_sub(1) } else { toward_zero }
 }
 
 /// So few are looked at one by one.

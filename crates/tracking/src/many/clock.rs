@@ -35,6 +35,12 @@ impl Elapsed {
         let ms = |before: Duration, after: Duration| after.saturating_sub(before).as_secs_f64() * 1e3;
         (result, Self { wall_ms: ms(before.wall, after.wall), thread_ms: ms(before.thread, after.thread) })
     }
+
+    /// The part of each where `count` took that long together.
+    pub(super) fn shared_by(self, count: usize) -> Self {
+        let count = count.max(1) as f64;
+        Self { wall_ms: self.wall_ms / count, thread_ms: self.thread_ms / count }
+    }
 }
 
 /// Knows time on the wall alone.

@@ -260,6 +260,13 @@ impl Target {
         Ok(())
     }
 
+    /// How long the work on what this frame says of it took.
+    pub const fn took(&mut self, elapsed: Elapsed) {
+        if let Some((_, taken)) = &mut self.answer {
+            *taken = elapsed;
+        }
+    }
+
     /// Takes the motion model through the gap before `bbox` again, where that is to be done: the target is then as one that was not lost.
     fn go_again(&mut self, stamp: Stamp, bbox: &BBox, prior: &mut Prior) -> Result<()> {
         let unseen_s = self.known.unseen.seconds + prior.dt_s;

@@ -145,14 +145,17 @@ impl BoxFilter {
         Ok(Some(before.predicted(&quick.transition(*dt_s)?)?))
     }
 
-    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>> {
+    /// Variances of a measured centre and size, in square pixels.
+    fn sensor_variances(&self, sigma_px: Option<f64>) -> (f64, f64) {
         match &self.noise {
-            BoxNoise::PerStep(model) => model.measurement(),
-            BoxNoise::Relative(noise) => {
-                let (position, size) = noise.measurement.variances(extent_px(&self.bbox()), sigma_px);
-                PhysicalBox::measurement(position, size)
-            }
+            BoxNoise::PerStep(model) => (model.measurement_variance_px2, model.measurement_variance_px2),
+            BoxNoise::Relative(noise) => noise.measurement.variances(extent_px(&self.bbox()), sigma_px),
         }
+    }
+
+    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>> {
+        let (position, size) = self.sensor_variances(sigma_px);
+        PhysicalBox::measurement(position, size)
     }
 }
 
@@ -190,9 +193,12 @@ impl MotionFilter for BoxFilter {
         let adjusts = matches!(&self.noise, BoxNoise::Relative(RelativeNoise { agile: Some(_), .. }));
         self.before = adjusts.then_some((self.belief, dt_s));
         self.belief = belief;
-        let noise: SMatrix<f64, 4, 4> = *self.sensor(None)?.noise();
-        let innovation_covariance = Some(box_covariance(self.belief.covariance(), SIZE) + noise);
-        Ok(Prior { bbox: self.bbox(), innovation_covariance, dt_s })
+        let mut innovation_covariance = box_covariance(self.belief.covariance(), SIZE);
+        let (position, size) = self.sensor_variances(None);
+        for (i, variance) in [position, position, size, size].into_iter().enumerate() {
+            innovation_covariance[(i, i)] += variance;
+        }
+        Ok(Prior { bbox: self.bbox(), innovation_covariance: Some(innovation_covariance), dt_s })
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {

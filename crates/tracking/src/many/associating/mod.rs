@@ -75,6 +75,8 @@ pub struct Associating {
     places: Vec<usize>,
     /// Where those confirmed in this frame were seen before.
     back_dated: Vec<(TargetId, Sighting)>,
+    /// The targets by their ids, and their places; scratch.
+    order: Vec<(TargetId, usize)>,
     /// What was said of detections from outside.
     said: Vec<Track>,
     /// Number and time of the last frame that came from outside.
@@ -143,6 +145,7 @@ impl Associating {
             kept: Vec::new(),
             places: Vec::new(),
             back_dated: Vec::new(),
+            order: Vec::new(),
             said: Vec::new(),
             fed: Fed::default(),
         })
@@ -287,18 +290,28 @@ impl Associating {
     fn correct(&mut self, view: View<'_>, detections: &[Detection]) -> Result<()> {
         let (params, clock, association) = (&self.params, &*self.clock, &self.association);
         let shares = association.shares();
-        let one = |(at, (target, shares)): (usize, (&mut Target, &Shares))| {
-            let given = (shares, association.goes_on(at));
-            let (updated, elapsed) = Elapsed::of(clock, || target.update(view, detections, given, params));
-            if let Some((_, taken)) = &mut target.answer {
-                *taken = elapsed;
-            }
+        let update = |(at, (target, shares)): (usize, (&mut Target, &Shares))| {
+            target.update(view, detections, (shares, association.goes_on(at)), params)
+        };
+        let timed = |(at, (target, shares)): (usize, (&mut Target, &Shares))| {
+            let (updated, elapsed) = Elapsed::of(clock, || update((at, (&mut *target, shares))));
+            target.took(elapsed);
             updated
         };
-        if self.targets.iter().filter(|t| t.appearance.is_some()).count() > 1 {
-            self.targets.par_iter_mut().with_max_len(1).zip(shares.par_iter()).enumerate().try_for_each(one)?;
-        } else {
-            self.targets.iter_mut().zip(shares).enumerate().try_for_each(one)?;
+        match self.targets.iter().filter(|t| t.appearance.is_some()).count() {
+            0 => {
+                // Numbers alone take a target less than two looks at the clock do: the time is taken of all, and each has its share.
+                let all = || self.targets.iter_mut().zip(shares).enumerate().try_for_each(update);
+                let (updated, elapsed) = Elapsed::of(clock, all);
+                updated?;
+                let each = elapsed.shared_by(self.targets.len());
+                self.targets.iter_mut().for_each(|target| target.took(each));
+            }
+            1 => self.targets.iter_mut().zip(shares).enumerate().try_for_each(timed)?,
+            _ => {
+                let targets = self.targets.par_iter_mut().with_max_len(1);
+                targets.zip(shares.par_iter()).enumerate().try_for_each(timed)?;
+            }
         }
         if self.knows_scene() {
             whole::count_parts(&mut self.targets, detections, &self.params.whole);
@@ -373,8 +386,12 @@ impl Associating {
     fn report(&mut self, known: u64, tracks: &mut Vec<Track>) {
         let figures = self.detector.as_ref().map(|d| d.diagnostics()).unwrap_or_default();
         tracks.clear();
-        for target in &mut self.targets {
-            let Some(id) = target.id() else { continue };
+        // Targets stand in order of their births; ids go by the order in which they were confirmed.
+        self.order.clear();
+        self.order.extend(self.targets.iter().enumerate().filter_map(|(at, t)| Some((t.id()?, at))));
+        self.order.sort_unstable();
+        for &(id, at) in &self.order {
+            let target = &mut self.targets[at];
             let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
             if target.known.is_on_trial(self.params.reported_from) {
                 continue;
@@ -385,7 +402,5 @@ impl Associating {
             let detection = target.taken.and_then(|d| self.places.get(d)).copied();
             tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class, detection });
         }
-        // Targets stand in order of their births; ids go by the order in which they were confirmed.
-        tracks.sort_unstable_by_key(|t| t.id);
     }
 }

@@ -52,7 +52,9 @@ impl Expectation {
 
     /// Whether a box is near enough to be the target's, however little is known of where that is; `reach` is in sizes.
     pub fn reaches(&self, bbox: &BBox, reach: f64) -> bool {
-        self.bbox.center().distance(bbox.center()) <= reach * extent_px(&self.bbox)
+        let (from, to) = (self.bbox.center(), bbox.center());
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        dx * dx + dy * dy <= reach * reach * self.bbox.area()
     }
 
     /// Whether a box may be the target's.
