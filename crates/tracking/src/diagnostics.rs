@@ -1,5 +1,6 @@
 //! Raw figures of a method: each is declared once, with its unit and a sentence.
 
+use std::cell::RefCell;
 use std::fmt;
 
 /// A figure that a localizer or a detector reports beside what it found.
@@ -120,22 +121,57 @@ macro_rules! figures {
     };
 }
 
-/// Figures that fit without allocating: the most that a tracker here has, with those of a detector.
+/// Figures that a list has room for from the start: the most that a tracker here has, with those of a detector.
 const ROOM: usize = 56;
+/// Lists that a thread keeps at most.
+const SPARE: usize = 64;
 
-const NONE: Figure = Figure { name: "", unit: "", text: "", weight: None };
+type Reported = (&'static Figure, f64);
 
-/// The raw figures of a frame, each with its declaration. None is ever dropped; up to 56 are kept without allocating.
-#[derive(Clone, PartialEq)]
-pub struct Diagnostics {
-    first: [(&'static Figure, f64); ROOM],
-    len: usize,
-    more: Vec<(&'static Figure, f64)>,
+thread_local! {
+    /// Lists that are done with: a frame's figures are written into those of a frame before.
+    static DONE: RefCell<Vec<Vec<Reported>>> = const { RefCell::new(Vec::new()) };
 }
 
-impl Default for Diagnostics {
-    fn default() -> Self {
-        Self { first: [(&NONE, 0.0); ROOM], len: 0, more: Vec::new() }
+/// The raw figures of a frame, each with its declaration. None is ever dropped. Small as long as there are none, and without an
+/// allocation where a thread drops as many as it makes.
+#[derive(PartialEq, Default)]
+pub struct Diagnostics {
+    figures: Vec<Reported>,
+}
+
+impl Diagnostics {
+    /// A list for a frame's first figure.
+    fn begin(&mut self) {
+        if self.figures.capacity() == 0 {
+            let done = DONE.try_with(|lists| lists.borrow_mut().pop()).ok().flatten();
+            self.figures = done.unwrap_or_else(|| Vec::with_capacity(ROOM));
+        }
+    }
+}
+
+impl Drop for Diagnostics {
+    fn drop(&mut self) {
+        if self.figures.capacity() == 0 {
+            return;
+        }
+        let mut figures = std::mem::take(&mut self.figures);
+        figures.clear();
+        // A thread that ends keeps nothing.
+        let _ = DONE.try_with(|lists| {
+            let mut lists = lists.borrow_mut();
+            if lists.len() < SPARE && figures.capacity() <= 2 * ROOM {
+                lists.push(figures);
+            }
+        });
+    }
+}
+
+impl Clone for Diagnostics {
+    fn clone(&self) -> Self {
+        let mut clone = Self::default();
+        clone.extend(self.figures());
+        clone
     }
 }
 
@@ -148,13 +184,8 @@ impl fmt::Debug for Diagnostics {
 impl Extend<(&'static Figure, f64)> for Diagnostics {
     fn extend<T: IntoIterator<Item = (&'static Figure, f64)>>(&mut self, figures: T) {
         for figure in figures {
-            match self.first.get_mut(self.len) {
-                Some(slot) => {
-                    *slot = figure;
-                    self.len += 1;
-                }
-                None => self.more.push(figure),
-            }
+            self.begin();
+            self.figures.push(figure);
         }
     }
 }
@@ -162,7 +193,7 @@ impl Extend<(&'static Figure, f64)> for Diagnostics {
 impl Diagnostics {
     /// All figures with their declarations, in the order they were added.
     pub fn figures(&self) -> impl Iterator<Item = (&'static Figure, f64)> + '_ {
-        self.first.iter().take(self.len).chain(&self.more).copied()
+        self.figures.iter().copied()
     }
 
     /// All figures by name, in the order they were added.
@@ -200,6 +231,26 @@ mod tests {
         let values: Vec<f64> = said.iter().filter(|(name, _)| *name == "one").map(|(_, v)| v).collect();
         assert_eq!(values, (0..2 * ROOM).map(|k| k as f64).collect::<Vec<_>>());
         assert_eq!((said.iter().count(), said.get("other"), said.get("third")), (4 * ROOM, Some(-1.0), None));
+    }
+
+    #[test]
+    fn a_list_is_written_into_again() {
+        let two = |n: usize| {
+            let mut said = Diagnostics::default();
+            (0..n).for_each(|_| Two { one: 1.0, other: 2.0 }.report(&mut said));
+            said
+        };
+        let before = two(3);
+        let at = before.figures.as_ptr();
+        let copy = before.clone();
+        assert!(copy == before && copy.figures.as_ptr() != at);
+        drop(before);
+        let after = two(1);
+        assert_eq!((after.figures.as_ptr(), after.iter().count()), (at, 2), "what was in it is gone");
+        assert_eq!(Diagnostics::default().figures.capacity(), 0);
+        // Any number may be dropped; few are kept.
+        drop((0..3 * SPARE).map(|_| two(1)).collect::<Vec<_>>());
+        assert_eq!(DONE.with(|lists| lists.borrow().len()), SPARE);
     }
 
     #[test]
