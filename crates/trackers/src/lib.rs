@@ -41,6 +41,8 @@ pub mod sparse;
 pub mod staple;
 pub mod tld;
 pub mod vittrack;
+#[cfg(feature = "zoo")]
+mod wary;
 
 use families::Family;
 use pursuit_tracking::TrackerEntry;

@@ -63,6 +63,8 @@ choices! {
     pub enum BoxRule {
         /// Its size follows by `rate` times penalty times score, and its middle stays inside the frame.
         Smoothed = "smoothed",
+        /// As `smoothed`, by the square of that product: Ocean and LightTrack smooth the size they have smoothed once more.
+        SmoothedTwice = "smoothed-twice",
         /// Its size follows by `rate`, and what lies outside the frame is cut off, but for `min_side_px`.
         Clipped = "clipped",
     }
@@ -177,11 +179,15 @@ parameters! {
         pub window: f64 = 0.455, in 0.0..=1.0;
         /// k of the penalty exp(−k (r s − 1)) on changes of aspect ratio r and scale s.
         pub penalty: f64 = 0.138, in 0.0..;
-        /// How fast the size follows: its weight is this, times penalty times score if boxes are smoothed.
+        /// How fast the size follows: its weight is this, times penalty times score if boxes are smoothed, and the square of all that if
+        /// they are smoothed twice.
         pub rate: f64 = 0.348, in 0.0..=1.0;
         /// How far from the middle of the box the template is cut, in pixels of the frame, both ways; −0.5 in trackers that
         /// take (x + (w − 1) / 2) for the middle.
         pub template_shift_px: f64 = 0.0, in -2.0..=2.0, unit "px";
+        /// The same of the search image; the answer is counted from the middle of the box all the same. Both are 0.5 in siamfc-pytorch,
+        /// which rounds where a window begins that others round down.
+        pub search_shift_px: f64 = 0.0, in -2.0..=2.0, unit "px";
         /// The least width and height of a box, in pixels of the frame.
         pub min_side_px: f64 = 10.0, in above(0.0), unit "px";
         /// How windows are cut.

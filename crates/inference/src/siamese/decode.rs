@@ -150,15 +150,17 @@ impl Decoder {
 
     /// The box of the target, which was `width` × `height` large, by the network's in a frame of `size`.
     fn followed(&self, raw: &BBox, point: &Candidate, (width, height): (f64, f64), size: Size) -> BBox {
+        let trusted = point.penalty * point.score * self.config.rate;
         let weight = match self.config.boxes {
-            BoxRule::Smoothed => point.penalty * point.score * self.config.rate,
+            BoxRule::Smoothed => trusted,
+            BoxRule::SmoothedTwice => trusted * trusted,
             BoxRule::Clipped => self.config.rate,
         };
         let smooth = |old: f64, new: f64| old * (1.0 - weight) + new * weight;
         let (width, height) = (smooth(width, raw.width()), smooth(height, raw.height()));
         let least = self.config.min_side_px;
         match self.config.boxes {
-            BoxRule::Smoothed => {
+            BoxRule::Smoothed | BoxRule::SmoothedTwice => {
                 let limit = |side: f64, most: usize| side.min(most as f64).max(least);
                 let inside = |c: f64, most: usize| c.clamp(0.0, most as f64);
                 let middle = Point::new(inside(raw.center().x, size.width), inside(raw.center().y, size.height));

@@ -111,16 +111,17 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         if !(bbox.is_finite() && extent.0.is_finite() && extent.1.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
         }
+        let shift = self.config().search_shift_px;
+        let cut_at = Point::new(center.x + shift, center.y + shift);
         if let AnswerCoding::Scores { .. } = &self.config().answer {
             for factor in self.decoder.begin_scales() {
                 let extent = (extent.0 * factor, extent.1 * factor);
-                self.crop(frame, self.region(center, extent), Patch::Search);
+                self.crop(frame, self.region(cut_at, extent), Patch::Search);
                 self.decoder.add_scale(self.network.search()?, factor, size);
             }
             return Ok(self.decoder.locate_at_scale(center, size, frame.size()));
         }
-        let region = self.region(center, extent);
-        self.crop(frame, region, Patch::Search);
+        self.crop(frame, self.region(cut_at, extent), Patch::Search);
         let middle = self.middle(center, size);
         let answer = self.network.search()?;
         Ok(self.decoder.locate(answer, middle, size, frame.size()))
@@ -140,7 +141,11 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// What the middle of a search around `center` is taken for: of a rounded window where it lies.
     fn middle(&self, center: Point, size: (f64, f64)) -> Point {
         match self.config().crop {
-            CropShape::Rounded => self.region(center, self.search_extent(size)).center(),
+            CropShape::Rounded => {
+                let shift = self.config().search_shift_px;
+                let cut_at = Point::new(center.x + shift, center.y + shift);
+                self.region(cut_at, self.search_extent(size)).center()
+            }
             CropShape::Square | CropShape::Stretched => center,
         }
     }

@@ -5,10 +5,12 @@ use super::canvas::{Canvas, LANES, Place, Shape};
 use super::gaussian::Normal;
 use super::haar::{Bank, Haar};
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
+use crate::wary::wary;
 use multiversion::multiversion;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +33,7 @@ pursuit_parameters::parameters! {
         pub first_rounds: usize = 50, in 1..=1000, source "the authors' program: 50";
         /// The score, fitted as `docs/papers/grabner2006.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.8, rating: 0.4, margin: 1.5, likeness: 5.6 };
+            ClassifierScoreParams { bias: -3.2, rating: 0.0, margin: 4.0, likeness: 3.3 };
     }
 }
 
@@ -237,7 +239,7 @@ impl LocalizerRecipe for BoostingParams {
 
 /// `boosting`.
 pub fn boosting(name: &'static str) -> TrackerRecipe<BoostingParams> {
-    recipe(name, BoostingParams::default())
+    recipe(name, BoostingParams::default(), wary(PolicyParams::patient()))
 }
 
 #[cfg(test)]

@@ -3,9 +3,11 @@
 use super::canvas::{Canvas, LANES, Place, Shape};
 use super::haar::{Bank, below, unit};
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
+use crate::wary::wary;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +42,7 @@ pursuit_parameters::parameters! {
         pub first_rounds: usize = 10, in 1..=1000, source "ours";
         /// The score, fitted as `docs/papers/saffari2009.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -2.5, rating: -2.5, margin: 4.7, likeness: 5.7 };
+            ClassifierScoreParams { bias: -3.0, rating: 0.0, margin: 6.0, likeness: 3.6 };
     }
 }
 
@@ -349,7 +351,7 @@ impl LocalizerRecipe for ForestParams {
 
 /// `online-forest`.
 pub fn online_forest(name: &'static str) -> TrackerRecipe<ForestParams> {
-    recipe(name, ForestParams::default())
+    recipe(name, ForestParams::default(), wary(PolicyParams::patient()))
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewP
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -200,7 +201,7 @@ impl LocalizerRecipe for MilParams {
 
 /// `mil`.
 pub fn mil(name: &'static str) -> TrackerRecipe<MilParams> {
-    recipe(name, MilParams::default())
+    recipe(name, MilParams::default(), PolicyParams::patient())
 }
 
 #[cfg(test)]

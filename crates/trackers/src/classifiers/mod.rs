@@ -122,11 +122,7 @@ impl Model {
 }
 
 /// These methods keep the size and follow jumps: the motion model smooths little. They bear a long doubt better than they find a target again.
-fn recipe<P>(name: &'static str, localizer: P) -> TrackerRecipe<P> {
-    let groups = GroupParams {
-        motion: MotionParams::sudden(),
-        policy: PolicyParams::patient(),
-        search: SearchParams::at_last_place(),
-    };
+fn recipe<P>(name: &'static str, localizer: P, policy: PolicyParams) -> TrackerRecipe<P> {
+    let groups = GroupParams { motion: MotionParams::sudden(), policy, search: SearchParams::at_last_place() };
     TrackerRecipe { name, localizer, groups }
 }

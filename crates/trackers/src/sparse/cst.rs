@@ -3,6 +3,7 @@
 use crate::correlation::filters::{FilterKind, SparseCodeParams};
 use crate::correlation::{CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, WindowParams, spec};
 use crate::features::FeatureKind;
+use crate::wary::wary;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
@@ -25,7 +26,7 @@ pursuit_parameters::parameters! {
         pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.03, penalty: 0.98 };
         /// The score, fitted as `docs/papers/zhang2016.md` says.
         pub score: ScoreParams =
-            ScoreParams { bias: -1.6, peak: 0.85, likeness: 10.0, ..ScoreParams::default() };
+            ScoreParams { bias: -2.2, collapse: 2.0, likeness: 8.0, ..ScoreParams::default() };
     }
 }
 
@@ -52,7 +53,7 @@ impl LocalizerRecipe for CstParams {
 pub fn cst(name: &'static str) -> TrackerRecipe<CstParams> {
     let groups = GroupParams {
         motion: MotionParams::sudden(),
-        policy: PolicyParams::default(),
+        policy: wary(PolicyParams::default()),
         search: SearchParams::at_last_place(),
     };
     TrackerRecipe { name, localizer: CstParams::default(), groups }

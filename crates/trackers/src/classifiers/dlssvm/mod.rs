@@ -10,10 +10,12 @@ mod tests;
 use super::canvas::{Canvas, LANES, Place, Shape};
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
 use crate::correlation::ScaleLadderParams;
+use crate::wary::wary;
 use maps::{Grid, Maps};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +44,7 @@ pursuit_parameters::parameters! {
         pub sizes: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.005, penalty: 1.0 };
         /// The score, chosen as `docs/papers/ning2016.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -2.9, rating: 0.0, margin: 2.3, likeness: 5.0 };
+            ClassifierScoreParams { bias: -3.0, rating: 0.0, margin: 2.5, likeness: 5.0 };
     }
 }
 
@@ -200,5 +202,5 @@ impl LocalizerRecipe for DlssvmParams {
 
 /// `dlssvm`.
 pub fn dlssvm(name: &'static str) -> TrackerRecipe<DlssvmParams> {
-    recipe(name, DlssvmParams::default())
+    recipe(name, DlssvmParams::default(), wary(PolicyParams::patient()))
 }

@@ -9,10 +9,12 @@ use super::canvas::{Canvas, LANES, Place, Shape};
 use super::haar::Bank;
 use super::sigmoids::exp;
 use super::{Classifier, ClassifierLocalizer, ClassifierScoreParams, Model, ViewParams, recipe};
+use crate::wary::wary;
 use multiversion::multiversion;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
+use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::{LocalizerRecipe, Result, TrackerRecipe};
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +39,7 @@ pursuit_parameters::parameters! {
         pub directions: usize = 16, in 4..=64, source "hare2011, section 4: 16";
         /// The score, fitted as `docs/papers/hare2011.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -2.9, rating: -0.6, margin: 2.3, likeness: 5.0 };
+            ClassifierScoreParams { bias: -3.3, rating: 0.0, margin: 1.2, likeness: 5.7 };
     }
 }
 
@@ -228,5 +230,5 @@ impl LocalizerRecipe for StruckParams {
 
 /// `struck`.
 pub fn struck(name: &'static str) -> TrackerRecipe<StruckParams> {
-    recipe(name, StruckParams::default())
+    recipe(name, StruckParams::default(), wary(PolicyParams::patient()))
 }

@@ -9,6 +9,7 @@ mod templates;
 
 pub use localizer::{L1Finding, L1Tracker};
 
+use crate::wary::wary;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
@@ -98,13 +99,13 @@ pursuit_parameters::parameters! {
     /// ln of p / (1 − p) of the probability p that the box is right.
     pub struct L1ScoreParams {
         /// With nothing seen.
-        pub bias: f64 = -2.4, in -50.0..=50.0, source "ours";
+        pub bias: f64 = -4.6, in -50.0..=50.0, source "ours";
         /// For the error ‖y − T a‖².
-        pub error: f64 = -3.0, in -100.0..=100.0, source "ours";
+        pub error: f64 = 0.0, in -100.0..=100.0, source "ours";
         /// For the share of the largest region of covered pixels.
         pub covered: f64 = 0.0, in -100.0..=100.0, source "ours";
         /// For the likeness to the first frame.
-        pub likeness: f64 = 6.7, in -100.0..=100.0, source "ours";
+        pub likeness: f64 = 7.3, in -100.0..=100.0, source "ours";
     }
 }
 
@@ -120,7 +121,7 @@ impl LocalizerRecipe for L1Params {
 pub fn l1(name: &'static str) -> TrackerRecipe<L1Params> {
     let groups = GroupParams {
         motion: MotionParams::sudden(),
-        policy: PolicyParams::patient(),
+        policy: wary(PolicyParams::patient()),
         search: SearchParams::default(),
     };
     TrackerRecipe { name, localizer: L1Params::default(), groups }
