@@ -2,7 +2,7 @@
 //!
 //! Three trackers' networks are written out, [`nanotrack::NanoTrackV3`], [`lightfc::LightFc`] and [`vittrack::VitTrack`]: their
 //! layers are code over one set of kernels, their weights plain numbers, and they need nothing installed. [`siamese`] is the arithmetic around them and their kin, [`detection`] that around detectors of
-//! objects. Any other [`Network`] comes from an ONNX file ([`onnx`], with the features `onnxruntime` and `rten`).
+//! objects, [`segmentation`] that around networks that draw masks. Any other [`Network`] comes from an ONNX file ([`onnx`], with the features `onnxruntime` and `rten`).
 
 mod backbone;
 pub mod detection;
@@ -14,6 +14,7 @@ pub mod nanotrack;
 mod network;
 pub mod onnx;
 mod resample;
+pub mod segmentation;
 mod shared;
 pub mod siamese;
 pub mod vittrack;

@@ -6,7 +6,7 @@ mod onnx;
 mod texture;
 
 pub use numbers::{Noise, SplitMix};
-pub use onnx::network_that_answers;
+pub use onnx::{NetworkFile, network_that_answers};
 pub use texture::{PixelTable, lattice, value_noise};
 
 /// CRC-32 as in PNG and zip, bit by bit.

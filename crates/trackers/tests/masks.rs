@@ -3,6 +3,9 @@
 
 use pursuit_geometry::{BBox, Mask, Point, Size};
 use pursuit_imaging::{Frame, Image};
+use pursuit_inference::InferenceError;
+use pursuit_inference::onnx::OnnxOptions;
+use pursuit_inference::segmentation::SegmentationNetwork;
 use pursuit_scenes::open;
 use pursuit_trackers::masks::{AnySegmenter, MaskGroup};
 use pursuit_trackers::registry;
@@ -299,4 +302,80 @@ fn parameters_of_masks_are_a_group_like_others() {
     tracker.reinit(&world.frame(5), world.bbox(5)).unwrap();
     let said = tracker.update(&world.frame(6)).unwrap();
     assert!(said.mask.unwrap().iou(&world.mask(6)) > 0.7);
+}
+
+/// A network that draws what is red, in a file; and the settings that name it. `None` where this build has no library that runs one.
+fn red_network(folder: &std::path::Path) -> Option<String> {
+    let weights: Vec<f32> = (0..3 * 4).map(|k| [1.0, -0.5, -0.5][k / 4] / 4.0).collect();
+    let network = pursuit_testkit::NetworkFile::default()
+        .input("input", &[1, 3, 96, 96])
+        .floats("weights", &[1, 3, 2, 2], &weights)
+        .floats("enough", &[], &[0.3])
+        .cells("input", "weights", "red", 2)
+        .node("Sub", &["red", "enough"], "logits", &[])
+        .output("logits", 4);
+    let file = folder.join("red.onnx");
+    std::fs::write(&file, network.to_bytes()).unwrap();
+    match SegmentationNetwork::open(&file, &OnnxOptions::default()) {
+        Err(InferenceError::NoBackend { .. }) => {
+            println!("skipped: masks by a network, for want of a library that runs one");
+            return None;
+        }
+        opened => drop(opened.unwrap()),
+    }
+    Some(format!("mask.model = 'network'\nmask.network.model = '{}'", file.display()))
+}
+
+#[test]
+fn a_network_gives_the_shape_that_it_draws() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(settings) = red_network(folder.path()) else { return };
+    let world = World { still: false };
+    let mut segmenter = segmenter(&settings, &world.frame(0), world.bbox(0));
+    for k in 1..8 {
+        let mask = segmenter.segment(&world.frame(k), &seen(k, rough(world.bbox(k), k))).unwrap().unwrap();
+        assert!(mask.iou(&world.mask(k)) > 0.88, "frame {k}: {}", mask.iou(&world.mask(k)));
+    }
+    for state in [TrackState::Occluded, TrackState::Lost] {
+        let estimate = Estimate { state, ..seen(1, world.bbox(1)) };
+        assert_eq!(segmenter.segment(&world.frame(1), &estimate).unwrap(), None, "{state}");
+    }
+    // Where it draws nothing there is no mask, and none beyond the picture.
+    let elsewhere = BBox::from_ltwh(240.0, 10.0, 40.0, 40.0);
+    for bbox in [elsewhere, BBox::from_ltwh(-500.0, 0.0, 20.0, 20.0), BBox::from_ltwh(f64::NAN, 0.0, 20.0, 20.0)] {
+        assert_eq!(segmenter.segment(&world.frame(1), &seen(1, bbox)).unwrap(), None);
+    }
+}
+
+#[test]
+fn a_saved_tracker_opens_its_network_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(settings) = red_network(folder.path()) else { return };
+    let world = World { still: true };
+    let mut tracker = recipe(&settings).init(&world.frame(0), world.bbox(0)).unwrap();
+    run(&mut *tracker, &world, 1..4);
+    let bytes = tracker.save().unwrap();
+    let mut restored = recipe("").restore(&bytes).unwrap();
+    let said = run(&mut *tracker, &world, 4..7);
+    assert!(said.iter().all(|e| e.mask.is_some()));
+    assert_eq!(run(&mut *restored, &world, 4..7), said);
+    tracker.reinit(&world.frame(9), world.bbox(9)).unwrap();
+    let after = tracker.update(&world.frame(10)).unwrap();
+    assert!(after.mask.unwrap().iou(&world.mask(10)) > 0.7);
+    std::fs::remove_file(folder.path().join("red.onnx")).unwrap();
+    let error = recipe("").restore(&bytes).err().unwrap().to_string();
+    assert!(error.contains("red.onnx"), "{error}");
+}
+
+#[test]
+fn a_network_for_masks_needs_a_file() {
+    let world = World { still: true };
+    let refused = |settings: &str| recipe(settings).init(&world.frame(0), world.bbox(0)).err().unwrap().to_string();
+    let unnamed = refused("mask.model = 'network'");
+    assert!(unnamed.contains("`network.model` of `mask`") && unnamed.contains("names no network"), "{unnamed}");
+    let missing = refused("mask.model = 'network'\nmask.network.model = 'nowhere.onnx'");
+    assert!(missing.contains("nowhere.onnx"), "{missing}");
+    let table = "mask.network.model = 'a.onnx'".parse::<Table>().unwrap();
+    let other = registry::tracker("kcf").unwrap().recipe(&table).err().unwrap().to_string();
+    assert!(other.contains("belongs to `mask.model = \"network\"`"), "{other}");
 }

@@ -187,3 +187,42 @@ fn an_export_is_followed_without_a_description() {
     let nothing = track(&clip, &out, &["--device", "tpu"]);
     assert!(nothing.status.code() == Some(2) && stderr(&nothing).contains("openvino"), "{}", stderr(&nothing));
 }
+
+#[test]
+fn a_network_draws_the_masks_of_any_tracker() {
+    if !runs_networks() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    // The mean of red in cells of two pixels, from −1 on.
+    let weights: Vec<f32> = (0..12).map(|k| if k < 4 { 0.25 } else { 0.0 }).collect();
+    let network = pursuit_testkit::NetworkFile::default()
+        .input("input", &[1, 3, 24, 24])
+        .floats("weights", &[1, 3, 2, 2], &weights)
+        .cells("input", "weights", "logits", 2)
+        .output("logits", 4);
+    let file = folder.path().join("red.onnx");
+    std::fs::write(&file, network.to_bytes()).unwrap();
+    std::fs::write(file.with_extension("toml"), "values = 'logits'").unwrap();
+    let out = folder.path().join("out");
+    let model = format!("mask.network.model={}", file.display());
+    let sets = ["--set", "mask.model=network", "--set", &model];
+    let boxed = ["--box", "16,32,8,8", "--tracker", "mosse", "--set", "policy.model=always", "--format", "jsonl"];
+    let found = track(&clip, &out, &[&boxed[..], &sets].concat());
+    assert!(found.status.success(), "{}", stderr(&found));
+    let text = std::fs::read_to_string(out.join("trajectory.jsonl")).unwrap();
+    let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    let mask = &last["mask"];
+    assert_eq!(mask["size"], serde_json::json!([96, 128]), "{last}");
+    let coco: pursuit::geometry::CocoMask = serde_json::from_value(mask.clone()).unwrap();
+    let mask = coco.mask().unwrap();
+    let square =
+        pursuit::geometry::Mask::from_fn(pursuit::geometry::Size::new(128, 96), |x, y| x / 8 == 2 && y / 8 == 4);
+    assert!(mask.iou(&square) > 0.7, "{}", mask.iou(&square));
+    // What is no network is said before anything is written.
+    let other = folder.path().join("other");
+    std::fs::write(&file, b"no network at all").unwrap();
+    fails(&track(&clip, &other, &[&boxed[..], &sets].concat()), 2, &["`network.model` of `mask`", "red.onnx"]);
+    assert!(!other.exists());
+}

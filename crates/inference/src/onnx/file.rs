@@ -1,9 +1,9 @@
 //! What is asked of a file before a library sees it, and the few changes made to it.
 
-use super::OnnxOptions;
 use super::proto::{
     Dimension, FLOAT, Graph, INT64, ModelProto, Node, Properties, Shape, Tensor, Value, is_bounded, rewritten,
 };
+use super::{Declared, OnnxOptions};
 use crate::{InferenceError, Port, Result};
 use prost::Message;
 use std::io::Read;
@@ -24,6 +24,7 @@ const OPERATORS: &[&str] = &[
     "Constant",
     "Conv",
     "ConvTranspose",
+    "Cos",
     "DepthToSpace",
     "Div",
     "Dropout",
@@ -83,6 +84,8 @@ const OPERATORS: &[&str] = &[
     "Selu",
     "Shape",
     "Sigmoid",
+    "Sign",
+    "Sin",
     "Slice",
     "Softmax",
     "Softplus",
@@ -132,16 +135,8 @@ impl Model {
     /// From the bytes of a file.
     pub fn parse(name: String, bytes: &[u8], options: &OnnxOptions) -> Result<Self> {
         let wrong = |why: String, mend: &str| InferenceError::Model { what: name.clone(), why, mend: mend.into() };
-        if bytes.len() as u64 > options.max_bytes {
-            let why = format!("it has more than {} bytes", options.max_bytes);
-            return Err(wrong(why, "raise the limit if it is meant to be that large"));
-        }
-        let damaged = "get the file again: it is damaged or no ONNX file";
-        if !is_bounded(bytes) {
-            return Err(wrong("its fields break off or are too many".into(), damaged));
-        }
-        let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string(), damaged))?;
-        let graph = proto.graph.ok_or_else(|| wrong("it has no graph".into(), damaged))?;
+        let damaged = DAMAGED;
+        let graph = decoded(bytes, options).map_err(|(why, mend)| wrong(why, mend))?;
         if graph.outputs.is_empty() || graph.nodes.is_empty() {
             return Err(wrong("its graph computes nothing".into(), damaged));
         }
@@ -200,6 +195,36 @@ pub fn metadata(path: &Path, options: &OnnxOptions) -> Result<Vec<(String, Strin
 }
 
 type Wrong = (String, &'static str);
+
+const DAMAGED: &str = "get the file again: it is damaged or no ONNX file";
+
+/// The graph in the bytes of a file.
+fn decoded(bytes: &[u8], options: &OnnxOptions) -> Result<Graph, Wrong> {
+    if bytes.len() as u64 > options.max_bytes {
+        let why = format!("it has more than {} bytes", options.max_bytes);
+        return Err((why, "raise the limit if it is meant to be that large"));
+    }
+    if !is_bounded(bytes) {
+        return Err(("its fields break off or are too many".into(), DAMAGED));
+    }
+    let proto = ModelProto::decode(bytes).map_err(|e| (e.to_string(), DAMAGED))?;
+    proto.graph.ok_or_else(|| ("it has no graph".into(), DAMAGED))
+}
+
+/// The inputs that a file declares and that are no constants.
+pub fn declared_inputs(path: &Path, options: &OnnxOptions) -> Result<Vec<Declared>> {
+    let name = path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned();
+    let wrong = |(why, mend): Wrong| InferenceError::Model { what: name, why, mend: mend.into() };
+    let graph = decoded(&bytes_of(path, options)?, options).map_err(wrong)?;
+    let constants = graph.constants();
+    let dims = |input: &Value| {
+        let tensor = input.kind.as_ref().and_then(|k| k.tensor.as_ref());
+        let dims = tensor.and_then(|t| t.shape.as_ref()).map(|s| s.dims.as_slice()).unwrap_or_default();
+        dims.iter().map(|d| usize::try_from(d.value).ok().filter(|&side| side > 0)).collect()
+    };
+    let inputs = graph.inputs.iter().filter(|i| !constants.contains_key(i.name.as_str()));
+    Ok(inputs.map(|input| Declared { name: input.name.clone(), shape: dims(input) }).collect())
+}
 
 fn check_graph(graph: &Graph, max_bytes: u64) -> Result<(), Wrong> {
     if graph.nodes.len() > MAX_NODES {

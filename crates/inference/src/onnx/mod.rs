@@ -126,6 +126,34 @@ pub fn open(path: &Path, options: &OnnxOptions) -> Result<Box<dyn Network>> {
     }
 }
 
+/// An input as a file declares it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Declared {
+    /// Its name.
+    pub name: String,
+    /// Its dimensions; `None` where the file leaves one open.
+    pub shape: Vec<Option<usize>>,
+}
+
+/// The inputs that the file `path` declares, in its order, before anything is known of the shapes that it leaves open: what to
+/// [`open`] it with.
+///
+/// # Errors
+/// [`InferenceError::Read`] if the file cannot be read, [`InferenceError::Model`] if it is damaged or no ONNX file.
+#[cfg(any(feature = "onnxruntime", feature = "rten"))]
+pub fn declared_inputs(path: &Path, options: &OnnxOptions) -> Result<Vec<Declared>> {
+    file::declared_inputs(path, options)
+}
+
+/// Without a library nothing can be opened: says so, as [`open`] does.
+///
+/// # Errors
+/// As [`open`].
+#[cfg(not(any(feature = "onnxruntime", feature = "rten")))]
+pub fn declared_inputs(path: &Path, options: &OnnxOptions) -> Result<Vec<Declared>> {
+    open(path, options).map(|_| Vec::new())
+}
+
 /// What the file `path` says of itself, key and value in its order (`metadata_props`); nothing where it is no ONNX file.
 ///
 /// # Errors

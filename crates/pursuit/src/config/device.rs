@@ -20,7 +20,7 @@ pub(super) fn hand(
     let of_trackers = trackers.iter().map(Vec::as_slice).zip(&mut settings.trackers);
     let mut any = false;
     for (schema, table) in of_trackers.chain([(detector, &mut settings.detector)]) {
-        let places = of_networks(schema, KEY);
+        let places = of_networks(schema, &nested(table), KEY);
         any |= !places.is_empty();
         let mut all = nested(&places.into_iter().map(|place| (place, device.as_str().into())).collect());
         merge(&mut all, std::mem::take(table));
@@ -68,11 +68,15 @@ mod tests {
         assert!(hand(Device::Cuda, &mut settings, &[schema("fear-xs"), schema("fear-xs")], &[]));
         let device = |k: usize| settings.trackers[k]["runtime"]["device"].as_str();
         assert_eq!((device(0), device(1)), (Some("cuda"), Some("coreml")));
-        assert!(!hand(
-            Device::Cuda,
-            &mut Settings { trackers: vec![Default::default()], ..Settings::default() },
-            &[schema("kcf")],
-            &[]
-        ));
+        let filters = |own: &str| {
+            let trackers = vec![nested(&own.parse().unwrap())];
+            let mut settings = Settings { trackers, ..Settings::default() };
+            let is_taken = hand(Device::Cuda, &mut settings, &[schema("kcf")], &[]);
+            (is_taken, settings.trackers[0].clone())
+        };
+        assert!(!filters("").0 && !filters("mask.model = 'colors'").0);
+        // A mask by a network is one that runs there.
+        let (is_taken, own) = filters("mask.model = 'network'");
+        assert!(is_taken && own["mask"]["network"]["runtime"]["device"].as_str() == Some("cuda"), "{own}");
     }
 }

@@ -2,12 +2,16 @@
 
 mod colors;
 mod motion;
+mod network;
 mod pieces;
 
+use crate::runtime::RuntimeParams;
 use colors::ColorSegmenter;
 use motion::MotionSegmenter;
+use network::NetworkSegmenter;
 use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::Frame;
+use pursuit_parameters::FileName;
 use pursuit_tracking::{Estimate, Recipe, Result, Segmenter, SegmenterRecipe, SegmentingRecipe, TrackState};
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +24,8 @@ pursuit_parameters::choices! {
         Colors = "colors",
         /// By what stands out of the background of a camera that stands still.
         Motion = "motion",
+        /// By a network of yours, an ONNX file: one that draws a mask of a picture, or one like Segment Anything, asked by the box.
+        Network = "network",
     }
 }
 
@@ -38,10 +44,12 @@ pursuit_parameters::parameters! {
         pub colors: ColorsParams = ColorsParams::default(), of [MaskModel::Colors];
         /// By the background.
         pub motion: MotionParams = MotionParams::default(), of [MaskModel::Motion];
+        /// By a network.
+        pub network: NetworkMaskParams = NetworkMaskParams::default(), of [MaskModel::Network];
     }
 }
 
-const SEEING: [MaskModel; 2] = [MaskModel::Colors, MaskModel::Motion];
+const SEEING: [MaskModel; 3] = [MaskModel::Colors, MaskModel::Motion, MaskModel::Network];
 
 pursuit_parameters::parameters! {
     /// Masks by colours.
@@ -82,6 +90,16 @@ pursuit_parameters::parameters! {
 }
 
 pursuit_parameters::parameters! {
+    /// Masks by a network.
+    pub struct NetworkMaskParams {
+        /// The network: its ONNX file; or the folder with an image encoder and a mask decoder, or the TOML file that names these.
+        pub model: FileName = FileName::default();
+        /// How the network is run.
+        pub runtime: RuntimeParams = RuntimeParams::default();
+    }
+}
+
+pursuit_parameters::parameters! {
     /// The group by its name.
     pub struct MaskGroup {
         /// Which pixels inside the box are the target's.
@@ -102,6 +120,7 @@ impl SegmenterRecipe for MaskGroup {
             MaskModel::None => None,
             MaskModel::Colors => Some(AnySegmenter::Colors(Box::new(ColorSegmenter::new(&self.mask, frame, &bbox)))),
             MaskModel::Motion => Some(AnySegmenter::Motion(Box::new(MotionSegmenter::new(&self.mask, frame, &bbox)))),
+            MaskModel::Network => Some(AnySegmenter::Network(Box::new(NetworkSegmenter::new(&self.mask)?))),
         })
     }
 }
@@ -113,6 +132,8 @@ pub enum AnySegmenter {
     Colors(Box<ColorSegmenter>),
     /// By the background.
     Motion(Box<MotionSegmenter>),
+    /// By a network.
+    Network(Box<NetworkSegmenter>),
 }
 
 impl Segmenter for AnySegmenter {
@@ -123,6 +144,8 @@ impl Segmenter for AnySegmenter {
             Self::Colors(segmenter) if seen => segmenter.look(frame, &estimate.bbox, estimate.state),
             Self::Colors(_) => None,
             Self::Motion(segmenter) => segmenter.look(frame, &estimate.bbox).filter(|_| seen),
+            Self::Network(segmenter) if seen => segmenter.look(frame, &estimate.bbox)?,
+            Self::Network(_) => None,
         })
     }
 
@@ -130,6 +153,8 @@ impl Segmenter for AnySegmenter {
         match self {
             Self::Colors(segmenter) => segmenter.restart(frame, &bbox),
             Self::Motion(segmenter) => segmenter.restart(frame, &bbox),
+            // It is open already, and knows nothing of the target.
+            Self::Network(_) => {}
         }
         Ok(())
     }
