@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Points whose true places are known in pictures of real clips: the tracker `point` beside OpenCV's pyramidal Lucas-Kanade.
 
-    points.py FOLDER... [--set KEY=VALUE]... [--fit]
+    points.py FOLDER... [--set KEY=VALUE]... [--fit | --there-and-back]
 
 One picture of each annotated sequence in the folders is turned, stretched, moved, lit and blurred by known amounts over 75 frames, saved as JPEG with noise, while a strip of another one passes before it
 from frame 20 on. Ten points of each are followed: five corners and five anywhere. A point is told right where it is `tracking`, in view, and within 8 pixels. --fit prints the weights of the score: those of each
 folder, judged on the others, and those of all.
+
+--there-and-back takes the clips themselves: up to 120 frames, then the same backward, so that a point must be where it was when the same picture comes again, and end where it began. Four corners of
+each target are followed. "Apart": told both times, more than 8 pixels apart. "Outside": told outside of the target's box by more than a tenth of that and four pixels.
 """
 import argparse
 import json
@@ -19,6 +22,8 @@ import cv2
 import numpy as np
 
 FRAMES, FROM, NEAR_PX, WINDOW = 75, 20, 8, (21, 21)
+# Frames of a clip that are played there and back.
+THERE = 120
 
 
 def chosen(grey, random):
@@ -68,12 +73,17 @@ def film(folder, picture, other, seed):
     return [(x + .5, y + .5) for x, y in points], truth
 
 
-def ours(folder, points, truth, settings, out):
-    """Of each frame and point: the frame, whether it is in view, whether it is told, how far off it is, and the figures behind the score."""
+def followed(folder, points, settings, out):
+    """What `pursuit track` says of the points of a folder of pictures, row by row."""
     call = [os.environ["PURSUIT"], "-q", "track", str(folder), "--no-video", "--format", "jsonl", "--out", str(out), *(f"--point={x},{y}" for x, y in points), *(f"--set={s}" for s in settings)]
     subprocess.run(call, check=True, stdout=subprocess.DEVNULL)
+    return map(json.loads, open(out / "trajectory.jsonl"))
+
+
+def ours(folder, points, truth, settings, out):
+    """Of each frame and point: the frame, whether it is in view, whether it is told, how far off it is, and the figures behind the score."""
     rows = []
-    for row in map(json.loads, open(out / "trajectory.jsonl")):
+    for row in followed(folder, points, settings, out):
         if row["frame"] == 0:
             continue
         x, y, in_view = truth[row["frame"]][row["target"] - 1]
@@ -129,12 +139,67 @@ def judged(name, weights, data):
     print(f"{name:24} {np.round(weights, 2)}  above one half {told.mean():.3f}, wrong of that {1 - data[told, -1].mean():.4f}")
 
 
+def there_and_back(clip, settings, work):
+    """Of four corners of a clip's target: rows, told, told outside of the box, told both times, of these apart, points, told in the end, of these elsewhere than at the start."""
+    boxes, names = sequences.truth(clip)
+    frames = sequences.pictures(clip, names, THERE)
+    n, count = len(frames), np.zeros(8, int)
+    folder = work / "there-and-back"
+    folder.mkdir(parents=True)
+    for k, frame in enumerate(frames + frames[-2::-1]):
+        cv2.imwrite(str(folder / f"{k:05d}.jpg"), frame, [cv2.IMWRITE_JPEG_QUALITY, 95])
+    box = lambda k: [float(v) for v in boxes[k]] if k < len(boxes) and boxes[k] and "" not in boxes[k] else None
+    x, y, w, h = box(0)
+    inner = np.zeros(frames[0].shape[:2], np.uint8)
+    inner[max(0, int(y + .15 * h)):int(y + .85 * h) + 1, max(0, int(x + .15 * w)):int(x + .85 * w) + 1] = 255
+    corners = cv2.goodFeaturesToTrack(cv2.cvtColor(frames[0], cv2.COLOR_BGR2GRAY), 4, .02, max(4, min(w, h) / 5), mask=inner)
+    if corners is None:
+        return count
+    points = [tuple(map(float, p)) for p in corners.reshape(-1, 2) + .5]
+    places = {}
+    for row in followed(folder, points, settings, work / "out"):
+        if row["state"] == "tracking":
+            places[row["target"] - 1, row["frame"]] = np.array(row["box"][:2]) + np.array(row["box"][2:]) / 2
+    for t, start in enumerate(points):
+        for k in range(1, 2 * n - 2):
+            again, here = min(k, 2 * n - 2 - k), places.get((t, k))
+            count[0] += 1
+            if here is None:
+                continue
+            count[1] += 1
+            if now := box(again):
+                low, size = np.array(now[:2]), np.array(now[2:])
+                count[2] += np.any(here < low - .1 * size - 4) or np.any(here > low + 1.1 * size + 4)
+            before = places.get((t, again)) if k >= n else None
+            if before is not None:
+                count[3:5] += 1, np.hypot(*(here - before)) > NEAR_PX
+        last = places.get((t, 2 * n - 2))
+        count[5:8] += 1, last is not None, last is not None and np.hypot(*(last - start)) > NEAR_PX
+    return count
+
+
+def turn_about(folders, settings):
+    """Prints that for each folder, and for all."""
+    counts = []
+    for folder in folders:
+        count = np.zeros(8, int)
+        for clip in sequences.clips([folder]):
+            with tempfile.TemporaryDirectory() as work:
+                count += there_and_back(clip, settings, pathlib.Path(work))
+        counts.append(count)
+    for name, (rows, told, outside, both, apart, points, back, elsewhere) in zip([*folders, "all"], [*counts, sum(counts)]):
+        print(f"{name:24} told {told / rows:.4f}, outside {outside} of {told}, apart {apart} of {both}, told in the end {back} of {points}, elsewhere {elsewhere}")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--fit", action="store_true")
+    parser.add_argument("--there-and-back", action="store_true")
     a = parser.parse_args()
+    if a.there_and_back:
+        return turn_about(a.folders, a.set)
     pictures = []
     for folder in a.folders:
         for clip in sequences.clips([folder]):
