@@ -4,7 +4,7 @@
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
 use pursuit_vision::background::{BackgroundModel, Learning, Mog2, Mog2Params, TemporalMedian, TemporalMedianParams};
-use pursuit_vision::flow::dense::{DenseFlow, DenseFlowParams, FlowField};
+use pursuit_vision::flow::dense::{DenseFlow, DenseFlowParams, FlowField, RefinementParams};
 use pursuit_vision::flow::{
     GoodFeatures, GoodFeaturesParams, LucasKanade, LucasKanadeParams, MedianFlow, MedianFlowParams, Pyramid,
 };
@@ -41,7 +41,8 @@ fn nothing_is_allocated_from_frame_to_frame() {
         sparse.estimate(from, to, &[]).unwrap();
         phase.estimate(from, to).unwrap();
     });
-    let mut dense = DenseFlow::new(DenseFlowParams::default()).unwrap();
+    let refinement = RefinementParams { rounds: 1, ..RefinementParams::default() };
+    let mut dense = DenseFlow::new(DenseFlowParams { refinement, ..DenseFlowParams::default() }).unwrap();
     let mut field = FlowField::zero(pictures[0].size()).unwrap();
     allocates_nothing("dense flow", |n| {
         let [from, to] = &mut pyramids;

@@ -1,6 +1,6 @@
 //! `pursuit flow`.
 
-use super::Span;
+use super::{Span, View};
 use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ pub struct Flow {
     /// Follow so many corners of the first frame, the best there are [default: 200]
     #[arg(long, value_name = "N", conflicts_with_all = ["grid", "dense"])]
     pub points: Option<usize>,
-    /// Follow points on a grid, so many pixels apart; with --dense, write the field on that grid as field.csv
+    /// Follow points on a grid, so many pixels of the input apart; with --dense, write the field on that grid as field.csv
     #[arg(long, value_name = "STEP", conflicts_with = "given", allow_negative_numbers = true)]
     pub grid: Option<f64>,
     /// Take new corners in place of those that were lost or left the picture
@@ -39,6 +39,9 @@ pub struct Flow {
     /// full resolution
     #[arg(long, value_name = "HOW", default_value = "usual", value_parser = ["fast", "usual", "fine", "full"], requires = "dense")]
     pub quality: String,
+    /// Refine the field of each level variationally, so many rounds at full resolution and more at coarser ones; 0: not [default: that of the quality]
+    #[arg(long, value_name = "ROUNDS", requires = "dense")]
+    pub refine: Option<usize>,
     /// Write every field as flo/FRAME.flo, in Middlebury's form
     #[arg(long, requires = "dense")]
     pub flo: bool,
@@ -59,6 +62,8 @@ pub struct Flow {
     pub json: bool,
     #[command(flatten)]
     pub span: Span,
+    #[command(flatten)]
+    pub view: View,
 }
 
 /// Takes a point.

@@ -17,6 +17,7 @@ mod studio;
 mod survey;
 #[cfg(test)]
 mod tests;
+mod view;
 
 pub use associate::Associate;
 pub use batch::Batch;
@@ -33,6 +34,7 @@ pub use span::Span;
 #[cfg(feature = "studio")]
 pub use studio::Studio;
 pub use survey::Survey;
+pub use view::{View, numbers};
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -274,12 +276,8 @@ pub struct Track {
     pub publish: Publish,
     #[command(flatten)]
     pub span: Span,
-    /// Look at this part of the picture alone; boxes given and written stay those of the whole picture
-    #[arg(long, value_name = "L,T,W,H")]
-    pub region: Option<String>,
-    /// Bring pictures to this size before they are looked at: WIDTHxHEIGHT or a factor; boxes stay those of the input
-    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
-    pub resize: Option<String>,
+    #[command(flatten)]
+    pub view: View,
     /// Take the input for one that runs in real time: frames that come while a frame is looked at are dropped
     #[arg(long, overrides_with = "no_live")]
     pub live: bool,

@@ -4,7 +4,7 @@ use crate::{console, memory};
 use pursuit::flow::{FieldOptions, Finished, Flow, FlowConfig, PointChoice, PointOptions, Shown, Wanted};
 use pursuit::geometry::{Point, Size};
 use pursuit::media::{Locator, OpenOptions};
-use pursuit::vision::flow::dense::DenseFlowParams;
+use pursuit::vision::flow::dense::{DenseFlowParams, RefinementParams};
 use pursuit::vision::flow::{LucasKanadeParams, PointFollowerParams};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -16,6 +16,8 @@ pub fn run(args: &Args, global: &Global) -> anyhow::Result<ExitCode> {
         to: args.span.to,
         stride: args.span.stride,
         fps: args.span.fps,
+        region: args.view.region()?,
+        resize: args.view.resize()?,
         out: args.out.clone(),
         overlay: args.overlay,
         ..FlowConfig::new(Locator::from(args.input.clone()), wanted(args))
@@ -52,6 +54,8 @@ fn wanted(args: &Args) -> Wanted {
             "full" => DenseFlowParams { finest: 0, ..usual },
             _ => usual,
         };
+        let rounds = args.refine.unwrap_or(params.refinement.rounds);
+        let params = DenseFlowParams { refinement: RefinementParams { rounds, ..params.refinement }, ..params };
         let shown = args.arrows.map_or(Shown::Wheel, Shown::Arrows);
         let (longest_px, grid_px) = (args.longest, args.grid);
         return Wanted::Field(FieldOptions { params, shown, longest_px, flo: args.flo, grid_px });

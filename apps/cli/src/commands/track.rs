@@ -1,6 +1,6 @@
 use super::credentials::with_credentials;
 use super::{print, settings};
-use crate::args::{Global, Overlay, Track};
+use crate::args::{Global, Overlay, Track, numbers};
 use crate::{console, memory, networks};
 use pursuit::cameras::{Camera, Cameras, Watched};
 use pursuit::config::parse_box;
@@ -220,8 +220,8 @@ fn said(args: &Track) -> Result<RunConfig, RunError> {
         from: args.span.from,
         to: args.span.to,
         stride: args.span.stride,
-        region: args.region.as_deref().map(|text| numbers(text, "--region")).transpose()?,
-        resize: args.resize.as_deref().map(str::parse).transpose()?,
+        region: args.view.region()?,
+        resize: args.view.resize()?,
         fps: args.span.fps,
         real_time: flag(args.real_time, true),
         parameters: settings(&args.settings)?,
@@ -252,15 +252,6 @@ fn depth_options(args: &Track) -> Result<DepthOptions, RunError> {
         offset_mm: offset.transpose()?,
         registered: args.depth_registered.then_some(true),
     })
-}
-
-/// `N` finite numbers between commas.
-fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], RunError> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    numbers
-        .and_then(|n| n.try_into().ok())
-        .ok_or_else(|| RunError::usage(format!("{what} `{text}` is not {N} finite numbers between commas")))
 }
 
 pub fn json(finished: &Finished) -> anyhow::Result<String> {

@@ -3,7 +3,7 @@
 #[cfg(feature = "encode")]
 use super::drawing;
 use super::folder::{Folder, Rows};
-use super::refused;
+use super::{Seen, refused};
 use crate::RunError;
 use crate::timing::Timing;
 use pursuit_geometry::{Point, Size};
@@ -34,9 +34,9 @@ pub struct FieldOptions {
     pub shown: Shown,
     /// The motion that has the fullest colour, pixels; without, that of the fastest pixels lately.
     pub longest_px: Option<f64>,
-    /// Whether a `.flo` file is written for every frame but the last.
+    /// Whether a `.flo` file is written for every frame but the last, of what is seen and in its pixels.
     pub flo: bool,
-    /// Motions on a grid, so many pixels apart, are written as CSV.
+    /// Motions on a grid, so many pixels of the input apart, are written as CSV, in the input's pixels.
     pub grid_px: Option<f64>,
 }
 
@@ -45,9 +45,9 @@ pub struct FieldOptions {
 pub struct FieldFacts {
     /// How many there were.
     pub fields: u64,
-    /// Mean length of a motion, pixels.
+    /// Mean length of a motion, pixels of the input.
     pub mean_px: f64,
-    /// The longest motion, pixels.
+    /// The longest motion, pixels of the input.
     pub longest_px: f64,
 }
 
@@ -94,16 +94,22 @@ impl FieldRun {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn begin(&mut self, folder: &Folder, overlay: Option<Box<dyn VideoWriter>>) -> Result<(), RunError> {
+    pub fn begin(
+        &mut self,
+        folder: &Folder,
+        overlay: Option<Box<dyn VideoWriter>>,
+        seen: &Seen,
+    ) -> Result<(), RunError> {
         self.rows = self.options.grid_px.map(|_| folder.grid()).transpose()?;
         self.fields = self.options.flo.then(|| folder.fields()).transpose()?;
         #[cfg(feature = "encode")]
         {
-            let fields = || drawing::Fields::new(self.options.shown, self.options.longest_px);
+            let longest_px = self.options.longest_px.map(|px| px / seen.length(1.0));
+            let fields = || drawing::Fields::new(self.options.shown, longest_px);
             self.overlay = overlay.map(|video| (video, fields()));
         }
         #[cfg(not(feature = "encode"))]
-        drop(overlay);
+        drop((overlay, seen));
         Ok(())
     }
 
@@ -111,7 +117,7 @@ impl FieldRun {
     ///
     /// # Errors
     /// A picture smaller than a patch, or a file that cannot be written.
-    pub fn step(&mut self, before: &Frame, frame: &Frame) -> Result<(), RunError> {
+    pub fn step(&mut self, [before, frame]: [&Frame; 2], seen: &Seen) -> Result<(), RunError> {
         let begun = Instant::now();
         let levels = self.dense.levels(frame.size());
         let pyramids = match self.pyramids.take() {
@@ -130,15 +136,15 @@ impl FieldRun {
         let [from, to] = self.pyramids.insert(pyramids);
         self.dense.estimate(from, to, &mut self.field).map_err(refused)?;
         self.timing.add(begun.elapsed().as_secs_f64() * 1e3);
-        self.count();
+        self.count(seen);
         if let Some(fields) = &self.fields {
             let path = fields.join(format!("{:06}.flo", before.index()));
             std::fs::write(&path, self.field.to_flo()).map_err(RunError::output(&path))?;
         }
         if let (Some(rows), Some(step)) = (&mut self.rows, self.options.grid_px) {
             let dt = frame.time_s() - before.time_s();
-            for point in grid(self.field.size(), step) {
-                let ([dx, dy], Point { x, y }) = (self.field.at(point), point);
+            for point in seen.grid(step).1 {
+                let ([dx, dy], Point { x, y }) = (seen.motion(self.field.at(seen.of_input(point))), point);
                 let (index, time) = (before.index(), before.time_s());
                 rows.add(&format!("{index},{time:.6},{x},{y},{dx:.3},{dy:.3},{dt:.6}"))?;
             }
@@ -152,8 +158,12 @@ impl FieldRun {
         Ok(())
     }
 
-    fn count(&mut self) {
-        let lengths = self.field.image().as_slice().iter().map(|[u, v]| f64::from(u.hypot(*v)));
+    fn count(&mut self, seen: &Seen) {
+        let length = |motion: &[f32; 2]| {
+            let [u, v] = seen.motion(*motion);
+            u.hypot(v)
+        };
+        let lengths = self.field.image().as_slice().iter().map(length);
         let (sum, longest) = lengths.fold((0.0, 0.0), |(sum, longest): (f64, f64), l| (sum + l, longest.max(l)));
         let mean = sum / self.field.size().area() as f64;
         self.facts.fields += 1;
@@ -176,14 +186,4 @@ impl FieldRun {
     pub fn mean_ms(&self) -> f64 {
         self.timing.summary().mean
     }
-}
-
-/// Points `step` pixels apart, in the middle of the picture, row by row.
-pub(super) fn grid(size: Size, step: f64) -> impl Iterator<Item = Point> {
-    let along = |length: usize| {
-        let n = (length as f64 / step).floor().max(1.0) as usize;
-        (n, (length as f64 - (n - 1) as f64 * step) / 2.0)
-    };
-    let ((columns, left), (rows, top)) = (along(size.width), along(size.height));
-    (0..columns * rows).map(move |i| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step))
 }

@@ -97,7 +97,10 @@ impl Folder {
     #[cfg(feature = "encode")]
     pub fn overlay(&self, input: &SourceInfo) -> Result<Box<dyn VideoWriter>, RunError> {
         let nominal_fps = input.fps.unwrap_or(VideoOptions::default().nominal_fps);
-        let options = VideoOptions { nominal_fps, pixel_aspect: input.pixel_aspect };
+        let aspect = input.pixel_aspect.unwrap_or((1, 1));
+        let shown = input.view.map_or(aspect, |view| view.pixel_aspect(aspect));
+        let pixel_aspect = Some(shown).filter(|(width, height)| width != height);
+        let options = VideoOptions { nominal_fps, pixel_aspect };
         Ok(Box::new(Mp4Writer::create(&self.0.file(OVERLAY), options)?))
     }
 

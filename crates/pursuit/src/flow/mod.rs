@@ -31,13 +31,13 @@ pub use field::{FieldFacts, FieldOptions, Shown};
 pub use points::{PointChoice, PointFacts, PointOptions};
 
 use crate::input::{self, OpenedInput};
-use crate::{Fetched, RunConfig, RunError};
+use crate::{Fetched, Resize, RunConfig, RunError};
 use field::FieldRun;
 use folder::Folder;
 use points::PointRun;
-use pursuit_geometry::Size;
+use pursuit_geometry::{Point, Size};
 use pursuit_imaging::Frame;
-use pursuit_media::{Locator, MediaError, OpenOptions, Source, SourceInfo};
+use pursuit_media::{Locator, MediaError, OpenOptions, Source, SourceInfo, View};
 use pursuit_tracking::TrackingError;
 use pursuit_vision::VisionError;
 use serde_json::json;
@@ -59,6 +59,11 @@ pub struct FlowConfig {
     pub stride: Option<NonZeroU64>,
     /// Frames per second to assume instead of the input's own times.
     pub fps: Option<f64>,
+    /// The part of the picture that is looked at, as [`RunConfig::region`] has it; all that is given and written in coordinates stays in
+    /// pixels of the whole picture.
+    pub region: Option<[f64; 4]>,
+    /// The size to which it is brought, as [`RunConfig::resize`] has it.
+    pub resize: Option<Resize>,
     /// Folder for the results; without, a new one under `pursuit-out`.
     pub out: Option<PathBuf>,
     /// Whether an overlay video is written.
@@ -86,14 +91,15 @@ impl Wanted {
 impl FlowConfig {
     /// All of `input`, without an overlay, into a new folder.
     pub fn new(input: impl Into<Locator>, wanted: Wanted) -> Self {
-        let (from, to, stride, fps) = (None, None, None, None);
-        Self { input: input.into(), from, to, stride, fps, out: None, overlay: false, wanted }
+        let (from, to, stride, fps, region, resize) = (None, None, None, None, None, None);
+        Self { input: input.into(), from, to, stride, fps, region, resize, out: None, overlay: false, wanted }
     }
 }
 
 /// A flow that is ready to run.
 pub struct Flow {
     input: OpenedInput,
+    seen: Seen,
     config: FlowConfig,
     engine: Engine,
 }
@@ -134,12 +140,14 @@ impl Flow {
             Wanted::Field(options) => Engine::Field(Box::new(FieldRun::new(options.clone())?)),
         };
         let (from, to, stride, fps) = (config.from, config.to, config.stride, config.fps);
-        let run = RunConfig { from, to, stride, fps, ..RunConfig::default() };
+        let (region, resize) = (config.region, config.resize);
+        let run = RunConfig { from, to, stride, fps, region, resize, ..RunConfig::default() };
         let input = input::open((&config.input, None), &run, &Fetched::default(), None, options)?;
+        let seen = Seen::new(&input.info);
         if let Wanted::Points(PointOptions { choice: PointChoice::Given(points), .. }) = &config.wanted {
-            points::check(points, input.info.size)?;
+            points::check(points, &seen)?;
         }
-        Ok(Self { input, config, engine })
+        Ok(Self { input, seen, config, engine })
     }
 
     /// What is known of the input.
@@ -152,7 +160,7 @@ impl Flow {
     /// # Errors
     /// Results that cannot be written, no frame, no point to follow. An input that breaks off is part of what is returned.
     pub fn run(self, stop: &AtomicBool, mut observe: impl FnMut(u64)) -> Result<Finished, RunError> {
-        let Self { mut input, config, mut engine } = self;
+        let Self { mut input, seen, config, mut engine } = self;
         let mut reader = Reader { source: &mut *input.source, size: None, damaged: 0, failure: None };
         let Some(first) = reader.next() else {
             let none = || RunError::usage(format!("{} has no frame to look at", input.info.name));
@@ -162,8 +170,8 @@ impl Flow {
         let folder = Folder::open(config.out.as_deref(), &name)?;
         let overlay = config.overlay.then(|| folder.overlay(&input.info)).transpose()?;
         match &mut engine {
-            Engine::Points(run) => run.begin(&folder, overlay, &first)?,
-            Engine::Field(run) => run.begin(&folder, overlay)?,
+            Engine::Points(run) => run.begin(&folder, overlay, (&first, &seen))?,
+            Engine::Field(run) => run.begin(&folder, overlay, &seen)?,
         }
         let mut frames = 1;
         let mut before = Arc::new(first);
@@ -172,8 +180,8 @@ impl Flow {
             let Some(frame) = reader.next() else { break };
             let frame = Arc::new(frame);
             match &mut engine {
-                Engine::Points(run) => run.step(&before, &frame)?,
-                Engine::Field(run) => run.step(&before, &frame)?,
+                Engine::Points(run) => run.step([&before, &frame], &seen)?,
+                Engine::Field(run) => run.step([&before, &frame], &seen)?,
             }
             before = frame;
             frames += 1;
@@ -193,11 +201,11 @@ impl Flow {
 impl Finished {
     /// The facts of a run, as `flow.json` has them.
     pub fn to_json(&self, input: &SourceInfo) -> serde_json::Value {
-        let Size { width, height } = input.size;
+        let Size { width, height } = input.view.map_or(input.size, |view| view.input);
         json!({
             "version": env!("CARGO_PKG_VERSION"),
             "flow": if self.points.is_some() { "points" } else { "field" },
-            "input": { "name": input.name, "width": width, "height": height, "fps": input.fps },
+            "input": { "name": input.name, "width": width, "height": height, "fps": input.fps, "view": input.view },
             "frames": self.frames,
             "damaged": self.damaged,
             "points": self.points,
@@ -205,6 +213,61 @@ impl Finished {
             "mean_ms": self.mean_ms,
             "failure": self.failure.as_ref().map(ToString::to_string),
         })
+    }
+}
+
+/// What is seen of the input's picture, and how its pixels and those of the frames belong together.
+#[derive(Debug, Clone, Copy)]
+struct Seen(View);
+
+impl Seen {
+    fn new(info: &SourceInfo) -> Self {
+        let Size { width, height } = info.size;
+        let whole = View { input: info.size, region: [0, 0, width, height], size: [width, height] };
+        Self(info.view.unwrap_or(whole))
+    }
+
+    /// The part, in pixels of the input.
+    fn size(&self) -> Size {
+        let [_, _, width, height] = self.0.region;
+        Size::new(width, height)
+    }
+
+    /// A point of the input in the frames' pixels.
+    fn of_input(&self, p: Point) -> Point {
+        let ([sx, sy], [x, y]) = (self.0.scale(), self.0.origin());
+        Point::new((p.x - x) * sx, (p.y - y) * sy)
+    }
+
+    /// A point of the frames in the input's pixels.
+    fn in_input(&self, p: Point) -> Point {
+        let ([sx, sy], [x, y]) = (self.0.scale(), self.0.origin());
+        Point::new(p.x / sx + x, p.y / sy + y)
+    }
+
+    /// A motion of the frames in the input's pixels.
+    fn motion(&self, [u, v]: [f32; 2]) -> [f64; 2] {
+        let [sx, sy] = self.0.scale();
+        [f64::from(u) / sx, f64::from(v) / sy]
+    }
+
+    /// A length of the frames in the input's pixels: by the mean of both scales where they differ.
+    fn length(&self, px: f64) -> f64 {
+        let [sx, sy] = self.0.scale();
+        px / (sx * sy).sqrt()
+    }
+
+    /// Points `step` pixels of the input apart, in the middle of the part, row by row, in the input's pixels: as many as there is room for.
+    fn grid(&self, step: f64) -> (usize, impl Iterator<Item = Point> + use<>) {
+        let along = |length: usize, from: f64| {
+            let n = (length as f64 / step).floor().max(1.0) as usize;
+            (n, from + (length as f64 - (n - 1) as f64 * step) / 2.0)
+        };
+        let (Size { width, height }, [x, y]) = (self.size(), self.0.origin());
+        let ((columns, left), (rows, top)) = (along(width, x), along(height, y));
+        let at = move |i: usize| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step);
+        let count = columns.saturating_mul(rows);
+        (count, (0..count).map(at))
     }
 }
 

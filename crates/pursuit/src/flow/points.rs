@@ -3,7 +3,7 @@
 #[cfg(feature = "encode")]
 use super::drawing;
 use super::folder::{Folder, Rows};
-use super::refused;
+use super::{Seen, refused};
 use crate::RunError;
 use crate::timing::Timing;
 use pursuit_geometry::{Point, Size};
@@ -19,11 +19,11 @@ use std::time::Instant;
 /// Which points are followed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PointChoice {
-    /// These, continuous pixels.
+    /// These, continuous pixels of the input.
     Given(Vec<Point>),
     /// So many corners, the best there are.
     Corners(usize),
-    /// A grid over the picture, so many pixels apart.
+    /// A grid over the picture, or the part of it that is seen, so many pixels of the input apart.
     Grid(f64),
 }
 
@@ -36,7 +36,7 @@ pub struct PointOptions {
     pub renew: bool,
     /// What corners are.
     pub corners: GoodFeaturesParams,
-    /// How they are followed.
+    /// How they are followed, in pixels of the frames.
     pub follower: PointFollowerParams,
 }
 
@@ -67,12 +67,15 @@ pub struct PointFacts {
 /// Most points of a grid: more are a field.
 const MOST_POINTS: usize = 100_000;
 
-/// Refuses points that are not in the picture.
-pub(super) fn check(points: &[Point], size: Size) -> Result<(), RunError> {
-    let inside = |p: &Point| (0.0..=size.width as f64).contains(&p.x) && (0.0..=size.height as f64).contains(&p.y);
-    match points.iter().find(|p| !inside(p)) {
+/// Refuses points that are not in the part of the picture that is seen.
+pub(super) fn check(points: &[Point], seen: &Seen) -> Result<(), RunError> {
+    let Size { width, height } = seen.0.size();
+    let inside = |p: &Point| (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
+    match points.iter().find(|p| !inside(&seen.of_input(**p))) {
         Some(p) => {
-            Err(RunError::usage(format!("the point {},{} lies outside of the picture, {size} pixels", p.x, p.y)))
+            let (size, [left, top, ..]) = (seen.size(), seen.0.region);
+            let part = if size == seen.0.input { String::new() } else { format!(" from {left},{top} on") };
+            Err(RunError::usage(format!("the point {},{} lies outside of the picture, {size} pixels{part}", p.x, p.y)))
         }
         None => Ok(()),
     }
@@ -128,11 +131,11 @@ impl PointRun {
         &mut self,
         folder: &Folder,
         overlay: Option<Box<dyn VideoWriter>>,
-        first: &Frame,
+        (first, seen): (&Frame, &Seen),
     ) -> Result<(), RunError> {
         let levels = self.options.follower.flow.levels.min(Pyramid::MAX_LEVELS);
         let picture = Pyramid::of(first.gray(), levels).map_err(refused)?;
-        let points = self.chosen(first)?;
+        let points = self.chosen(first, seen)?;
         self.rows = Some(folder.points()?);
         #[cfg(feature = "encode")]
         {
@@ -142,29 +145,21 @@ impl PointRun {
         drop(overlay);
         let told = self.follower.start(&picture, &points).map_err(refused)?.to_vec();
         self.pyramids = Some([picture.clone(), picture]);
-        self.tell(first, &told)
+        self.tell(first, &told, seen)
     }
 
-    fn chosen(&mut self, first: &Frame) -> Result<Vec<Point>, RunError> {
-        let Size { width, height } = first.size();
+    fn chosen(&mut self, first: &Frame, seen: &Seen) -> Result<Vec<Point>, RunError> {
         let points: Vec<Point> = match &self.options.choice {
-            PointChoice::Given(points) => points.clone(),
+            PointChoice::Given(points) => points.iter().map(|p| seen.of_input(*p)).collect(),
             PointChoice::Corners(_) => self.corners.find(first.gray(), &[]).iter().map(|c| c.point).collect(),
             PointChoice::Grid(step) => {
-                // As many as there is room for, in the middle.
-                let along = |length: usize| {
-                    let n = (length as f64 / step).floor().max(1.0) as usize;
-                    let from = (length as f64 - (n - 1) as f64 * step) / 2.0;
-                    (n, from)
-                };
-                let ((columns, left), (rows, top)) = (along(width), along(height));
-                if columns.saturating_mul(rows) > MOST_POINTS {
+                let (count, grid) = seen.grid(*step);
+                if count > MOST_POINTS {
                     return Err(RunError::usage(format!(
-                        "a grid of {step} pixels has {columns}x{rows} points, more than {MOST_POINTS}; a field (`--dense`) has them all"
+                        "a grid of {step} pixels has {count} points, more than {MOST_POINTS}; a field (`--dense`) has them all"
                     )));
                 }
-                let at = |i: usize| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step);
-                (0..columns * rows).map(at).collect()
+                grid.map(|p| seen.of_input(p)).collect()
             }
         };
         if points.is_empty() {
@@ -179,7 +174,7 @@ impl PointRun {
     ///
     /// # Errors
     /// When a file cannot be written.
-    pub fn step(&mut self, _: &Frame, frame: &Frame) -> Result<(), RunError> {
+    pub fn step(&mut self, [_, frame]: [&Frame; 2], seen: &Seen) -> Result<(), RunError> {
         let begun = Instant::now();
         let Some([from, to]) = &mut self.pyramids else { return Ok(()) };
         std::mem::swap(from, to);
@@ -194,11 +189,11 @@ impl PointRun {
             }
         }
         self.timing.add(begun.elapsed().as_secs_f64() * 1e3);
-        self.tell(frame, &told)
+        self.tell(frame, &told, seen)
     }
 
     /// Writes what became of the points in a frame.
-    fn tell(&mut self, frame: &Frame, told: &[FollowedPoint]) -> Result<(), RunError> {
+    fn tell(&mut self, frame: &Frame, told: &[FollowedPoint], seen: &Seen) -> Result<(), RunError> {
         for point in told {
             match point.state {
                 PointState::Tracked => {}
@@ -211,8 +206,10 @@ impl PointRun {
         if let Some(rows) = &mut self.rows {
             for point in told {
                 let cell = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.3}"));
-                let (x, y) = (cell(point.point.map(|p| p.x)), cell(point.point.map(|p| p.y)));
-                let error = point.forward_backward_px.map_or_else(String::new, |e| format!("{e:.4}"));
+                let place = point.point.map(|p| seen.in_input(p));
+                let (x, y) = (cell(place.map(|p| p.x)), cell(place.map(|p| p.y)));
+                let error = point.forward_backward_px.map(|e| seen.length(e));
+                let error = error.map_or_else(String::new, |e| format!("{e:.4}"));
                 self.line.clear();
                 let (index, time, state) = (frame.index(), frame.time_s(), point.state.as_str());
                 // Writing to memory cannot fail.

@@ -181,3 +181,93 @@ fn overlays_show_points_and_fields() {
         let _ = frames;
     }
 }
+
+/// The rows of points of a run, by point and frame: place, and the whole row.
+fn places(out: &Path) -> BTreeMap<(String, String), ([f64; 2], Vec<String>)> {
+    let rows = rows(&out.join("points.csv")).into_iter().skip(1).filter(|r| r[6] == "tracked");
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    rows.map(|r| ((r[2].clone(), r[0].clone()), ([number(&r[3]), number(&r[4])], r))).collect()
+}
+
+#[test]
+fn points_of_a_part_stay_in_the_whole_pictures_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    // In the target, and on the ground.
+    let given = vec![Point::new(282.0, 186.0), Point::new(150.5, 120.25), Point::new(200.0, 90.0)];
+    let run_in = |name: &str, region: Option<[f64; 4]>, resize: Option<&str>| {
+        let out = folder.path().join(name);
+        let wanted = Wanted::points(PointChoice::Given(given.clone()));
+        let resize = resize.map(|r| r.parse().unwrap());
+        run(FlowConfig { region, resize, ..config(&out, wanted) }).unwrap();
+        (
+            places(&out),
+            serde_json::from_str::<serde_json::Value>(&std::fs::read_to_string(out.join("flow.json")).unwrap())
+                .unwrap(),
+        )
+    };
+    let (whole, facts) = run_in("whole", None, None);
+    assert!(whole.len() > 20 && facts["input"]["view"].is_null());
+    let size = [facts["input"]["width"].clone(), facts["input"]["height"].clone()];
+    for (name, region, resize, off_px) in [
+        ("part", Some([101.0, 60.0, 220.0, 160.0]), None, 0.1),
+        ("half", None, Some("0.5"), 0.4),
+        ("stretched", Some([100.0, 60.0, 240.0, 160.0]), Some("480x160"), 0.4),
+    ] {
+        let (part, facts) = run_in(name, region, resize);
+        assert_eq!([facts["input"]["width"].clone(), facts["input"]["height"].clone()], size, "{name}");
+        assert!(!facts["input"]["view"].is_null(), "{name}");
+        let both: Vec<_> = part.iter().filter_map(|(key, (at, _))| Some((at, whole.get(key)?.0))).collect();
+        assert!(both.len() * 10 > 9 * whole.len(), "{name}: {} of {}", both.len(), whole.len());
+        for (at, there) in both {
+            assert!((at[0] - there[0]).hypot(at[1] - there[1]) < off_px, "{name}: {at:?} for {there:?}");
+        }
+        // Where points start is what was given.
+        for (k, p) in given.iter().enumerate() {
+            assert_eq!(part[&(k.to_string(), "0".to_owned())].0, [p.x, p.y], "{name}");
+        }
+    }
+    let config_of = |region, choice| FlowConfig { region, ..config(&folder.path().join("no"), Wanted::points(choice)) };
+    let outside = run(config_of(Some([0.0, 0.0, 100.0, 100.0]), PointChoice::Given(given))).unwrap_err();
+    assert!(outside.exit_code() == 2 && outside.to_string().contains("282,186"), "{outside}");
+    let wrong = run(config_of(Some([0.0, 0.0, 10_000.0, 100.0]), PointChoice::Corners(9))).unwrap_err();
+    assert!(wrong.exit_code() == 2 && wrong.to_string().contains("LEFT,TOP,WIDTH,HEIGHT"), "{wrong}");
+    assert!(!folder.path().join("no").exists());
+}
+
+#[test]
+fn fields_and_grids_of_a_part_stay_in_the_whole_pictures_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let run_in = |name: &str, region: Option<[f64; 4]>, resize: Option<&str>| {
+        let out = folder.path().join(name);
+        let options = FieldOptions { flo: true, grid_px: Some(20.0), ..FieldOptions::default() };
+        let resize = resize.map(|r| r.parse().unwrap());
+        let finished = run(FlowConfig { to: Some(2), region, resize, ..config(&out, Wanted::Field(options)) }).unwrap();
+        (rows(&out.join("field.csv")), out, finished.field.unwrap())
+    };
+    let whole =
+        FlowField::from_flo(&std::fs::read(run_in("whole", None, None).1.join("flo/000001.flo")).unwrap()).unwrap();
+    for (name, resize, size) in
+        [("part", None, (200, 120)), ("wide", Some("400x120"), (400, 120)), ("half", Some("0.5"), (100, 60))]
+    {
+        let (rows, out, facts) = run_in(name, Some([180.0, 120.0, 200.0, 120.0]), resize);
+        let field = FlowField::from_flo(&std::fs::read(out.join("flo/000001.flo")).unwrap()).unwrap();
+        assert_eq!(field.size(), Size::new(size.0, size.1), "a file is of what is seen");
+        let number = |text: &str| text.parse::<f64>().unwrap();
+        let of_frame: Vec<[f64; 4]> =
+            rows[1..].iter().filter(|r| r[0] == "1").map(|r| [2, 3, 4, 5].map(|k| number(&r[k]))).collect();
+        assert_eq!(of_frame.len(), 10 * 6, "{name}: twenty pixels of the input apart");
+        assert_eq!([of_frame[0][0], of_frame[0][1]], [190.0, 130.0], "{name}");
+        let mut off: Vec<f64> = of_frame
+            .iter()
+            .map(|[x, y, dx, dy]| {
+                let there = whole.at(Point::new(*x, *y));
+                (dx - f64::from(there[0])).hypot(dy - f64::from(there[1]))
+            })
+            .collect();
+        off.sort_by(f64::total_cmp);
+        assert!(off[off.len() / 2] < 0.25, "{name}: {off:?}");
+        // The target moves, in the input's pixels.
+        let longest = of_frame.iter().map(|m| m[2].hypot(m[3])).fold(0.0, f64::max);
+        assert!(longest > 1.0 && facts.longest_px >= longest - 1e-3, "{name}: {longest}, {facts:?}");
+    }
+}

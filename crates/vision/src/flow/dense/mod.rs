@@ -1,23 +1,28 @@
 //! Dense optical flow: by inverse search on a grid of patches, from coarse to fine, and a weighted mean of what overlaps
-//! (DIS: Kroeger, Timofte, Dai and Van Gool 2016, “Fast optical flow using dense inverse search”).
+//! (DIS: Kroeger, Timofte, Dai and Van Gool 2016, “Fast optical flow using dense inverse search”), refined variationally where
+//! that is wanted.
 
 mod densify;
 mod field;
 mod level;
 mod params;
+mod refine;
+#[cfg(test)]
+mod refine_tests;
 mod search;
 #[cfg(test)]
 mod tests;
 pub mod wheel;
 
 pub use field::{FloError, FlowField};
-pub use params::DenseFlowParams;
+pub use params::{DenseFlowParams, RefinementParams};
 
 use super::Pyramid;
 use crate::error::{VisionError, require_size};
 use densify::Sums;
 use level::Padded;
 use pursuit_geometry::Size;
+use refine::Refiner;
 use search::Search;
 
 /// Estimates dense flow; owns its scratch, so nothing is allocated from frame to frame of one size.
@@ -27,6 +32,7 @@ pub struct DenseFlow {
     first: Padded,
     second: Padded,
     sums: Sums,
+    refiner: Refiner,
     /// Flow of the level before, and of this one, pixels of the level.
     coarse: Plane,
     fine: Plane,
@@ -78,7 +84,8 @@ impl DenseFlow {
     pub fn new(params: DenseFlowParams) -> Result<Self, VisionError> {
         params.check()?;
         let (first, second) = (Padded::default(), Padded::default());
-        Ok(Self { params, first, second, sums: Sums::default(), coarse: Plane::default(), fine: Plane::default() })
+        let (coarse, fine) = (Plane::default(), Plane::default());
+        Ok(Self { params, first, second, sums: Sums::default(), refiner: Refiner::default(), coarse, fine })
     }
 
     /// The parameters.
@@ -115,6 +122,7 @@ impl DenseFlow {
             let before = (level < coarsest).then_some(&self.coarse);
             search.run(before, &mut self.sums);
             self.sums.divide(&mut self.fine);
+            self.refiner.run([first, second], &mut self.fine, &self.params.refinement, level);
         }
         field.enlarge(&self.fine, size, finest)
     }

@@ -21,11 +21,61 @@ pub struct DenseFlowParams {
     /// Added to the mean matrix of gradients of a patch, (grey codes per pixel)², 0 to 1000: where there is no texture but noise a
     /// patch stays where its coarser level led it. The paper has none (0), and follows a sensor's noise by tens of pixels.
     pub damping: f64,
+    /// How the flow of each level is refined before the next finer one begins with it.
+    pub refinement: RefinementParams,
 }
 
 impl Default for DenseFlowParams {
     fn default() -> Self {
-        Self { finest: 1, patch_px: 8, overlap: 0.5, iterations: 16, reach: 0.2, normalized: true, damping: 25.0 }
+        let refinement = RefinementParams::default();
+        Self {
+            finest: 1,
+            patch_px: 8,
+            overlap: 0.5,
+            iterations: 16,
+            reach: 0.2,
+            normalized: true,
+            damping: 25.0,
+            refinement,
+        }
+    }
+}
+
+/// Parameters of the variational refinement (section 2.3 of kroeger2016).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RefinementParams {
+    /// How often derivatives are taken anew at full resolution, 0 (no refinement) to 20; level l has l + 1 times as many (θ_vo; the
+    /// paper has 1).
+    pub rounds: usize,
+    /// Sweeps of the solver after each, 1 to 1000 (θ_vi; the paper has 5).
+    pub sweeps: usize,
+    /// Weight of the constancy of brightness, 0 to 1000 (δ; the paper has 5).
+    pub brightness: f64,
+    /// Weight of the constancy of gradients, 0 to 1000 (γ; the paper has 10).
+    pub gradients: f64,
+    /// Weight of smoothness, 0.001 to 1000 (α; the paper has 10).
+    pub smoothness: f64,
+}
+
+impl Default for RefinementParams {
+    fn default() -> Self {
+        Self { rounds: 0, ..Self::kroeger2016() }
+    }
+}
+
+impl RefinementParams {
+    /// The paper's.
+    pub const fn kroeger2016() -> Self {
+        Self { rounds: 1, sweeps: 5, brightness: 5.0, gradients: 10.0, smoothness: 10.0 }
+    }
+
+    fn check(&self) -> Result<(), VisionError> {
+        require_range("refinement.rounds", self.rounds as f64, (0.0, 20.0), "from 0 to 20")?;
+        require_range("refinement.sweeps", self.sweeps as f64, (1.0, 1000.0), "from 1 to 1000")?;
+        require_range("refinement.brightness", self.brightness, (0.0, 1000.0), "from 0 to 1000")?;
+        require_range("refinement.gradients", self.gradients, (0.0, 1000.0), "from 0 to 1000")?;
+        require_range("refinement.smoothness", self.smoothness, (0.001, 1000.0), "from 0.001 to 1000")
     }
 }
 
@@ -49,7 +99,8 @@ impl DenseFlowParams {
         require_range("overlap", self.overlap, (0.0, 0.9), "from 0 to 0.9")?;
         require_range("iterations", self.iterations as f64, (1.0, 128.0), "from 1 to 128")?;
         require_range("reach", self.reach, (0.01, 1.0), "from 0.01 to 1")?;
-        require_range("damping", self.damping, (0.0, 1000.0), "from 0 to 1000")
+        require_range("damping", self.damping, (0.0, 1000.0), "from 0 to 1000")?;
+        self.refinement.check()
     }
 
     /// Distance between neighbouring patches, pixels, ≥ 1.

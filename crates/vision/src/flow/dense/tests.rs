@@ -82,7 +82,7 @@ fn pyramids(images: [&Image<u8>; 2]) -> [Pyramid; 2] {
     images.map(|i| Pyramid::of(i.view(), Pyramid::MAX_LEVELS).unwrap())
 }
 
-fn flow(images: [&Image<u8>; 2], params: DenseFlowParams) -> FlowField {
+pub(super) fn flow(images: [&Image<u8>; 2], params: DenseFlowParams) -> FlowField {
     let [from, to] = pyramids(images);
     let mut field = FlowField::zero(Size::new(1, 1)).unwrap();
     DenseFlow::new(params).unwrap().estimate(&from, &to, &mut field).unwrap();
@@ -96,7 +96,17 @@ fn one_level_equals_the_definition() {
     for (patch_px, overlap, normalized, damping) in
         [(8, 0.5, true, 0.0), (8, 0.4, false, 1.0), (8, 0.3, true, 1.0), (12, 0.75, true, 0.0), (12, 0.0, false, 0.0)]
     {
-        let params = DenseFlowParams { finest: 0, patch_px, overlap, normalized, damping, reach: 0.01, iterations: 12 };
+        let refinement = RefinementParams { rounds: 0, ..RefinementParams::default() };
+        let params = DenseFlowParams {
+            finest: 0,
+            patch_px,
+            overlap,
+            normalized,
+            damping,
+            reach: 0.01,
+            iterations: 12,
+            refinement,
+        };
         assert_eq!(params.coarsest(first.size()), 0);
         let (fast, slow) = (flow([&first, &second], params), slow([&first, &second], &params));
         let off = |(a, b): (&[f32; 2], &[f32; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
@@ -111,7 +121,7 @@ fn one_level_equals_the_definition() {
 }
 
 /// Two views of a texture by affine maps (1/256 pixels), and where the pixels of the first are in the second.
-fn warped(size: Size, map: [i64; 6]) -> ([Image<u8>; 2], FlowField) {
+pub(super) fn warped(size: Size, map: [i64; 6]) -> ([Image<u8>; 2], FlowField) {
     let from = [256, 0, 500_000, 0, 256, 500_000];
     let images = [from, map].map(|m| texture(size.width, size.height, m));
     let [a, b, tx, c, d, ty] = map.map(|v| v as f64);
@@ -125,7 +135,7 @@ fn warped(size: Size, map: [i64; 6]) -> ([Image<u8>; 2], FlowField) {
 }
 
 /// The map whose second view is turned by `degrees` and enlarged by `zoom` about the middle, and shifted.
-fn similar(size: Size, degrees: f64, zoom: f64, (dx, dy): (f64, f64)) -> [i64; 6] {
+pub(super) fn similar(size: Size, degrees: f64, zoom: f64, (dx, dy): (f64, f64)) -> [i64; 6] {
     let (s, c) = degrees.to_radians().sin_cos();
     let (mx, my) = (size.width as f64 / 2.0, size.height as f64 / 2.0);
     let rows = [[c / zoom, s / zoom], [-s / zoom, c / zoom]];
@@ -136,7 +146,7 @@ fn similar(size: Size, degrees: f64, zoom: f64, (dx, dy): (f64, f64)) -> [i64; 6
 }
 
 /// Mean distance, and that of the pixels whose motion stays `margin` pixels inside.
-fn errors(found: &FlowField, truth: &FlowField, margin: f32) -> (f64, f64) {
+pub(super) fn errors(found: &FlowField, truth: &FlowField, margin: f32) -> (f64, f64) {
     let size = truth.size();
     let (mut sum, mut count) = (0.0, 0usize);
     for y in 0..size.height {
@@ -301,6 +311,10 @@ fn small_and_unequal_pictures_and_bad_parameters_are_refused() {
         DenseFlowParams { iterations: 0, ..params },
         DenseFlowParams { reach: 0.0, ..params },
         DenseFlowParams { damping: f64::NAN, ..params },
+        DenseFlowParams { refinement: RefinementParams { rounds: 21, ..params.refinement }, ..params },
+        DenseFlowParams { refinement: RefinementParams { sweeps: 0, ..params.refinement }, ..params },
+        DenseFlowParams { refinement: RefinementParams { smoothness: 0.0, ..params.refinement }, ..params },
+        DenseFlowParams { refinement: RefinementParams { gradients: f64::NAN, ..params.refinement }, ..params },
     ] {
         assert!(DenseFlow::new(bad).is_err(), "{bad:?}");
     }
