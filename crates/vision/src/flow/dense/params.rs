@@ -60,14 +60,14 @@ pub struct RefinementParams {
 
 impl Default for RefinementParams {
     fn default() -> Self {
-        Self { rounds: 0, ..Self::kroeger2016() }
+        Self { rounds: 0, sweeps: 5, brightness: 5.0, gradients: 10.0, smoothness: 10.0 }
     }
 }
 
 impl RefinementParams {
     /// The paper's.
-    pub const fn kroeger2016() -> Self {
-        Self { rounds: 1, sweeps: 5, brightness: 5.0, gradients: 10.0, smoothness: 10.0 }
+    pub fn kroeger2016() -> Self {
+        Self { rounds: 1, ..Self::default() }
     }
 
     fn check(&self) -> Result<(), VisionError> {
