@@ -6,6 +6,9 @@
     reason = "a test may panic, and be told by the environment where a library is"
 )]
 
+#[cfg(any(feature = "rten", feature = "onnxruntime"))]
+mod ways;
+
 use pursuit_geometry::BBox;
 use pursuit_imaging::{Image, Rgb8};
 use pursuit_inference::detection::{BoxCoding, DetectionConfig, Family, Limits, Object, ObjectDetector, Placing};
@@ -230,16 +233,7 @@ fn networks_and_descriptions_that_do_not_fit_are_refused_with_the_mend() {
 #[test]
 #[cfg(any(feature = "rten", feature = "onnxruntime"))]
 fn a_network_by_file_finds_red_and_blue_squares() {
-    use pursuit_inference::onnx::{Backend, OnnxOptions};
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/squares.onnx");
-    let mut ways = Vec::new();
-    if cfg!(feature = "rten") {
-        ways.push(OnnxOptions { backend: Backend::Rten, ..OnnxOptions::default() });
-    }
-    match std::env::var_os("PURSUIT_ONNXRUNTIME").filter(|_| cfg!(feature = "onnxruntime")) {
-        Some(library) => ways.push(OnnxOptions { library: Some(library.into()), ..OnnxOptions::default() }),
-        None => println!("skipped: onnxruntime, for want of PURSUIT_ONNXRUNTIME"),
-    }
     // The network's image is 128 x 96: a frame of that shape is looked at as it is.
     let frame = Image::from_fn(128, 96, |x, y| match (x / 8, y / 8) {
         (3, 5) => [250, 0, 0],
@@ -247,7 +241,7 @@ fn a_network_by_file_finds_red_and_blue_squares() {
         _ => [0, 9, 0],
     })
     .unwrap();
-    for options in ways {
+    for options in ways::ways() {
         let mut detector = ObjectDetector::open(&file, &options).unwrap();
         let found = detector.detect(frame.view(), &LIMITS).unwrap().to_vec();
         let seen: Vec<_> = found.iter().map(|o| (o.class, o.bbox)).collect();

@@ -7,31 +7,21 @@
     reason = "a test may panic, and be told by the environment where a library is"
 )]
 
+mod ways;
+
 use pursuit_geometry::BBox;
 use pursuit_imaging::Image;
 use pursuit_inference::detection::{Family, Limits, ObjectDetector};
-use pursuit_inference::onnx::{Backend, Device, OnnxOptions};
+use pursuit_inference::onnx::{Device, OnnxOptions};
 use pursuit_testkit::network_that_answers;
 use std::path::{Path, PathBuf};
+use ways::ways;
 
 const LIMITS: Limits = Limits { score: 0.3, overlap: 0.45, candidates: 100, most: 100 };
 /// Of an image of 64 x 64: 64 cells of 8 pixels, 16 of 16, 4 of 32.
 const SIDE: usize = 64;
 const CELLS: usize = 84;
 const NAMES: &str = "{0: 'person', 1: \"dog's bed\", 2: 'car'}";
-
-/// The libraries of this build; onnxruntime where `PURSUIT_ONNXRUNTIME` names it.
-fn ways() -> Vec<OnnxOptions> {
-    let mut ways = Vec::new();
-    if cfg!(feature = "rten") {
-        ways.push(OnnxOptions { backend: Backend::Rten, ..OnnxOptions::default() });
-    }
-    match std::env::var_os("PURSUIT_ONNXRUNTIME").filter(|_| cfg!(feature = "onnxruntime")) {
-        Some(library) => ways.push(OnnxOptions { library: Some(library.into()), ..OnnxOptions::default() }),
-        None => println!("skipped: onnxruntime, for want of PURSUIT_ONNXRUNTIME"),
-    }
-    ways
-}
 
 /// An answer of `boxes` rows of `numbers`: nothing but `row` in place `at`.
 fn rows(boxes: usize, numbers: usize, at: usize, row: &[f32]) -> Vec<f32> {

@@ -1,4 +1,4 @@
-use pursuit_geometry::{BBox, Size};
+use pursuit_geometry::{BBox, Point, Size};
 use serde::Serialize;
 
 /// The part of an input's picture that its frames show, and at what size: how pixels of the two belong together.
@@ -41,6 +41,18 @@ impl View {
         }
         let whole = |side: u128| u32::try_from(side / a.max(1)).ok().filter(|&side| side > 0);
         whole(wide).zip(whole(high)).unwrap_or((width, height))
+    }
+
+    /// A point of the input in the frames' pixels.
+    pub const fn point_of_input(&self, p: Point) -> Point {
+        let ([sx, sy], [x, y]) = (self.scale(), self.origin());
+        Point::new((p.x - x) * sx, (p.y - y) * sy)
+    }
+
+    /// A point of the frames in the input's pixels.
+    pub const fn point_in_input(&self, p: Point) -> Point {
+        let ([sx, sy], [x, y]) = (self.scale(), self.origin());
+        Point::new(p.x / sx + x, p.y / sy + y)
     }
 
     /// A box of the input in the frames' pixels.

@@ -1,6 +1,6 @@
 //! Pictures with what is known of their flow.
 
-use super::Shown;
+use super::{Shown, grid};
 use crate::sinks::{TRAIL_S, color_of, step};
 use pursuit_geometry::{Point, Size};
 use pursuit_imaging::{Frame, Image, ImagingError, Rgb8};
@@ -116,7 +116,7 @@ impl Fields {
                 let mut canvas = Canvas::new(picture);
                 let size = Size::new(field.size().width, field.size().height);
                 let width = 1.2 * canvas.scale();
-                for from in grid(size, apart) {
+                for from in grid(size, apart).1 {
                     let [u, v] = field.at(from);
                     let scaled = |p: Point| Point::new(p.x / step, p.y / step);
                     let to = Point::new(from.x + f64::from(u), from.y + f64::from(v));
@@ -160,14 +160,4 @@ fn arrow(canvas: &mut Canvas, from: Point, to: Point, stroke: &Stroke) {
         let tip = Point::new(to.x + head * (c * ux - s * uy), to.y + head * (s * ux + c * uy));
         canvas.line(to, tip, stroke);
     }
-}
-
-/// Points `step` pixels of the frame apart, in the middle of the picture, row by row.
-fn grid(size: Size, step: f64) -> impl Iterator<Item = Point> {
-    let along = |length: usize| {
-        let n = (length as f64 / step).floor().max(1.0) as usize;
-        (n, (length as f64 - (n - 1) as f64 * step) / 2.0)
-    };
-    let ((columns, left), (rows, top)) = (along(size.width), along(size.height));
-    (0..columns * rows).map(move |i| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step))
 }

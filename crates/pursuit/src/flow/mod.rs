@@ -233,16 +233,12 @@ impl Seen {
         Size::new(width, height)
     }
 
-    /// A point of the input in the frames' pixels.
     fn of_input(&self, p: Point) -> Point {
-        let ([sx, sy], [x, y]) = (self.0.scale(), self.0.origin());
-        Point::new((p.x - x) * sx, (p.y - y) * sy)
+        self.0.point_of_input(p)
     }
 
-    /// A point of the frames in the input's pixels.
     fn in_input(&self, p: Point) -> Point {
-        let ([sx, sy], [x, y]) = (self.0.scale(), self.0.origin());
-        Point::new(p.x / sx + x, p.y / sy + y)
+        self.0.point_in_input(p)
     }
 
     /// A motion of the frames in the input's pixels.
@@ -257,18 +253,24 @@ impl Seen {
         px / (sx * sy).sqrt()
     }
 
-    /// Points `step` pixels of the input apart, in the middle of the part, row by row, in the input's pixels: as many as there is room for.
+    /// Points `step` pixels of the input apart over the part, in the input's pixels: [`grid`].
     fn grid(&self, step: f64) -> (usize, impl Iterator<Item = Point> + use<>) {
-        let along = |length: usize, from: f64| {
-            let n = (length as f64 / step).floor().max(1.0) as usize;
-            (n, from + (length as f64 - (n - 1) as f64 * step) / 2.0)
-        };
-        let (Size { width, height }, [x, y]) = (self.size(), self.0.origin());
-        let ((columns, left), (rows, top)) = (along(width, x), along(height, y));
-        let at = move |i: usize| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step);
-        let count = columns.saturating_mul(rows);
-        (count, (0..count).map(at))
+        let (count, points) = grid(self.size(), step);
+        let [x, y] = self.0.origin();
+        (count, points.map(move |p| Point::new(p.x + x, p.y + y)))
     }
+}
+
+/// Points `step` pixels apart in the middle of a picture, row by row, as many as there is room for: how many, and they.
+fn grid(size: Size, step: f64) -> (usize, impl Iterator<Item = Point> + use<>) {
+    let along = |length: usize| {
+        let n = (length as f64 / step).floor().max(1.0) as usize;
+        (n, (length as f64 - (n - 1) as f64 * step) / 2.0)
+    };
+    let ((columns, left), (rows, top)) = (along(size.width), along(size.height));
+    let at = move |i: usize| Point::new(left + (i % columns) as f64 * step, top + (i / columns) as f64 * step);
+    let count = columns.saturating_mul(rows);
+    (count, (0..count).map(at))
 }
 
 /// Reads frames: damaged ones are counted, what ends the input is kept.

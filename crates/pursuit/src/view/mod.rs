@@ -11,7 +11,7 @@ pub use source::part_of;
 
 use crate::RunError;
 use nalgebra::{Matrix4, Vector4};
-use pursuit_geometry::{Point, Size};
+use pursuit_geometry::Size;
 use pursuit_imaging::{CameraPose, Lens};
 use pursuit_media::View;
 use pursuit_tracking::{BoxCovariance, Estimate, Forecast, Velocity};
@@ -44,7 +44,6 @@ fn view(input: Size, region: Option<[f64; 4]>, resize: Option<Resize>) -> Result
 /// What is said of a frame of the view, in the input's pixels. The method's raw figures stay as they are.
 pub(crate) fn estimate_in_input(view: &View, estimate: Estimate) -> Estimate {
     let ([sx, sy], [x, y]) = (view.scale(), view.origin());
-    let point = |p: Point| Point::new(p.x / sx + x, p.y / sy + y);
     Estimate {
         bbox: view.in_input(estimate.bbox),
         prediction: estimate.prediction.map(|b| view.in_input(b)),
@@ -54,7 +53,7 @@ pub(crate) fn estimate_in_input(view: &View, estimate: Estimate) -> Estimate {
         velocity: estimate.velocity.map(|v| velocity_in_input(view, v)),
         mask: estimate.mask.map(|mask| Arc::new(mask.mapped([1.0 / sx, 1.0 / sy], [x, y], view.input))),
         next: estimate.next.map(|mut next| {
-            next.center = next.center.map(point);
+            next.center = next.center.map(|p| view.point_in_input(p));
             next
         }),
         ..estimate
@@ -115,7 +114,7 @@ fn inside(input: Size, region: [f64; 4]) -> Result<[usize; 4], RunError> {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use pursuit_geometry::{BBox, Mask};
+    use pursuit_geometry::{BBox, Mask, Point};
 
     const INPUT: Size = Size::new(640, 480);
 
