@@ -177,6 +177,32 @@ impl CameraPose {
     pub fn point_of(&self, direction: Direction, size: Size) -> Option<Point> {
         self.axis().ray_to(direction).map(|ray| self.0.lens.pinhole(size).pixel(ray))
     }
+
+    /// The projective map, as the rows of a matrix, that takes points `(x, y, 1)` of a picture of `size` in this pose to where a
+    /// picture in the pose `other` shows the same direction: multiples of `(x, y, 1)` again. What comes out with a third part that
+    /// is not above 0 is not before `other`.
+    pub fn map_to(&self, other: &Self, size: Size) -> [[f64; 3]; 3] {
+        let [fx, fy, cx, cy] = self.0.lens.pinhole_px(size);
+        let to_ray = [[1.0 / fx, 0.0, -cx / fx], [0.0, 1.0 / fy, -cy / fy], [0.0, 0.0, 1.0]];
+        let [fx, fy, cx, cy] = other.0.lens.pinhole_px(size);
+        let to_pixel = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
+        let [world, back] = [self.turn(), transposed(&other.turn())];
+        product(&to_pixel, &product(&back, &product(&world, &to_ray)))
+    }
+
+    /// Takes rays of the camera (right, down, ahead) to those of one that looks along the zero direction.
+    fn turn(&self) -> [[f64; 3]; 3] {
+        let ((sin_pan, cos_pan), (sin, cos)) = (self.0.pan_rad.sin_cos(), self.0.tilt_rad.sin_cos());
+        [[cos_pan, sin * sin_pan, cos * sin_pan], [0.0, cos, -sin], [-sin_pan, sin * cos_pan, cos * cos_pan]]
+    }
+}
+
+fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    a.map(|row| std::array::from_fn(|j| row.iter().zip(b).map(|(v, b)| v * b[j]).sum()))
+}
+
+fn transposed(a: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
 impl TryFrom<RawPose> for CameraPose {
@@ -217,6 +243,19 @@ mod tests {
             let direction = pose.direction_of(Point::new(x, y), SIZE);
             let back = pose.point_of(direction, SIZE).unwrap();
             prop_assert!(back.distance(Point::new(x, y)) < 1e-6, "{back:?}");
+        }
+
+        #[test]
+        fn a_map_between_pictures_goes_by_directions(
+            pan in -3.0..3.0, tilt in -1.2..1.2, fov in 0.2..2.0, turned in -0.5..0.5, nodded in -0.3..0.3, zoomed in 0.2..2.0,
+            x in 0.0..640.0, y in 0.0..480.0
+        ) {
+            let (here, there) = (pose(pan, tilt, fov), pose(pan + turned, tilt + nodded, zoomed));
+            let [u, v, w] = here.map_to(&there, SIZE).map(|row| row[0] * x + row[1] * y + row[2]);
+            match there.point_of(here.direction_of(Point::new(x, y), SIZE), SIZE) {
+                Some(point) => prop_assert!(point.distance(Point::new(u / w, v / w)) < 1e-6 * (1.0 + u.hypot(v) / w), "{point:?}"),
+                None => prop_assert!(w <= 1e-6, "{w}"),
+            }
         }
     }
 

@@ -1,7 +1,7 @@
-use crate::{RunError, open};
+use crate::{RunError, open_with};
 use pursuit_geometry::{BBox, Point, Truth};
 use pursuit_imaging::{Image, Rgb8};
-use pursuit_media::Source;
+use pursuit_media::{OpenOptions, Source};
 use pursuit_ptz::geometry::{AngleFormula, Lens, direction_of};
 use pursuit_ptz::simulation::{Rendered, WideClip, World};
 use pursuit_ptz::{Direction, PtzError};
@@ -22,6 +22,7 @@ enum Kind {
 /// A clip of a wide camera that stands still, with its true boxes.
 struct Clip {
     input: String,
+    options: OpenOptions,
     lens: Lens,
     /// Times and boxes from the first on that shows enough of the target, seconds from there.
     boxes: Vec<(f64, Option<BBox>)>,
@@ -42,12 +43,12 @@ impl KnownWorld {
         Ok(world)
     }
 
-    /// A clip whose picture is `width_deg` wide, with true boxes.
+    /// A clip whose picture is `width_deg` wide, with true boxes; `options` say how it is opened.
     ///
     /// # Errors
     /// An input that cannot be read, [`RunError::Usage`] for one that does not say where its target is.
-    pub fn clip(input: &str, width_deg: f64) -> Result<Self, RunError> {
-        let mut source = open(input)?;
+    pub fn clip(input: &str, width_deg: f64, options: OpenOptions) -> Result<Self, RunError> {
+        let mut source = open_with(input, &options)?;
         let lens = Lens::new(source.info().size, 0.5 * width_deg)?;
         let Some(truth) = source.info().truth.clone() else {
             return Err(RunError::usage(format!(
@@ -65,7 +66,7 @@ impl KnownWorld {
         let starts_s = boxes.first().map(|b| b.0);
         let starts_s = starts_s.ok_or_else(|| RunError::usage(format!("nobody is to be seen in {input}")))?;
         boxes.iter_mut().for_each(|b| b.0 -= starts_s);
-        Ok(Self(Kind::Clip(Clip { input: input.to_owned(), lens, boxes, starts_s })))
+        Ok(Self(Kind::Clip(Clip { input: input.to_owned(), options, lens, boxes, starts_s })))
     }
 
     /// What it is called in a table.
@@ -168,7 +169,7 @@ impl Clip {
 
     /// The picture shown at a time, read on from the last.
     fn pictures(&self) -> Result<impl FnMut(f64) -> pursuit_ptz::Result<Arc<Image<Rgb8>>> + '_, RunError> {
-        let mut reader = Reader { source: open(&self.input)?, shown: None, next: None };
+        let mut reader = Reader { source: open_with(&self.input, &self.options)?, shown: None, next: None };
         Ok(move |time_s: f64| reader.at(time_s + self.starts_s).map_err(|reason| PtzError::Picture { reason }))
     }
 }

@@ -50,11 +50,14 @@ impl MotionSegmenter {
             self.backdrop = None;
             return;
         }
-        let keep = about(bbox, self.params.slack);
+        let params = BackdropParams { margin: self.params.slack, ..BackdropParams::default() };
         let rate = learning_rate(dt_s, self.params.motion.history_s);
         match &mut self.backdrop {
-            Some(backdrop) if backdrop.fits(frame) => backdrop.learn(frame, &keep, rate),
-            other => other.insert(Backdrop::new(frame)).learn(frame, &keep, 1.0),
+            Some(backdrop) if backdrop.fits(frame) => {
+                backdrop.place(&params, frame, &about(bbox, self.params.slack));
+                backdrop.learn(&params, frame, bbox, rate);
+            }
+            other => other.insert(Backdrop::new(frame)).learn(&params, frame, bbox, 1.0),
         }
     }
 
@@ -73,6 +76,9 @@ impl MotionSegmenter {
         let mut known = 0_usize;
         let columns = window.x..window.x + window.width;
         let rows = window.y..window.y + window.height;
+        if let Some(backdrop) = self.backdrop.as_mut().filter(|b| b.fits(frame)) {
+            backdrop.place(&BackdropParams::default(), frame, &around);
+        }
         match (frame.foreground(), &self.backdrop) {
             (Some(told), _) => {
                 rows.for_each(|y| out.extend(told.row(y)[columns.clone()].iter().map(|v| *v == FOREGROUND)));

@@ -1,5 +1,5 @@
 use super::PersonParams;
-use super::backdrop::{Backdrop, BackdropParams};
+use super::backdrop::{Backdrop, BackdropParams, about};
 use crate::correlation::{CorrelationFigures, CorrelationLocalizer, ResponsePeak};
 use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
@@ -78,11 +78,13 @@ impl PersonLocalizer {
             self.stood_out |= share(mask, bbox).is_some_and(|fill| fill >= self.params.even);
             return;
         }
-        let keep = about(bbox, self.params.margin);
         match &mut self.backdrop {
-            Some(backdrop) if backdrop.fits(frame) => backdrop.learn(frame, &keep, rate),
-            Some(_) => {}
-            none => none.insert(Backdrop::new(frame)).learn(frame, &keep, 1.0),
+            Some(backdrop) if backdrop.fits(frame) => {
+                backdrop.place(&self.params, frame, &about(bbox, self.params.reach));
+                backdrop.learn(&self.params, frame, bbox, rate);
+            }
+            Some(backdrop) if backdrop.turns() || frame.camera().is_none() => {}
+            other => other.insert(Backdrop::new(frame)).learn(&self.params, frame, bbox, 1.0),
         }
     }
 
@@ -90,6 +92,9 @@ impl PersonLocalizer {
     fn outline(&mut self, frame: &Frame, expected: &BBox) -> Option<Outline> {
         let params = &self.params;
         let around = about(expected, params.reach);
+        if let Some(backdrop) = self.backdrop.as_mut().filter(|b| b.fits(frame)) {
+            backdrop.place(params, frame, &around);
+        }
         let window = PixelWindow::of(&around, frame.size())?;
         let inner = PixelWindow::of(expected, frame.size())?;
         let mask = match &mut self.scratch.mask {
@@ -190,12 +195,6 @@ fn share(mask: ImageView<'_, u8>, bbox: &BBox) -> Option<f64> {
     let row = |y: usize| mask.row(y)[window.x..window.x + window.width].iter().filter(|v| **v == OUT).count();
     let out: usize = (window.y..window.y + window.height).map(row).sum();
     Some(out as f64 / (window.width * window.height).max(1) as f64)
-}
-
-/// `bbox` and a share of its sides about it.
-fn about(bbox: &BBox, share: f64) -> BBox {
-    let (dx, dy) = (share * bbox.width(), share * bbox.height());
-    BBox::from_ltrb(bbox.left() - dx, bbox.top() - dy, bbox.right() + dx, bbox.bottom() + dy)
 }
 
 /// Evidence in [−1, 1] from the share of a box that stands out.

@@ -4,6 +4,7 @@ use anyhow::Context;
 #[cfg(feature = "encode")]
 use pursuit::head::Film;
 use pursuit::head::KnownWorld;
+use pursuit::media::OpenOptions;
 use pursuit::parameters::{Table, Value, merge, nested};
 #[cfg(feature = "encode")]
 use pursuit::ptz::PtzError;
@@ -66,7 +67,7 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     }
     let world = match (&args.scene, &args.clip) {
         (Some(query), _) => Some(KnownWorld::scene(query)?),
-        (_, Some(input)) => Some(KnownWorld::clip(input, args.clip_view)?),
+        (_, Some(input)) => Some(KnownWorld::clip(input, args.clip_view, OpenOptions::from_env())?),
         _ => None,
     };
     // Pictures take their time.

@@ -1,9 +1,15 @@
-//! What is known of the background, pixel by pixel: a selective running average that knows where it knows nothing yet.
+//! What is known of the background, pixel by pixel: a selective running average that knows where it knows nothing yet. Where
+//! frames say how their camera stands, it turns with the camera.
 
-use pursuit_geometry::{BBox, Size};
+mod canvas;
+mod turning;
+
+use canvas::{Canvas, UNIT};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_vision::PixelWindow;
 use serde::{Deserialize, Serialize};
+use turning::Turning;
 
 pursuit_parameters::parameters! {
     /// The background of the person tracker.
@@ -40,76 +46,85 @@ pursuit_parameters::parameters! {
         pub light_factor: f64 = 2.0, in 1.0..=100.0, source "ours";
         /// See `light_factor`.
         pub light_offset: f64 = 30.0, in 0.0..=765.0, unit "codes", source "ours";
+        /// How far a picture may lie from where the pose of its camera says, for the edges of the background to put it right; 0: the
+        /// pose is taken at its word.
+        pub turn_error: f64 = 0.06, in 0.0..=0.5, unit "of the picture's width", source "ours";
         /// Least overlap (IoU) of the outline's box with the appearance's for it to be the same person.
         pub agree: f64 = 0.3, in 0.0..=1.0, source "ours";
     }
 }
 
-/// Codes are kept in 256ths.
-const UNIT: i32 = 256;
-
-/// The background: a mean for every channel of every pixel, and whether it was ever seen.
+/// The background as a camera sees it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(remote = "Backdrop")]
 pub(crate) struct Backdrop {
-    width: usize,
-    height: usize,
-    channels: usize,
-    /// In 256ths of a code, pixel by pixel.
-    mean: Vec<u16>,
-    known: Vec<bool>,
+    /// Width and height of the pictures.
+    picture: (usize, usize),
+    canvas: Canvas,
+    /// `None`: the camera stands still, and the canvas is the picture.
+    turning: Option<Turning>,
 }
 
 pursuit_estimation::checked!(Backdrop);
 
 impl Backdrop {
     fn restored(self) -> Result<Self, &'static str> {
-        let pixels = self.width.checked_mul(self.height).filter(|n| *n > 0);
-        let fits = matches!(self.channels, 1 | 3)
-            && pixels == Some(self.known.len())
-            && pixels.and_then(|n| n.checked_mul(self.channels)) == Some(self.mean.len());
-        if fits { Ok(self) } else { Err("its background has no size") }
+        let (width, height) = self.picture;
+        let size = Size::new(width, height);
+        let wanted = self.turning.as_ref().map_or(size, |_| Turning::canvas(size));
+        if width > 0 && height > 0 && self.canvas.is_sound(wanted) {
+            Ok(self)
+        } else {
+            Err("its background has no size")
+        }
     }
-}
-
-/// The pixels of a frame, channel after channel.
-fn row(frame: &Frame, y: usize, channels: usize) -> &[u8] {
-    if channels == 1 { frame.gray().row(y) } else { frame.color().row(y).as_flattened() }
 }
 
 impl Backdrop {
     pub fn new(frame: &Frame) -> Self {
-        let Size { width, height } = frame.size();
+        let size = frame.size();
+        let turning = frame.camera().map(|pose| Turning::new(*pose, size));
+        let canvas = if turning.is_some() { Turning::canvas(size) } else { size };
         let channels = if frame.has_color() { 3 } else { 1 };
-        let n = width * height;
-        Self { width, height, channels, mean: vec![0; n * channels], known: vec![false; n] }
+        Self { picture: (size.width, size.height), canvas: Canvas::new(canvas, channels), turning }
     }
 
     /// Whether it is the background of such frames.
     pub fn fits(&self, frame: &Frame) -> bool {
-        frame.size() == Size::new(self.width, self.height) && (self.channels == 1 || frame.has_color())
+        frame.size() == self.size()
+            && (self.canvas.channels() == 1 || frame.has_color())
+            && frame.camera().is_some() == self.turning.is_some()
     }
 
-    /// Learns everything outside of `keep`, with weight `rate`; what was never seen is taken as it is.
-    pub fn learn(&mut self, frame: &Frame, keep: &BBox, rate: f64) {
-        let window = PixelWindow::of(keep, frame.size());
-        let rate = (rate.clamp(0.0, 1.0) * f64::from(UNIT)).round().max(1.0) as i32;
-        let channels = self.channels;
-        for y in 0..self.height {
-            let kept = window
-                .filter(|w| (w.y..w.y + w.height).contains(&y))
-                .map_or(self.width..self.width, |w| w.x..w.x + w.width);
-            for part in [0..kept.start, kept.end..self.width] {
-                let pixels =
-                    row(frame, y, channels).get(part.start * channels..part.end * channels).unwrap_or_default();
-                let (from, to) = (y * self.width + part.start, y * self.width + part.end);
-                learn_part(
-                    pixels,
-                    &mut self.mean[from * channels..to * channels],
-                    &mut self.known[from..to],
-                    channels,
-                    rate,
-                );
+    /// Whether its camera turns: it says how it stands.
+    pub const fn turns(&self) -> bool {
+        self.turning.is_some()
+    }
+
+    fn size(&self) -> Size {
+        Size::new(self.picture.0, self.picture.1)
+    }
+
+    /// Says where the frame lies on the background of a camera that turns, by the camera's pose and by what is seen outside of
+    /// `keep`. Before anything else is asked of a frame; of a camera that stands still it needs not be said.
+    pub fn place(&mut self, params: &BackdropParams, frame: &Frame, keep: &BBox) {
+        if let (Some(turning), Some(pose)) = (&mut self.turning, frame.camera()) {
+            turning.place(params, (frame, *pose), keep, &mut self.canvas);
+        }
+    }
+
+    /// Learns everything but the target at `bbox` and `margin` about it, with weight `rate`; what was never seen is taken as it is.
+    pub fn learn(&mut self, params: &BackdropParams, frame: &Frame, bbox: &BBox, rate: f64) {
+        let window = PixelWindow::of(&about(bbox, params.margin), frame.size());
+        if let Some(turning) = &mut self.turning {
+            return turning.learn(frame, window, rate, &mut self.canvas);
+        }
+        let Size { width, height } = self.size();
+        for y in 0..height {
+            let kept =
+                window.filter(|w| (w.y..w.y + w.height).contains(&y)).map_or(width..width, |w| w.x..w.x + w.width);
+            for part in [0..kept.start, kept.end..width] {
+                self.canvas.learn_row(row(frame, y, self.canvas.channels()), y, part, rate);
             }
         }
     }
@@ -118,18 +133,17 @@ impl Backdrop {
     /// change much. 1 where nothing is known.
     pub fn gain(&self, params: &BackdropParams, frame: &Frame, keep: &BBox) -> f64 {
         let window = PixelWindow::of(keep, frame.size());
+        let channels = self.canvas.channels();
         let (mut now, mut was) = (1.0, 1.0);
-        for y in (0..self.height).step_by(params.light_step) {
-            let pixels = row(frame, y, self.channels);
-            for x in (0..self.width).step_by(params.light_step) {
+        for y in (0..self.picture.1).step_by(params.light_step) {
+            let pixels = row(frame, y, channels);
+            for x in (0..self.picture.0).step_by(params.light_step) {
                 let kept =
                     window.is_some_and(|w| (w.x..w.x + w.width).contains(&x) && (w.y..w.y + w.height).contains(&y));
-                if kept || !self.known[y * self.width + x] {
+                let Some(mean) = self.nearest(x, y).filter(|_| !kept).and_then(|at| self.canvas.known(at)) else {
                     continue;
-                }
-                let own = x * self.channels..(x + 1) * self.channels;
-                let value: f64 = pixels[own.clone()].iter().map(|v| f64::from(*v)).sum();
-                let mean = &self.mean[y * self.width * self.channels..][own];
+                };
+                let value: f64 = pixels[x * channels..(x + 1) * channels].iter().map(|v| f64::from(*v)).sum();
                 let mean = mean.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(UNIT);
                 let most = |v: f64| params.light_factor * v + params.light_offset;
                 if value < most(mean) && mean < most(value) {
@@ -141,36 +155,47 @@ impl Backdrop {
         now / was
     }
 
-    /// What a pixel is: `None` where nothing is known, else whether it stands out of the background times `gain`, in 256ths.
-    pub fn stands_out(&self, pixels: &[u8], x: usize, y: usize, gain: i32, threshold: i32) -> Option<bool> {
-        let at = y * self.width + x;
-        if !self.known[at] {
-            return None;
+    /// The number of the canvas's pixel at the picture's.
+    fn nearest(&self, x: usize, y: usize) -> Option<usize> {
+        match &self.turning {
+            None => Some(y * self.picture.0 + x),
+            Some(turning) => turning.nearest(Point::new(x as f64 + 0.5, y as f64 + 0.5), &self.canvas),
         }
-        let own = x * self.channels..(x + 1) * self.channels;
-        let mean = &self.mean[at * self.channels..][..self.channels];
-        let off = pixels[own]
-            .iter()
-            .zip(mean)
-            .map(|(v, m)| (i32::from(*v) * UNIT - ((i32::from(*m) * gain) >> 8)).abs())
-            .max();
-        Some(off.unwrap_or(0) > threshold * UNIT)
+    }
+
+    /// What a pixel is: `None` where nothing is known, else whether it stands out of the background times `gain`, in 256ths. Of a
+    /// camera that turns, it stands out of all that the background's nearest pixels span.
+    pub fn stands_out(&self, pixels: &[u8], x: usize, y: usize, gain: i32, threshold: i32) -> Option<bool> {
+        let channels = self.canvas.channels();
+        let pixel = &pixels[x * channels..(x + 1) * channels];
+        let lit = |mean: u16| (i32::from(mean) * gain) >> 8;
+        let Some(turning) = &self.turning else {
+            let mean = self.canvas.known(y * self.picture.0 + x)?;
+            let off = pixel.iter().zip(mean).map(|(v, m)| (i32::from(*v) * UNIT - lit(*m)).abs()).max();
+            return Some(off.unwrap_or(0) > threshold * UNIT);
+        };
+        let span = turning.span(Point::new(x as f64 + 0.5, y as f64 + 0.5), &self.canvas)?;
+        let far = |(value, [least, most]): (&u8, &[u16; 2])| {
+            let value = i32::from(*value) * UNIT;
+            lit(*least) - value > threshold * UNIT || value - lit(*most) > threshold * UNIT
+        };
+        Some(pixel.iter().zip(&span).any(far))
     }
 
     pub fn row<'a>(&self, frame: &'a Frame, y: usize) -> &'a [u8] {
-        row(frame, y, self.channels)
+        row(frame, y, self.canvas.channels())
     }
 }
 
-fn learn_part(pixels: &[u8], mean: &mut [u16], known: &mut [bool], channels: usize, rate: i32) {
-    for ((pixel, mean), known) in pixels.chunks_exact(channels).zip(mean.chunks_exact_mut(channels)).zip(known) {
-        for (v, m) in pixel.iter().zip(mean) {
-            let (value, old) = (i32::from(*v) * UNIT, i32::from(*m));
-            // The product is at most 255 · 256², the result between old and new.
-            *m = if *known { (old + ((value - old) * rate) / UNIT) as u16 } else { value as u16 };
-        }
-        *known = true;
-    }
+/// `bbox` and a share of its sides about it.
+pub(crate) fn about(bbox: &BBox, share: f64) -> BBox {
+    let (dx, dy) = (share * bbox.width(), share * bbox.height());
+    BBox::from_ltrb(bbox.left() - dx, bbox.top() - dy, bbox.right() + dx, bbox.bottom() + dy)
+}
+
+/// The pixels of a frame, channel after channel.
+fn row(frame: &Frame, y: usize, channels: usize) -> &[u8] {
+    if channels == 1 { frame.gray().row(y) } else { frame.color().row(y).as_flattened() }
 }
 
 #[cfg(test)]
@@ -187,6 +212,10 @@ mod tests {
         Frame::new(0, 0.0, Pixels::Rgb8(image.unwrap().into()))
     }
 
+    fn usual() -> BackdropParams {
+        BackdropParams { margin: 0.0, ..BackdropParams::default() }
+    }
+
     fn told(backdrop: &Backdrop, frame: &Frame, x: usize, y: usize, gain: f64) -> Option<bool> {
         backdrop.stands_out(backdrop.row(frame, y), x, y, (gain * 256.0) as i32, 30)
     }
@@ -195,19 +224,19 @@ mod tests {
     fn only_what_was_seen_is_known() {
         let here = BBox::from_ltwh(9.0, 7.0, 8.0, 18.0);
         let mut backdrop = Backdrop::new(&frame(1.0, None));
-        backdrop.learn(&frame(1.0, Some(10)), &here, 0.1);
+        backdrop.learn(&usual(), &frame(1.0, Some(10)), &here, 0.1);
         assert_eq!(told(&backdrop, &frame(1.0, Some(10)), 12, 12, 1.0), None);
         assert_eq!(told(&backdrop, &frame(1.0, Some(20)), 22, 12, 1.0), Some(true));
         assert_eq!(told(&backdrop, &frame(1.0, Some(20)), 30, 12, 1.0), Some(false));
         // What the person leaves is taken as it is.
-        backdrop.learn(&frame(1.0, Some(20)), &here.translated(10.0, 0.0), 0.1);
+        backdrop.learn(&usual(), &frame(1.0, Some(20)), &here.translated(10.0, 0.0), 0.1);
         assert_eq!(told(&backdrop, &frame(1.0, None), 12, 12, 1.0), Some(false));
         assert_eq!(told(&backdrop, &frame(1.0, Some(10)), 12, 12, 1.0), Some(true));
         // What stays is learnt at the rate told: 107 codes of red, 80, 60, 45, 34, 25.
         let free = BBox::from_ltwh(0.0, 0.0, 0.5, 0.5);
         for (expected, _) in [(true, 0), (true, 1), (true, 2), (true, 3), (true, 4), (false, 5)] {
             assert_eq!(told(&backdrop, &frame(1.0, Some(30)), 33, 12, 1.0), Some(expected));
-            backdrop.learn(&frame(1.0, Some(30)), &free, 0.25);
+            backdrop.learn(&usual(), &frame(1.0, Some(30)), &free, 0.25);
         }
     }
 
@@ -216,7 +245,7 @@ mod tests {
         let here = BBox::from_ltwh(9.0, 7.0, 8.0, 18.0);
         let mut backdrop = Backdrop::new(&frame(1.0, None));
         assert_eq!(backdrop.gain(&BackdropParams::default(), &frame(1.0, None), &here), 1.0);
-        backdrop.learn(&frame(1.0, Some(10)), &here, 0.1);
+        backdrop.learn(&usual(), &frame(1.0, Some(10)), &here, 0.1);
         let dark = frame(0.6, Some(10));
         let gain = backdrop.gain(&BackdropParams::default(), &dark, &here);
         assert!((gain - 0.6).abs() < 0.02, "{gain}");
@@ -227,13 +256,13 @@ mod tests {
     #[test]
     fn what_is_restored_has_a_size() {
         let mut backdrop = Backdrop::new(&frame(1.0, None));
-        backdrop.learn(&frame(1.0, None), &BBox::from_ltwh(0.0, 0.0, 2.0, 2.0), 0.5);
+        backdrop.learn(&usual(), &frame(1.0, None), &BBox::from_ltwh(0.0, 0.0, 2.0, 2.0), 0.5);
         let written = serde_json::to_value(&backdrop).unwrap();
         let read: Backdrop = serde_json::from_value(written.clone()).unwrap();
-        assert_eq!((read.mean, read.known), (backdrop.mean, backdrop.known));
+        assert_eq!(read.canvas, backdrop.canvas);
         for (key, value) in [("width", 41), ("channels", 1), ("channels", 2), ("height", 0)] {
             let mut bad = written.clone();
-            bad[key] = value.into();
+            bad["canvas"][key] = value.into();
             assert!(serde_json::from_value::<Backdrop>(bad).is_err(), "{key}");
         }
     }
