@@ -249,11 +249,11 @@ impl Belief {
 /// picture's neighbourhood (long unseen, or after a gap in time) is merely unsure or occluded. Nobody can search for it there, and
 /// nobody should steer by it.
 fn within_reach(verdict: Verdict, frame: Size, prior: &Prior, found: Option<&Measurement>) -> Verdict {
-    let outside = found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
-    let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
-    let reach = frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let outside = || found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
+    let state = if verdict.state == TrackState::Tracking && outside() { TrackState::Occluded } else { verdict.state };
     let doubted = matches!(state, TrackState::Unsure | TrackState::Occluded);
-    let astray = doubted && !reach.contains(prior.bbox.center());
+    let reach = || frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let astray = doubted && !reach().contains(prior.bbox.center());
     let state = if astray { TrackState::Lost } else { state };
     if state == verdict.state { verdict } else { Verdict { state, score: 0.0, follow: false, learn: false } }
 }

@@ -67,8 +67,9 @@ pub(super) struct Target {
     refuted: bool,
     /// What was said that it took in the last frames, and what is said now, where that differs.
     revised: Option<(Past, Past)>,
-    /// What this frame said, until it is reported.
-    pub answer: Option<(Estimate, Elapsed)>,
+    /// What this frame said, until it is reported, and how long the work on it took.
+    pub answer: Option<Estimate>,
+    pub elapsed: Elapsed,
 }
 
 impl Target {
@@ -99,8 +100,7 @@ impl Target {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
         let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
-        let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
-        born.answer = Some((estimate, Elapsed::default()));
+        born.answer = Some(Estimate::started(stamp.time_s, detection.bbox, detection.confidence));
         born.count_looks(detection);
         born.taken = Some(place);
         if params.association.model == AssociationModel::Hypotheses {
@@ -124,6 +124,7 @@ impl Target {
             refuted: false,
             revised: None,
             answer: None,
+            elapsed: Elapsed { wall_ms: 0.0, thread_ms: 0.0 },
         }
     }
 
@@ -170,9 +171,9 @@ impl Target {
         let dt_s = self.known.belief.last.advance(stamp)?;
         let seen = self.known.unseen.frames == 0 && goes_again(&params.association);
         self.known.observed.wait(seen.then_some(&self.known.belief.motion));
-        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
-        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
-        self.prior = Some(prior);
+        let failed = |e| failed(stamp.index, e);
+        let prior = self.prior.insert(self.known.belief.predict(dt_s).map_err(failed)?);
+        self.expectation = Some(Expectation::new(prior, &params.motion).map_err(failed)?);
         self.known.branches.predict(dt_s, &params.motion);
         self.known.look.wait(dt_s);
         self.grown = false;
@@ -207,72 +208,68 @@ impl Target {
         (shares, goes_on): (&Shares, Option<GoesOn<'_>>),
         params: &ManyParams,
     ) -> Result<()> {
-        let Some(mut prior) = self.prior.take() else { return Ok(()) };
-        self.dt_s = prior.dt_s;
+        let Some(dt_s) = self.prior.as_ref().map(|prior| prior.dt_s) else { return Ok(()) };
+        self.dt_s = dt_s;
         if let Some(goes_on) = goes_on {
-            self.branch(goes_on, detections, &mut prior, params.policy.lost_after_s);
+            self.branch(goes_on, detections, params.policy.lost_after_s);
         }
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
         if let (Some(detection), [_]) = (detection, shares.as_slice()) {
-            self.go_again(view.stamp, &detection.bbox, &mut prior)?;
+            self.go_again(view.stamp, &detection.bbox)?;
         }
-        self.count(detection, prior.dt_s, params);
-        let found = merged(detections, shares).map(|found| self.gated(found, params));
+        self.count(detection, dt_s, params);
+        let mut found = merged(detections, shares);
+        found.iter_mut().for_each(|found| self.gate(found, params));
         let shared = shared(detections, shares);
         let told = found.as_ref().map(|measurement| Told {
             measurement,
             shared: &shared,
             least_overlap: params.appearance_overlap,
         });
-        let (standing, undetected_s, expectation) = (self.known.standing, self.known.undetected_s, self.expectation);
         let empty = detection.is_none() && self.standing_out.is_some_and(|share| share < params.death.empty_below);
-        self.known.empty_s = if empty { self.known.empty_s + prior.dt_s } else { 0.0 };
+        let Self { known, appearance, expectation, prior: Some(prior), answer, grown, .. } = self else {
+            return Ok(());
+        };
+        let Known { standing, belief, unseen, undetected_s, empty_s, .. } = known;
+        *empty_s = if empty { *empty_s + dt_s } else { 0.0 };
         let believable = |seen: &Measurement| {
             // Sure enough, near its prediction, not for too long, where something is to be seen.
             let near = |e: &Expectation| e.admits(&seen.bbox, &params.association);
-            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
+            let trusted = *undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
-        let belief = &mut self.known.belief;
-        let mut estimate = match (&mut self.appearance, view.frame) {
-            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
-            (_, None) | (None, _) => conclude(view.stamp, belief, &prior, told.as_ref())?,
-        };
-        if self.known.empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
+        let estimate = answer.insert(match (appearance, view.frame) {
+            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, prior, told.as_ref(), &believable)?,
+            (_, None) | (None, _) => conclude(view.stamp, belief, prior, told.as_ref())?,
+        });
+        if *empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
             // Nothing is there: it is not hidden.
             (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
             estimate.mask = None;
         }
         if estimate.state == TrackState::Tracking {
-            self.known.unseen = Unseen::default();
+            *unseen = Unseen::default();
             // Of several detections none is the target's for certain.
             if let (ReportedBox::Measured, [(_, _)], Some(seen)) = (params.reported, shares.as_slice(), &found) {
                 estimate.bbox = seen.bbox;
-                self.known.belief.last_believed = seen.bbox;
-                if std::mem::take(&mut self.grown) {
-                    self.known.belief.motion.restart(seen.bbox);
+                belief.last_believed = seen.bbox;
+                if std::mem::take(grown) {
+                    belief.motion.restart(seen.bbox);
                 }
             }
         }
-        self.answer = Some((estimate, Elapsed::default()));
         Ok(())
     }
 
-    /// How long the work on what this frame says of it took.
-    pub const fn took(&mut self, elapsed: Elapsed) {
-        if let Some((_, taken)) = &mut self.answer {
-            *taken = elapsed;
-        }
-    }
-
     /// Takes the motion model through the gap before `bbox` again, where that is to be done: the target is then as one that was not lost.
-    fn go_again(&mut self, stamp: Stamp, bbox: &BBox, prior: &mut Prior) -> Result<()> {
-        let unseen_s = self.known.unseen.seconds + prior.dt_s;
-        let again = self.known.observed.again(bbox, unseen_s).map_err(|e| failed(stamp.index, e))?;
+    fn go_again(&mut self, stamp: Stamp, bbox: &BBox) -> Result<()> {
+        let Self { known: Known { belief, observed, unseen, .. }, prior: Some(prior), .. } = self else {
+            return Ok(());
+        };
+        let again = observed.again(bbox, unseen.seconds + prior.dt_s).map_err(|e| failed(stamp.index, e))?;
         if let Some((motion, expected)) = again {
-            let belief = &mut self.known.belief;
             belief.motion = motion;
             *prior = Prior { dt_s: prior.dt_s, ..expected };
             if belief.state == TrackState::Lost {
@@ -282,12 +279,11 @@ impl Target {
         Ok(())
     }
 
-    /// A detection with its distance from the prediction.
-    fn gated(&self, mut found: Measurement, params: &ManyParams) -> Measurement {
-        let distance2 = self.expectation.as_ref().map(|e| e.distance2(&found.bbox));
-        let share = distance2.map(|d| (d / params.association.gate).clamp(0.0, 1.0));
-        found.gate_share = share.filter(|_| self.known.belief.state != TrackState::Lost);
-        found
+    /// Tells of a detection how far it is from the prediction.
+    fn gate(&self, found: &mut Measurement, params: &ManyParams) {
+        let share = |e: &Expectation| (e.distance2(&found.bbox) / params.association.gate).clamp(0.0, 1.0);
+        let lost = self.known.belief.state == TrackState::Lost;
+        found.gate_share = self.expectation.as_ref().filter(|_| !lost).map(share);
     }
 
     fn count(&mut self, detection: Option<&Detection>, dt_s: f64, params: &ManyParams) {
@@ -362,6 +358,7 @@ fn at_border(bbox: &BBox, frame: Size) -> bool {
 }
 
 /// The policy's judgement of a target without appearance, and what it does to the belief.
+#[inline]
 fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
     let measurement = told.map(|t| t.measurement);
     let judgement = belief.judge(stamp.size, prior, measurement, false, || None);

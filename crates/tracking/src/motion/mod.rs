@@ -256,8 +256,11 @@ impl Motion {
 
 impl MotionFilter for Motion {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        let prior = self.model.filter_mut().predict(dt_s)?;
-        Ok(Prior { bbox: self.in_picture(&prior.bbox), ..prior })
+        let mut prior = self.model.filter_mut().predict(dt_s);
+        if let Ok(prior) = &mut prior {
+            prior.bbox = self.in_picture(&prior.bbox);
+        }
+        prior
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {

@@ -34,15 +34,17 @@ impl Associating {
         self.order.sort_unstable();
         for &(id, at) in &self.order {
             let target = &mut self.targets[at];
-            let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
-            if target.known.is_on_trial(self.params.reported_from) {
+            if target.answer.is_none() || target.known.is_on_trial(self.params.reported_from) {
                 continue;
             }
-            estimate.diagnostics.extend(figures.figures());
             let started = id.0 > known;
             let class = target.known.classes.most_likely().cloned();
             let detection = target.taken.and_then(|d| self.places.get(d)).copied();
-            tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class, detection });
+            let (estimate, elapsed) = (target.answer.take(), target.elapsed);
+            tracks.push(Track { id, estimate, started, elapsed, class, detection });
+            if let Some(estimate) = tracks.last_mut().and_then(|track| track.estimate.as_mut()) {
+                estimate.diagnostics.extend(figures.figures());
+            }
         }
     }
 }

@@ -12,9 +12,16 @@ use pursuit_geometry::BBox;
 pub(in crate::many) struct Expectation {
     bbox: BBox,
     /// Centre and size.
-    mean: Vector4<f64>,
-    /// Their innovation covariance taken apart: `S = L Lᵀ`.
-    lower: Matrix4<f64>,
+    mean: [f64; 4],
+    root: Root,
+}
+
+/// The innovation covariance of centre and size taken apart: `S = L Lᵀ`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Root {
+    /// The diagonal of `L`, where nothing else is in it: the usual case.
+    Diagonal([f64; 4]),
+    Lower(Matrix4<f64>),
 }
 
 impl Expectation {
@@ -22,15 +29,16 @@ impl Expectation {
     ///
     /// # Errors
     /// Where the prior is no finite box.
+    #[inline]
     pub fn new(prior: &Prior, motion: &MotionParams) -> Result<Self, EstimationError> {
         let mean = measured(&prior.bbox);
         if !mean.iter().all(|v| v.is_finite()) {
             return Err(EstimationError::NotFinite { what: "the box that is expected of a target" });
         }
-        let modelled = prior.innovation_covariance.and_then(taken_apart);
-        let lower = modelled.or_else(|| taken_apart(unmodelled(prior, motion)));
+        let modelled = prior.innovation_covariance.as_ref().and_then(taken_apart);
+        let root = modelled.or_else(|| taken_apart(&unmodelled(prior, motion)));
         let what = "the covariance of what is expected of a target";
-        Ok(Self { bbox: prior.bbox, mean, lower: lower.ok_or(EstimationError::NotInvertible { what })? })
+        Ok(Self { bbox: prior.bbox, mean, root: root.ok_or(EstimationError::NotInvertible { what })? })
     }
 
     /// The predicted box.
@@ -39,14 +47,28 @@ impl Expectation {
     }
 
     /// Squared Mahalanobis distance νᵀ S⁻¹ ν of a box's centre and size; infinite where it cannot be computed.
+    #[inline]
     pub fn distance2(&self, bbox: &BBox) -> f64 {
-        let innovation = measured(bbox) - self.mean;
-        self.lower.solve_lower_triangular(&innovation).map_or(f64::INFINITY, |white| white.norm_squared())
+        let seen = measured(bbox);
+        let innovation: [f64; 4] = std::array::from_fn(|i| seen[i] - self.mean[i]);
+        match &self.root {
+            Root::Diagonal(deviations) => {
+                let [x, y, w, h] = std::array::from_fn(|i| innovation[i] / deviations[i]);
+                (x * x + w * w) + (y * y + h * h)
+            }
+            Root::Lower(lower) => {
+                let white = lower.solve_lower_triangular(&Vector4::from(innovation));
+                white.map_or(f64::INFINITY, |white| white.norm_squared())
+            }
+        }
     }
 
     /// `ln det S` with lengths in sizes of the box.
     pub fn log_determinant(&self) -> f64 {
-        let determinant = (0..4).map(|i| self.lower[(i, i)]).product::<f64>();
+        let determinant: f64 = match &self.root {
+            Root::Diagonal(deviations) => deviations.iter().product(),
+            Root::Lower(lower) => (0..4).map(|i| lower[(i, i)]).product(),
+        };
         2.0 * determinant.ln() - 4.0 * self.bbox.area().ln()
     }
 
@@ -63,16 +85,24 @@ impl Expectation {
     }
 }
 
-/// The lower triangle `L` of a covariance `L Lᵀ`; `None` where it is none.
-fn taken_apart(covariance: BoxCovariance) -> Option<Matrix4<f64>> {
+/// The root of a covariance; `None` where it is none.
+#[inline]
+fn taken_apart(covariance: &BoxCovariance) -> Option<Root> {
+    let apart = (0..4).all(|r| (0..r).all(|c| covariance[(r, c)] == 0.0));
+    if apart {
+        let variances: [f64; 4] = std::array::from_fn(|i| covariance[(i, i)]);
+        let sound = variances.iter().all(|v| *v > 0.0 && v.is_finite());
+        return sound.then(|| Root::Diagonal(variances.map(f64::sqrt)));
+    }
     let finite = covariance.iter().all(|v| v.is_finite());
-    covariance.cholesky().filter(|_| finite).map(|found| found.unpack())
+    covariance.cholesky().filter(|_| finite).map(|found| Root::Lower(found.unpack()))
 }
 
 /// Centre and size of a box.
-fn measured(bbox: &BBox) -> Vector4<f64> {
+#[inline]
+fn measured(bbox: &BBox) -> [f64; 4] {
     let center = bbox.center();
-    Vector4::new(center.x, center.y, bbox.width(), bbox.height())
+    [center.x, center.y, bbox.width(), bbox.height()]
 }
 
 /// The innovation covariance of a target whose motion is not modelled: anything the speed at the start allows.

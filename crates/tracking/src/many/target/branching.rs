@@ -3,19 +3,19 @@
 use super::{Known, Target};
 use crate::many::association::GoesOn;
 use crate::many::branches::{Branch, MOST_SCANS, Past};
-use crate::{Detection, Prior, TrackState};
+use crate::{Detection, TrackState};
 
 impl Target {
     /// Takes its branches on; where another one is the best now, that is believed, as if it had been reported all along.
-    pub(super) fn branch(&mut self, goes_on: GoesOn<'_>, detections: &[Detection], prior: &mut Prior, lost_s: f64) {
+    pub(super) fn branch(&mut self, goes_on: GoesOn<'_>, detections: &[Detection], lost_s: f64) {
         self.refuted = goes_on.refuted;
         let Some(((chosen, past), rest)) = goes_on.branches.split_first() else { return };
         let Known { branches, belief, unseen, undetected_s, .. } = &mut self.known;
         let mut before = std::mem::take(&mut branches.others);
         for (next, past) in rest {
             let parent = match next.parent.checked_sub(1) {
-                None => Some((&belief.motion, *unseen, prior.dt_s)),
-                Some(other) => before.get(other).map(|b| (&b.motion, b.unseen, prior.dt_s)),
+                None => Some((&belief.motion, *unseen, self.dt_s)),
+                Some(other) => before.get(other).map(|b| (&b.motion, b.unseen, self.dt_s)),
             };
             let detection = next.detection.and_then(|d| detections.get(d));
             let branch = parent.and_then(|parent| Branch::next(parent, *past, detection, lost_s).ok());
@@ -30,7 +30,7 @@ impl Target {
             if belief.state == TrackState::Lost && instead.seconds <= lost_s {
                 belief.state = TrackState::Occluded;
             }
-            (*prior, self.expectation) = (expected, Some(expectation));
+            (self.prior, self.expectation) = (Some(expected), Some(expectation));
             (*unseen, *undetected_s) = (instead, instead.seconds);
         }
         branches.own = *past;
