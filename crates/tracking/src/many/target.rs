@@ -13,7 +13,7 @@ use super::look::Look;
 use super::observed::{Observed, goes_again};
 use super::whole::PartOf;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
-use crate::belief::{Belief, Stamp};
+use crate::belief::{Belief, Judgement, Stamp};
 use crate::class::Classes;
 use crate::motion::{CameraMotion, MotionFilter, Sight};
 use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
@@ -240,10 +240,15 @@ impl Target {
             let trusted = *undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
-        let estimate = answer.insert(match (appearance, view.frame) {
-            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, prior, told.as_ref(), &believable)?,
-            (_, None) | (None, _) => conclude(view.stamp, belief, prior, told.as_ref())?,
-        });
+        let estimate = match (appearance, view.frame) {
+            (Some(appearance), Some(frame)) => {
+                answer.insert(appearance.follow(frame, belief, prior, told.as_ref(), &believable)?)
+            }
+            (_, None) | (None, _) => {
+                let judgement = conclude(view.stamp, belief, prior, told.as_ref())?;
+                answer.insert(belief.report(view.stamp, prior, judgement, found.as_ref()))
+            }
+        };
         if *empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
             // Nothing is there: it is not hidden.
             (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
@@ -357,15 +362,13 @@ fn at_border(bbox: &BBox, frame: Size) -> bool {
     bbox.left() <= near || bbox.top() <= near || bbox.right() >= width - near || bbox.bottom() >= height - near
 }
 
-/// The policy's judgement of a target without appearance, and what it does to the belief.
-#[inline]
-fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
-    let measurement = told.map(|t| t.measurement);
-    let judgement = belief.judge(stamp.size, prior, measurement, false, || None);
+/// The policy's judgement of a target without appearance; what is believed of it is corrected.
+fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Judgement> {
+    let judgement = belief.judge(stamp.size, prior, told.map(|t| t.measurement), false, || None);
     if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
         belief.believe(told.measurement, told.shared, false).map_err(|e| failed(stamp.index, e))?;
     }
-    Ok(belief.report(stamp, prior, judgement, measurement))
+    Ok(judgement)
 }
 
 /// The one measurement that stands for all detections given: their mean by probability.
