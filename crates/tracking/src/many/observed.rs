@@ -6,6 +6,7 @@ use crate::motion::{Motion, MotionFilter, Sight};
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// How many boxes are kept: directions are measured over few frames.
 const KEPT: usize = 16;
@@ -24,7 +25,7 @@ struct Seen {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Observed {
     /// The oldest first.
-    boxes: Vec<Seen>,
+    boxes: VecDeque<Seen>,
     /// Its motion as corrected by the last box; kept where gaps are gone through again.
     motion: Option<Motion>,
 }
@@ -41,9 +42,9 @@ impl Observed {
     /// It was given a box in this frame.
     pub fn see(&mut self, bbox: BBox) {
         if self.boxes.len() == KEPT {
-            self.boxes.remove(0);
+            self.boxes.pop_front();
         }
-        self.boxes.push(Seen { frames_ago: 0, bbox });
+        self.boxes.push_back(Seen { frames_ago: 0, bbox });
         self.motion = None;
     }
 
@@ -63,7 +64,12 @@ impl Observed {
 
     /// The last box.
     pub fn last(&self) -> Option<&BBox> {
-        self.boxes.last().map(|seen| &seen.bbox)
+        self.boxes.back().map(|seen| &seen.bbox)
+    }
+
+    /// Whether its motion was kept, so that it can be taken through a gap again.
+    pub const fn keeps_motion(&self) -> bool {
+        self.motion.is_some()
     }
 
     /// Whether it was given one box so far.
@@ -81,8 +87,9 @@ impl Observed {
     /// the box `lag` frames before its last one to that one, and would go from the box `lag` frames ago to this one; where there is no box so lately, from the
     /// one before.
     pub fn agreement(&self, bbox: &BBox, lag: usize) -> Option<f64> {
-        let (last, before) = self.boxes.split_last()?;
-        let from = before.iter().find(|seen| seen.frames_ago - last.frames_ago <= lag).or(before.last())?;
+        let last = self.boxes.back()?;
+        let before = || self.boxes.iter().take(self.boxes.len() - 1);
+        let from = before().find(|seen| seen.frames_ago - last.frames_ago <= lag).or(before().next_back())?;
         let here = self.boxes.iter().find(|seen| seen.frames_ago <= lag).unwrap_or(last);
         let direction = |from: Point, to: Point| {
             let moved = to.distance(from) >= 1e-6;
@@ -101,7 +108,7 @@ impl Observed {
     /// # Errors
     /// When a step cannot be computed.
     pub fn again(&self, bbox: &BBox, unseen_s: f64) -> Result<Option<(Motion, Prior)>, EstimationError> {
-        let (Some(motion), Some(last)) = (&self.motion, self.boxes.last()) else { return Ok(None) };
+        let (Some(motion), Some(last)) = (&self.motion, self.boxes.back()) else { return Ok(None) };
         let missed = last.frames_ago.saturating_sub(1).min(MOST_STEPS);
         if missed == 0 || !(unseen_s.is_finite() && unseen_s > 0.0) {
             return Ok(None);
@@ -128,7 +135,8 @@ impl Observed {
 
     /// Whether it can be known: what is restored is checked.
     pub fn is_sound(&self) -> bool {
-        let in_order = self.boxes.windows(2).all(|w| w[0].frames_ago > w[1].frames_ago);
+        let next = self.boxes.iter().skip(1);
+        let in_order = self.boxes.iter().zip(next).all(|(seen, next)| seen.frames_ago > next.frames_ago);
         in_order && self.boxes.len() <= KEPT && self.boxes.iter().all(|seen| seen.bbox.is_finite())
     }
 }

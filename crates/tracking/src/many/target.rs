@@ -216,7 +216,7 @@ impl Target {
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
-        if let (Some(detection), [_]) = (detection, shares.as_slice()) {
+        if let (Some(detection), [_], true) = (detection, shares.as_slice(), self.known.observed.keeps_motion()) {
             self.go_again(view.stamp, &detection.bbox)?;
         }
         self.count(detection, dt_s, params);
