@@ -14,16 +14,18 @@ const KEPT: usize = 16;
 /// Steps by which a gap is gone through again at most: long ones are gone through in longer steps.
 const MOST_STEPS: usize = 64;
 
-/// A box, and how many frames ago it was seen.
+/// A box, and the number of the frame in which it was seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Seen {
-    frames_ago: usize,
+    frame: usize,
     bbox: BBox,
 }
 
 /// The boxes that a target was given, and its motion at the last of them (cao2023: observation-centric).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Observed {
+    /// The number of this frame, counted from the first box on.
+    frame: usize,
     /// The oldest first.
     boxes: VecDeque<Seen>,
     /// Its motion as corrected by the last box; kept where gaps are gone through again.
@@ -33,7 +35,7 @@ pub(super) struct Observed {
 impl Observed {
     /// A further frame; `motion` is that of the frame before, where the target was seen in it.
     pub fn wait(&mut self, motion: Option<&Motion>) {
-        self.boxes.iter_mut().for_each(|seen| seen.frames_ago = seen.frames_ago.saturating_add(1));
+        self.frame = self.frame.saturating_add(1);
         if let Some(motion) = motion {
             self.motion = Some(motion.clone());
         }
@@ -44,8 +46,13 @@ impl Observed {
         if self.boxes.len() == KEPT {
             self.boxes.pop_front();
         }
-        self.boxes.push_back(Seen { frames_ago: 0, bbox });
+        self.boxes.push_back(Seen { frame: self.frame, bbox });
         self.motion = None;
+    }
+
+    /// How many frames ago a box was seen.
+    const fn ago(&self, seen: &Seen) -> usize {
+        self.frame.saturating_sub(seen.frame)
     }
 
     /// The camera's motion moved the picture by so many pixels.
@@ -79,7 +86,7 @@ impl Observed {
 
     /// In how many frames it was seen, one after the other up to this one, since it was missed; `None` where it was not missed lately.
     pub fn since_gap(&self) -> Option<usize> {
-        let seen = self.boxes.iter().rev().zip(0..).take_while(|(seen, ago)| seen.frames_ago == *ago).count();
+        let seen = self.boxes.iter().rev().zip(0..).take_while(|(seen, ago)| self.ago(seen) == *ago).count();
         (seen < self.boxes.len()).then_some(seen)
     }
 
@@ -89,8 +96,8 @@ impl Observed {
     pub fn agreement(&self, bbox: &BBox, lag: usize) -> Option<f64> {
         let last = self.boxes.back()?;
         let before = || self.boxes.iter().take(self.boxes.len() - 1);
-        let from = before().find(|seen| seen.frames_ago - last.frames_ago <= lag).or(before().next_back())?;
-        let here = self.boxes.iter().find(|seen| seen.frames_ago <= lag).unwrap_or(last);
+        let from = before().find(|seen| last.frame - seen.frame <= lag).or(before().next_back())?;
+        let here = self.boxes.iter().find(|seen| self.ago(seen) <= lag).unwrap_or(last);
         let direction = |from: Point, to: Point| {
             let moved = to.distance(from) >= 1e-6;
             moved.then(|| (to.y - from.y).atan2(to.x - from.x))
@@ -109,7 +116,7 @@ impl Observed {
     /// When a step cannot be computed.
     pub fn again(&self, bbox: &BBox, unseen_s: f64) -> Result<Option<(Motion, Prior)>, EstimationError> {
         let (Some(motion), Some(last)) = (&self.motion, self.boxes.back()) else { return Ok(None) };
-        let missed = last.frames_ago.saturating_sub(1).min(MOST_STEPS);
+        let missed = self.ago(last).saturating_sub(1).min(MOST_STEPS);
         if missed == 0 || !(unseen_s.is_finite() && unseen_s > 0.0) {
             return Ok(None);
         }
@@ -136,8 +143,9 @@ impl Observed {
     /// Whether it can be known: what is restored is checked.
     pub fn is_sound(&self) -> bool {
         let next = self.boxes.iter().skip(1);
-        let in_order = self.boxes.iter().zip(next).all(|(seen, next)| seen.frames_ago > next.frames_ago);
-        in_order && self.boxes.len() <= KEPT && self.boxes.iter().all(|seen| seen.bbox.is_finite())
+        let in_order = self.boxes.iter().zip(next).all(|(seen, next)| seen.frame < next.frame);
+        let before_now = self.boxes.back().is_none_or(|last| last.frame <= self.frame);
+        in_order && before_now && self.boxes.len() <= KEPT && self.boxes.iter().all(|seen| seen.bbox.is_finite())
     }
 }
 
