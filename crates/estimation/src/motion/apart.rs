@@ -113,8 +113,10 @@ impl ApartBox {
         if !finite {
             return Err(EstimationError::NotFinite { what: "the measurement" });
         }
-        require("the variance of a measured position", position, position >= 0.0, "zero or more")?;
-        require("the variance of a measured size", size, size >= 0.0, "zero or more")?;
+        if !(position >= 0.0 && size >= 0.0) {
+            require("the variance of a measured position", position, position >= 0.0, "zero or more")?;
+            require("the variance of a measured size", size, size >= 0.0, "zero or more")?;
+        }
         for axis in 0..2 {
             let Moving { place, both, speed } = self.moving[axis];
             let step = Step::new(axis, place, position)?;

@@ -75,8 +75,11 @@ impl PhysicalBox {
     #[inline]
     pub(super) fn added(&self, dt_s: f64) -> Result<(Moving, f64)> {
         let (_, centre) = ConstantVelocity::<2>::white(self.acceleration_density).axis(dt_s)?;
-        require("size_density", self.size_density, self.size_density >= 0.0, "zero or more")?;
-        require("position_density", self.position_density, self.position_density >= 0.0, "zero or more")?;
+        let Self { size_density, position_density, .. } = *self;
+        if !(size_density >= 0.0 && position_density >= 0.0) {
+            require("size_density", size_density, size_density >= 0.0, "zero or more")?;
+            require("position_density", position_density, position_density >= 0.0, "zero or more")?;
+        }
         let (size, wander) = (self.size_density * dt_s, self.position_density * dt_s);
         // The six numbers of the noise are looked at here, not the 36 of the matrix.
         if !(is_finite(&centre) && size.is_finite() && wander.is_finite()) {

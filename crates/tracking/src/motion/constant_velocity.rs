@@ -193,15 +193,17 @@ impl MotionFilter for BoxFilter {
         // A step leaves the size as it is.
         let extent = extent_px(&self.bbox());
         let mover = self.mover(extent);
-        if self.agile().is_some() {
-            // Into the memory of the one before.
-            let mut after = self.before.take().map_or_else(|| self.belief.clone(), |(spare, _)| spare);
-            after.clone_from(&self.belief);
-            after.predict(&mover, dt_s)?;
-            self.before = Some((std::mem::replace(&mut self.belief, after), dt_s));
-        } else {
-            self.belief.predict(&mover, dt_s)?;
+        let adjusts = self.agile().is_some();
+        match &mut self.before {
+            Some((before, step_s)) if adjusts => {
+                before.clone_from(&self.belief);
+                *step_s = dt_s;
+            }
+            before => *before = adjusts.then(|| (self.belief.clone(), dt_s)),
+        }
+        if let Err(error) = self.belief.predict(&mover, dt_s) {
             self.before = None;
+            return Err(error);
         }
         let mut innovation_covariance = self.belief.of_box();
         let [position, size] = self.sensor_variances(extent, None);

@@ -40,10 +40,11 @@ impl Associating {
             let started = id.0 > known;
             let class = target.known.classes.most_likely().cloned();
             let detection = target.taken.and_then(|d| self.places.get(d)).copied();
-            let (estimate, elapsed) = (target.answer.take(), target.elapsed);
-            tracks.push(Track { id, estimate, started, elapsed, class, detection });
-            if let Some(estimate) = tracks.last_mut().and_then(|track| track.estimate.as_mut()) {
-                estimate.diagnostics.extend(figures.figures());
+            tracks.push(Track { id, estimate: None, started, elapsed: target.elapsed, class, detection });
+            if let Some(track) = tracks.last_mut() {
+                // What is large goes straight to its place.
+                std::mem::swap(&mut track.estimate, &mut target.answer);
+                track.estimate.iter_mut().for_each(|estimate| estimate.diagnostics.extend(figures.figures()));
             }
         }
     }

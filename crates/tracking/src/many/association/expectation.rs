@@ -30,7 +30,7 @@ impl Expectation {
     /// Where the prior is no finite box.
     #[inline]
     pub fn new(prior: &Prior, motion: &MotionParams) -> Result<Self, EstimationError> {
-        if !measured(&prior.bbox).iter().all(|v| v.is_finite()) {
+        if !prior.bbox.is_finite() {
             return Err(EstimationError::NotFinite { what: "the box that is expected of a target" });
         }
         let modelled = prior.innovation_covariance.as_ref().and_then(Root::of);
@@ -78,7 +78,7 @@ impl Root {
         let apart = (0..4).all(|r| (0..r).all(|c| covariance[(r, c)] == 0.0));
         if apart {
             let variances: [f64; 4] = std::array::from_fn(|i| covariance[(i, i)]);
-            let sound = variances.iter().all(|v| *v > 0.0 && v.is_finite());
+            let sound = variances.iter().fold(true, |sound, v| sound & (*v > 0.0) & (*v < f64::INFINITY));
             return sound.then(|| Self { diagonal: variances.map(f64::sqrt), below: None });
         }
         let finite = covariance.iter().all(|v| v.is_finite());
