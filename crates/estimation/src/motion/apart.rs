@@ -46,6 +46,21 @@ impl From<ApartBox> for Gaussian<6> {
 }
 
 impl ApartBox {
+    /// A belief whose components are independent, with the variances given: see [`Gaussian::from_variances`].
+    ///
+    /// # Errors
+    /// Where a number is not finite or a variance is not positive.
+    pub fn from_variances(mean: [f64; 6], variances: [f64; 6]) -> Result<Self> {
+        let sound = mean.iter().all(|v| v.is_finite()) && variances.iter().all(|v| v.is_finite() && *v > 0.0);
+        if !sound {
+            // The general way says what is wrong.
+            Gaussian::from_variances(mean.into(), variances.into())?;
+        }
+        let [x, y, vx, vy, w, h] = variances;
+        let moving = |place, speed| Moving { place, both: 0.0, speed };
+        Ok(Self { mean, moving: [moving(x, vx), moving(y, vy)], size: [w, h] })
+    }
+
     /// The same belief; `None` where two axes are correlated.
     pub fn of(belief: &Gaussian<6>) -> Option<Self> {
         let p = belief.covariance();
@@ -221,6 +236,20 @@ mod tests {
         whole.predict(&model.over(1e150).unwrap()).unwrap_err();
         far.predict(&model, 1e150).unwrap_err();
         assert_eq!(far, before);
+    }
+
+    #[test]
+    fn it_starts_as_the_gaussian_does() {
+        let (mean, variances) = ([80.0, 50.0, 0.0, 0.0, 24.0, 41.0], [9.0, 7.0, 400.0, 300.0, 4.0, 5.0]);
+        assert_eq!(Gaussian::from(ApartBox::from_variances(mean, variances).unwrap()), start());
+        for (at, bad) in [(0, f64::NAN), (3, 0.0), (4, -1.0), (5, f64::INFINITY)] {
+            let mut refused = variances;
+            refused[at] = bad;
+            assert!(ApartBox::from_variances(mean, refused).is_err(), "{at}");
+            let whole = Gaussian::from_variances(mean.into(), refused.into());
+            assert_eq!(ApartBox::from_variances(mean, refused).map(Gaussian::from).is_err(), whole.is_err());
+        }
+        assert!(ApartBox::from_variances([f64::NAN; 6], variances).is_err());
     }
 
     #[test]

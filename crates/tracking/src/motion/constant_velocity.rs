@@ -5,7 +5,7 @@ use crate::roles::Prior;
 use crate::{BoxCovariance, Velocity};
 use belief::{BoxBelief, Mover};
 use nalgebra::SVector;
-use pursuit_estimation::motion::{PhysicalBox, StepBox};
+use pursuit_estimation::motion::{ApartBox, PhysicalBox, StepBox};
 use pursuit_estimation::{Gaussian, Result};
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
@@ -118,7 +118,7 @@ impl BoxFilter {
     /// # Errors
     /// When the box is not finite or a noise is out of range.
     pub fn new(noise: BoxNoise, bbox: BBox) -> Result<Self> {
-        Ok(Self { noise, belief: start(&noise, bbox)?.into(), before: None })
+        Ok(Self { noise, belief: start(&noise, bbox)?, before: None })
     }
 
     /// The whole belief about `[x, y, vx, vy, w, h]`.
@@ -172,9 +172,9 @@ fn boxed(&[x, y, _, _, w, h]: &[f64; 6]) -> BBox {
     BBox::from_center_size(Point::new(x, y), w.max(SMALLEST_SIDE_PX), h.max(SMALLEST_SIDE_PX))
 }
 
-fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
+fn start(noise: &BoxNoise, bbox: BBox) -> Result<BoxBelief> {
     let z = measured(&bbox);
-    let mean = SVector::from([z[0], z[1], 0.0, 0.0, z[2], z[3]]);
+    let mean = [z[0], z[1], 0.0, 0.0, z[2], z[3]];
     let variances = match noise {
         // The source of the printed constants starts with P = I.
         BoxNoise::PerStep(_) => [1.0; 6],
@@ -185,7 +185,7 @@ fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
             [position, position, velocity, velocity, size, size]
         }
     };
-    Gaussian::from_variances(mean, SVector::from(variances))
+    ApartBox::from_variances(mean, variances).map(BoxBelief::Apart)
 }
 
 impl MotionFilter for BoxFilter {
@@ -244,7 +244,7 @@ impl MotionFilter for BoxFilter {
     fn restart(&mut self, bbox: BBox) {
         // The noise was accepted when the filter was made, so only a box that is not finite can fail; it changes nothing.
         if let Ok(belief) = start(&self.noise, bbox) {
-            (self.belief, self.before) = (belief.into(), None);
+            (self.belief, self.before) = (belief, None);
         }
     }
 

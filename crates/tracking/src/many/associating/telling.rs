@@ -31,7 +31,9 @@ impl Associating {
         // Targets stand in order of their births; ids go by the order in which they were confirmed.
         self.order.clear();
         self.order.extend(self.targets.iter().enumerate().filter_map(|(at, t)| Some((t.id()?, at))));
-        self.order.sort_unstable();
+        if !self.order.is_sorted() {
+            self.order.sort_unstable();
+        }
         for &(id, at) in &self.order {
             let target = &mut self.targets[at];
             if target.answer.is_none() || target.known.is_on_trial(self.params.reported_from) {
