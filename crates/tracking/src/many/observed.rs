@@ -29,25 +29,23 @@ pub(super) struct Observed {
     /// The oldest first.
     boxes: VecDeque<Seen>,
     /// Its motion as corrected by the last box; kept where gaps are gone through again.
-    motion: Option<Motion>,
+    motion: Option<Box<Motion>>,
 }
 
 impl Observed {
     /// A further frame; `motion` is that of the frame before, where the target was seen in it.
-    pub fn wait(&mut self, motion: Option<&Motion>) {
+    pub fn wait(&mut self, motion: Option<Box<Motion>>) {
         self.frame = self.frame.saturating_add(1);
-        if let Some(motion) = motion {
-            self.motion = Some(motion.clone());
-        }
+        self.motion = motion.or(self.motion.take());
     }
 
-    /// It was given a box in this frame.
-    pub fn see(&mut self, bbox: BBox) {
+    /// It was given a box in this frame; its motion when it was seen last is no longer needed.
+    pub fn see(&mut self, bbox: BBox) -> Option<Box<Motion>> {
         if self.boxes.len() == KEPT {
             self.boxes.pop_front();
         }
         self.boxes.push_back(Seen { frame: self.frame, bbox });
-        self.motion = None;
+        self.motion.take()
     }
 
     /// How many frames ago a box was seen.
@@ -120,7 +118,7 @@ impl Observed {
         if missed == 0 || !(unseen_s.is_finite() && unseen_s > 0.0) {
             return Ok(None);
         }
-        let mut motion = motion.clone();
+        let mut motion = (**motion).clone();
         let dt_s = unseen_s / (missed + 1) as f64;
         let between = |share: f64, a: f64, b: f64| a + share * (b - a);
         for step in 1..=missed {
@@ -210,7 +208,7 @@ mod tests {
         observed.see(at(76.0, 0.0));
         assert_eq!(observed.again(&at(80.0, 0.0), 0.1).unwrap(), None, "there was no gap");
         // Unseen for nine frames it went down, not on.
-        (0..10).for_each(|k| observed.wait((k == 0).then_some(&motion)));
+        (0..10).for_each(|k| observed.wait((k == 0).then(|| Box::new(motion.clone()))));
         let (again, prior) = observed.again(&at(76.0, 50.0), 1.0).unwrap().unwrap();
         let velocity = again.velocity().unwrap();
         assert!(velocity.x.abs() < 8.0 && (velocity.y - 50.0).abs() < 8.0, "{velocity:?}");

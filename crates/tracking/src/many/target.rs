@@ -7,7 +7,7 @@ pub(super) use known::{Known, Standing};
 
 use super::association::{AssociationModel, Claimant, Expectation, GoesOn, Shares};
 use super::birth::Evidence;
-use super::branches::{Branches, Past};
+use super::branches::{Branch, Branches, Past};
 use super::death::Unseen;
 use super::look::Look;
 use super::observed::{Observed, goes_again};
@@ -15,7 +15,7 @@ use super::whole::PartOf;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
 use crate::belief::{Belief, Judgement, Stamp};
 use crate::class::Classes;
-use crate::motion::{CameraMotion, MotionFilter, Sight};
+use crate::motion::{CameraMotion, Motion, MotionFilter, Sight};
 use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::{BBox, Point, Size};
@@ -70,6 +70,18 @@ pub(super) struct Target {
     /// What this frame said, until it is reported, and how long the work on it took.
     pub answer: Option<Estimate>,
     pub elapsed: Elapsed,
+    spare: Spare,
+}
+
+/// What is written into again, so that a frame takes no new memory.
+#[derive(Default)]
+struct Spare {
+    /// The detections given, each with its probability.
+    shared: Vec<(Sight, f64)>,
+    /// A motion model that nobody needs.
+    motion: Option<Box<Motion>>,
+    /// Branches that nobody needs.
+    branches: Vec<Branch>,
 }
 
 impl Target {
@@ -125,6 +137,7 @@ impl Target {
             revised: None,
             answer: None,
             elapsed: Elapsed { wall_ms: 0.0, thread_ms: 0.0 },
+            spare: Spare { shared: Vec::new(), motion: None, branches: Vec::new() },
         }
     }
 
@@ -170,7 +183,15 @@ impl Target {
     pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
         let dt_s = self.known.belief.last.advance(stamp)?;
         let seen = self.known.unseen.frames == 0 && goes_again(&params.association);
-        self.known.observed.wait(seen.then_some(&self.known.belief.motion));
+        let now = &self.known.belief.motion;
+        let kept = seen.then(|| match self.spare.motion.take() {
+            Some(mut spare) => {
+                spare.as_mut().clone_from(now);
+                spare
+            }
+            None => Box::new(now.clone()),
+        });
+        self.known.observed.wait(kept);
         let failed = |e| failed(stamp.index, e);
         let prior = self.prior.insert(self.known.belief.predict(dt_s).map_err(failed)?);
         self.expectation = Some(Expectation::new(prior, &params.motion).map_err(failed)?);
@@ -191,7 +212,9 @@ impl Target {
     }
 
     fn count_looks(&mut self, detection: &Detection) {
-        self.known.observed.see(detection.bbox);
+        if let Some(motion) = self.known.observed.see(detection.bbox) {
+            self.spare.motion = Some(motion);
+        }
         if let Some(class) = &detection.class {
             self.known.classes.count(class, detection.confidence);
         }
@@ -222,14 +245,15 @@ impl Target {
         self.count(detection, dt_s, params);
         let mut found = merged(detections, shares);
         found.iter_mut().for_each(|found| self.gate(found, params));
-        let shared = shared(detections, shares);
+        let mut shared = std::mem::take(&mut self.spare.shared);
+        share(detections, shares, &mut shared);
         let told = found.as_ref().map(|measurement| Told {
             measurement,
             shared: &shared,
             least_overlap: params.appearance_overlap,
         });
         let empty = detection.is_none() && self.standing_out.is_some_and(|share| share < params.death.empty_below);
-        let Self { known, appearance, expectation, prior: Some(prior), answer, grown, .. } = self else {
+        let Self { known, appearance, expectation, prior: Some(prior), answer, grown, spare, .. } = self else {
             return Ok(());
         };
         let Known { standing, belief, unseen, undetected_s, empty_s, .. } = known;
@@ -265,6 +289,7 @@ impl Target {
                 }
             }
         }
+        spare.shared = shared;
         Ok(())
     }
 
@@ -384,12 +409,12 @@ fn merged(detections: &[Detection], shares: &Shares) -> Option<Measurement> {
     (total > 0.0).then(|| Measurement::new(bbox, mean(|d| d.confidence)))
 }
 
-/// The detections given, each with its probability, where that is not one detection for certain.
-fn shared(detections: &[Detection], shares: &Shares) -> Vec<(Sight, f64)> {
-    if let [] | [(_, 1.0)] = shares.as_slice() {
-        return Vec::new();
+/// Lists the detections given, each with its probability, where that is not one detection for certain.
+fn share(detections: &[Detection], shares: &Shares, shared: &mut Vec<(Sight, f64)>) {
+    shared.clear();
+    if !matches!(shares.as_slice(), [] | [(_, 1.0)]) {
+        shared.extend(shares.iter().filter_map(|(d, p)| Some((Sight::of(detections.get(*d)?.bbox, None), *p))));
     }
-    shares.iter().filter_map(|(d, p)| Some((Sight::of(detections.get(*d)?.bbox, None), *p))).collect()
 }
 
 /// Says of an error of the motion model where it happened.

@@ -104,12 +104,30 @@ pub enum BoxNoise {
 
 /// A Kalman filter of `[x, y, vx, vy, w, h]`: the centre moves with constant velocity, the size stays (ball, equations
 /// (1) to (5)).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoxFilter {
     noise: BoxNoise,
     belief: BoxBelief,
     /// What was believed before the last step, and how long that was, where a step may be taken again.
     before: Option<(BoxBelief, f64)>,
+}
+
+impl Clone for BoxFilter {
+    fn clone(&self) -> Self {
+        Self { noise: self.noise, belief: self.belief.clone(), before: self.before.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.noise = source.noise;
+        self.belief.clone_from(&source.belief);
+        match (&mut self.before, &source.before) {
+            (Some((own, step_s)), Some((other, other_s))) => {
+                own.clone_from(other);
+                *step_s = *other_s;
+            }
+            (own, other) => *own = other.clone(),
+        }
+    }
 }
 
 impl BoxFilter {
@@ -230,13 +248,11 @@ impl MotionFilter for BoxFilter {
     }
 
     fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
-        let values: Vec<_> = sights.iter().map(|(sight, _)| measured(&sight.bbox)).collect();
-        let each = || sights.iter().map(|(_, probability)| *probability);
-        let missed = (1.0 - each().sum::<f64>()).max(0.0);
-        let probabilities: Vec<f64> = std::iter::once(missed).chain(each()).collect();
+        let values = sights.iter().map(|(sight, probability)| (measured(&sight.bbox), *probability));
+        let missed = (1.0 - values.clone().map(|(_, probability)| probability).sum::<f64>()).max(0.0);
         let [position, size] = self.sensor_variances(extent_px(&self.bbox()), None);
         let mut belief = self.belief.whole();
-        belief.update_weighted(&PhysicalBox::measurement(position, size)?, &values, &probabilities)?;
+        belief.update_shared(&PhysicalBox::measurement(position, size)?, missed, values)?;
         self.belief.set(belief);
         Ok(())
     }

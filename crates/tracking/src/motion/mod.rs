@@ -117,7 +117,7 @@ pub trait MotionFilter {
 }
 
 /// The motion model of a target: the one that its parameters name.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     params: MotionParams,
     model: Model,
@@ -125,12 +125,37 @@ pub struct Motion {
     offset: (f64, f64),
 }
 
+impl Clone for Motion {
+    fn clone(&self) -> Self {
+        Self { params: self.params.clone(), model: self.model.clone(), offset: self.offset }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.params.clone_from(&source.params);
+        self.model.clone_from(&source.model);
+        self.offset = source.offset;
+    }
+}
+
 macro_rules! filters {
     ($($name:ident: $filter:ty),+ $(,)?) => {
         /// The filter of a model.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, PartialEq, Serialize, Deserialize)]
         enum Model {
             $($name(Box<$filter>)),+
+        }
+
+        impl Clone for Model {
+            fn clone(&self) -> Self {
+                match self { $(Self::$name(filter) => Self::$name(filter.clone())),+ }
+            }
+
+            fn clone_from(&mut self, source: &Self) {
+                match (self, source) {
+                    $((Self::$name(own), Self::$name(other)) => own.clone_from(other),)+
+                    (own, other) => *own = other.clone(),
+                }
+            }
         }
 
         /// Without a table of functions, so that the small ones become part of what calls them.
@@ -294,6 +319,9 @@ impl MotionFilter for Motion {
     }
 
     fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+        if self.offset == (0.0, 0.0) {
+            return self.model.correct_shared(sights);
+        }
         let seen = |(sight, p): &(Sight, f64)| (Sight { bbox: self.in_model(&sight.bbox), ..*sight }, *p);
         let sights: Vec<_> = sights.iter().map(seen).collect();
         self.model.correct_shared(&sights)
