@@ -232,10 +232,11 @@ mod tests {
         }
         assert_eq!(after, before);
         // A step so large that the numbers are looked at is taken all the same.
+        let quick = PhysicalBox { acceleration_density: 3.0, ..model };
         let (mut whole, mut far) = (start(), before);
-        whole.predict(&model.over(1e150).unwrap()).unwrap_err();
-        far.predict(&model, 1e150).unwrap_err();
-        assert_eq!(far, before);
+        whole.predict(&quick.over(1e100).unwrap()).unwrap();
+        far.predict(&quick, 1e100).unwrap();
+        assert_eq!(Gaussian::from(far), whole);
     }
 
     #[test]

@@ -67,14 +67,14 @@ pub(super) struct Target {
     refuted: bool,
     /// What was said that it took in the last frames, and what is said now, where that differs.
     revised: Option<(Past, Past)>,
-    /// What this frame said, until it is reported, and how long the work on it took.
+    /// What this frame said, until it is reported.
     pub answer: Option<Estimate>,
+    /// How long the work on it took.
     pub elapsed: Elapsed,
     spare: Spare,
 }
 
 /// What is written into again, so that a frame takes no new memory.
-#[derive(Default)]
 struct Spare {
     /// The detections given, each with its probability.
     shared: Vec<(Sight, f64)>,
