@@ -18,7 +18,7 @@ pub(crate) struct Shear<const N: usize> {
 }
 
 /// Results below this cannot have overflowed on the way.
-const SAFE: f64 = 1e300;
+pub(crate) const SAFE: f64 = 1e300;
 
 impl<const N: usize> Shear<N> {
     /// The structure of an upper triangular transition, as those of integrators in the order `[position, velocity, …]`

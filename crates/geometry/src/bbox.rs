@@ -89,15 +89,13 @@ impl BBox {
 
     /// The common part of two boxes, `None` when they do not overlap.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
-        // `max` and `min` pass over NaN, so it must be caught here.
-        if !(self.is_finite() && other.is_finite()) {
-            return None;
-        }
         let left = self.left.max(other.left);
         let top = self.top.max(other.top);
         let right = self.right().min(other.right());
         let bottom = self.bottom().min(other.bottom());
-        (right > left && bottom > top).then(|| Self::from_ltrb(left, top, right, bottom))
+        // `max` and `min` pass over NaN, so it must be caught here; most boxes that are asked about are apart.
+        let overlap = right > left && bottom > top && self.is_finite() && other.is_finite();
+        overlap.then(|| Self::from_ltrb(left, top, right, bottom))
     }
 
     /// Intersection over union (Jaccard overlap), in `[0, 1]`; 0 when either box is empty.

@@ -54,6 +54,11 @@ impl EmbeddingNetwork {
         Ok(Self { network, image, resampler: Resampler::default(), embedding: vec![0.0; length] })
     }
 
+    /// What a user should know of how it is run, a line each.
+    pub fn notes(&self) -> &[String] {
+        self.network.notes()
+    }
+
     /// What the inside of `bbox` looks like; zeros where it lies outside of the image.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use crate::runtime::unusable;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::Frame;
 use pursuit_inference::embedding::EmbeddingNetwork;
-use pursuit_inference::onnx::OnnxOptions;
+use pursuit_inference::onnx::{Device, OnnxOptions};
 use pursuit_parameters::ParameterError;
 use pursuit_tracking::many::{EmbeddingModel, EmbeddingParams, NetworkEmbeddingParams};
 use pursuit_tracking::{Embedder, Result, TrackingError};
@@ -17,15 +17,16 @@ use std::sync::Arc;
 /// The owner of the parameters in errors.
 const NAME: &str = "many";
 
-/// What the parameters name; nothing where they name nothing.
+/// What the parameters name; nothing where they name nothing. A network runs on `device` where onnxruntime's library can hand it there, else
+/// on the processor, and says so.
 ///
 /// # Errors
 /// [`TrackingError::Parameter`] for a network that cannot be opened.
-pub fn embedder(params: &EmbeddingParams) -> Result<Option<Box<dyn Embedder>>> {
+pub fn embedder(params: &EmbeddingParams, device: Device) -> Result<Option<Box<dyn Embedder>>> {
     Ok(match params.model {
         EmbeddingModel::None => None,
         EmbeddingModel::Colors => Some(Box::new(Colors::new())),
-        EmbeddingModel::Network => Some(Box::new(ByNetwork::open(&params.network)?)),
+        EmbeddingModel::Network => Some(Box::new(ByNetwork::open(&params.network, device)?)),
     })
 }
 
@@ -79,7 +80,7 @@ impl Embedder for Colors {
 struct ByNetwork(EmbeddingNetwork);
 
 impl ByNetwork {
-    fn open(params: &NetworkEmbeddingParams) -> Result<Self> {
+    fn open(params: &NetworkEmbeddingParams, device: Device) -> Result<Self> {
         let Some(file) = params.file.path() else {
             let problem = "names no network; give the ONNX file of one, for example `--set many.embedding.network.file=osnet.onnx`";
             return Err(ParameterError::new(NAME, "embedding.network.file", problem).into());
@@ -87,6 +88,7 @@ impl ByNetwork {
         let options = OnnxOptions {
             library: params.onnxruntime.path().map(Path::to_path_buf),
             image: Some((params.width_px, params.height_px)),
+            device,
             ..OnnxOptions::default()
         };
         let network = EmbeddingNetwork::open(file, &options).map_err(unusable(NAME, "embedding.network.file"))?;
@@ -102,6 +104,10 @@ impl Embedder for ByNetwork {
             source: Box::new(e),
         };
         Ok(self.0.embed(frame.color(), bbox).map_err(failed)?.into())
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.0.notes().to_vec()
     }
 }
 
@@ -161,9 +167,10 @@ mod tests {
     #[test]
     fn a_network_needs_a_file() {
         let params = |text: &str| EmbeddingParams::default().with("embedding", &text.parse().unwrap()).unwrap();
-        assert!(embedder(&params("")).unwrap().is_none());
-        assert!(embedder(&params("model = 'colors'")).unwrap().is_some());
-        let error = |text: &str| embedder(&params(text)).err().unwrap().to_string();
+        let made = |text: &str| embedder(&params(text), Device::Cpu);
+        assert!(made("").unwrap().is_none());
+        assert!(made("model = 'colors'").unwrap().is_some_and(|colors| colors.notes().is_empty()));
+        let error = |text: &str| made(text).err().unwrap().to_string();
         assert!(error("model = 'network'").contains("names no network"), "{}", error("model = 'network'"));
         let missing = error("model = 'network'\nnetwork.file = 'nowhere.onnx'");
         assert!(missing.contains("nowhere.onnx"), "{missing}");

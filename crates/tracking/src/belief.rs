@@ -66,6 +66,9 @@ impl LastFrame {
     }
 }
 
+/// What a policy says of a frame, and why the target is not tracked if it is not.
+pub(crate) type Judgement = (Verdict, Option<Doubt>);
+
 /// What is believed of a target, whoever looks for it: its motion, whether it is seen, and since when.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
@@ -149,7 +152,7 @@ impl Belief {
         found: Option<&Measurement>,
         follows: bool,
         hidden: impl FnOnce() -> Option<Doubt>,
-    ) -> (Verdict, Option<Doubt>) {
+    ) -> Judgement {
         let evidence = Evidence { frame, prior, found, state: self.state };
         let mut verdict = within_reach(self.policy.judge(&evidence), frame, prior, found);
         let doubt = evidence.doubt(verdict.state, hidden);
@@ -184,11 +187,12 @@ impl Belief {
     }
 
     /// What is said of the target once it was judged and believed.
+    #[inline]
     pub(crate) fn report(
         &mut self,
         frame: impl Into<Stamp>,
         prior: &Prior,
-        (verdict, doubt): (Verdict, Option<Doubt>),
+        (verdict, doubt): Judgement,
         found: Option<&Measurement>,
     ) -> Estimate {
         self.state = verdict.state;
@@ -249,11 +253,11 @@ impl Belief {
 /// picture's neighbourhood (long unseen, or after a gap in time) is merely unsure or occluded. Nobody can search for it there, and
 /// nobody should steer by it.
 fn within_reach(verdict: Verdict, frame: Size, prior: &Prior, found: Option<&Measurement>) -> Verdict {
-    let outside = found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
-    let state = if verdict.state == TrackState::Tracking && outside { TrackState::Occluded } else { verdict.state };
-    let reach = frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let outside = || found.is_none_or(|f| f.bbox.clipped_to(frame).is_none());
+    let state = if verdict.state == TrackState::Tracking && outside() { TrackState::Occluded } else { verdict.state };
     let doubted = matches!(state, TrackState::Unsure | TrackState::Occluded);
-    let astray = doubted && !reach.contains(prior.bbox.center());
+    let reach = || frame.bounds().expanded(frame.width.max(frame.height) as f64);
+    let astray = doubted && !reach().contains(prior.bbox.center());
     let state = if astray { TrackState::Lost } else { state };
     if state == verdict.state { verdict } else { Verdict { state, score: 0.0, follow: false, learn: false } }
 }

@@ -54,6 +54,11 @@ pub trait Embedder: Send {
     /// # Errors
     /// When the method fails on this frame.
     fn embed(&mut self, frame: &Frame, bbox: &BBox) -> Result<Arc<[f32]>>;
+
+    /// What a user should know of how it was made, a line each: that it runs elsewhere than asked for.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// What a detector is told of the targets that are being followed.

@@ -189,6 +189,31 @@ fn an_export_is_followed_without_a_description() {
 }
 
 #[test]
+fn a_network_for_looks_runs_on_the_device_that_is_named() {
+    if !runs_networks() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    let model = folder.path().join("looks.onnx");
+    std::fs::write(&model, pursuit_testkit::network_that_answers((16, 32), &[1, 4], &[1.0, 0.0, 0.0, 2.0], &[]))
+        .unwrap();
+    let file = format!("many.embedding.network.file={}", model.display());
+    let sets = ["--detect", "motion", "--many", "--set", "many.embedding.model=network", "--set", &file];
+    let run = |device: &str| {
+        let found = track(&clip, &folder.path().join(device), &[&sets[..], &["--device", device]].concat());
+        assert!(found.status.success(), "{}", stderr(&found));
+        stderr(&found)
+    };
+    let said = run("cpu");
+    assert!(!said.contains("on the processor"), "{said}");
+    // Nothing here has that one: so it was asked for.
+    let elsewhere = if cfg!(target_os = "macos") { "cuda" } else { "coreml" };
+    let said = run(elsewhere);
+    assert!(said.contains("it runs on the processor") && !said.contains("nobody here"), "{said}");
+}
+
+#[test]
 fn a_network_draws_the_masks_of_any_tracker() {
     if !runs_networks() {
         return;

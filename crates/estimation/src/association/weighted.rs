@@ -30,25 +30,39 @@ impl<const N: usize> Gaussian<N> {
         if got != expected {
             return Err(EstimationError::Length { what: "probabilities of none and each value", got, expected });
         }
-        for &probability in probabilities {
-            require("a probability", probability, probability >= 0.0, "zero or more")?;
-        }
-        let sum: f64 = probabilities.iter().sum();
-        require("the sum of probabilities", sum, (sum - 1.0).abs() <= 1e-9, "one")?;
+        self.update_shared(measurement, *missed, values.iter().copied().zip(each.iter().copied()))
+    }
+
+    /// The same of values with their probabilities that nobody need put into a list; none of them is this target's with the probability
+    /// `missed`. `values` is gone through several times.
+    ///
+    /// # Errors
+    /// As [`update_weighted`](Self::update_weighted).
+    pub fn update_shared<const M: usize>(
+        &mut self,
+        measurement: &LinearMeasurement<M, N>,
+        missed: f64,
+        values: impl Iterator<Item = (SVector<f64, M>, f64)> + Clone,
+    ) -> Result<()> {
+        let mut sum = missed;
+        require("a probability", missed, missed >= 0.0, "zero or more")?;
         let here = times_vector(measurement.matrix(), self.mean());
         let mut mean = SVector::<f64, M>::zeros();
-        for (value, probability) in values.iter().zip(each) {
-            require_finite("the measurement", value)?;
-            mean += (value - here) * *probability;
+        for (value, probability) in values.clone() {
+            require("a probability", probability, probability >= 0.0, "zero or more")?;
+            require_finite("the measurement", &value)?;
+            sum += probability;
+            mean += (value - here) * probability;
         }
-        let mut spread: SMatrix<f64, M, M> = mean * mean.transpose() * *missed;
-        for (value, probability) in values.iter().zip(each) {
+        require("the sum of probabilities", sum, (sum - 1.0).abs() <= 1e-9, "one")?;
+        let mut spread: SMatrix<f64, M, M> = mean * mean.transpose() * missed;
+        for (value, probability) in values {
             let away = value - here - mean;
-            spread += away * away.transpose() * *probability;
+            spread += away * away.transpose() * probability;
         }
         let known = corrected(self, measurement, &mean)?;
         let mut covariance =
-            self.covariance() * *missed + known.belief.covariance() * (1.0 - missed) + sandwich(&known.gain, &spread);
+            self.covariance() * missed + known.belief.covariance() * (1.0 - missed) + sandwich(&known.gain, &spread);
         symmetrise(&mut covariance);
         *self = Self::computed(*known.belief.mean(), covariance)?;
         Ok(())

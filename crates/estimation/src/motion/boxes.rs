@@ -8,6 +8,7 @@ use crate::matrix::is_finite;
 use crate::{EstimationError, LinearMeasurement, MotionModel, Result, Transition};
 
 use super::ConstantVelocity;
+use super::apart::Moving;
 
 /// Indices of `[x, y, w, h]` in the state `[x, y, vx, vy, w, h]`.
 const MEASURED: [usize; 4] = [0, 1, 4, 5];
@@ -69,25 +70,35 @@ impl PhysicalBox {
         let (p, s) = (position_variance_px2, size_variance_px2);
         LinearMeasurement::select(MEASURED, [p, p, s, s])
     }
-}
 
-impl MotionModel<6> for PhysicalBox {
+    /// What a step adds to each axis of the centre, and to the variance of each side.
     #[inline]
-    fn over(&self, dt_s: f64) -> Result<Transition<6>> {
+    pub(super) fn added(&self, dt_s: f64) -> Result<(Moving, f64)> {
         let (_, centre) = ConstantVelocity::<2>::white(self.acceleration_density).axis(dt_s)?;
-        require("size_density", self.size_density, self.size_density >= 0.0, "zero or more")?;
-        require("position_density", self.position_density, self.position_density >= 0.0, "zero or more")?;
+        let Self { size_density, position_density, .. } = *self;
+        if !(size_density >= 0.0 && position_density >= 0.0) {
+            require("size_density", size_density, size_density >= 0.0, "zero or more")?;
+            require("position_density", position_density, position_density >= 0.0, "zero or more")?;
+        }
         let (size, wander) = (self.size_density * dt_s, self.position_density * dt_s);
         // The six numbers of the noise are looked at here, not the 36 of the matrix.
         if !(is_finite(&centre) && size.is_finite() && wander.is_finite()) {
             return Err(EstimationError::Overflow { what: "the transition of a motion model" });
         }
+        Ok((Moving { place: centre[(0, 0)] + wander, both: centre[(0, 1)], speed: centre[(1, 1)] }, size))
+    }
+}
+
+impl MotionModel<6> for PhysicalBox {
+    #[inline]
+    fn over(&self, dt_s: f64) -> Result<Transition<6>> {
+        let (centre, size) = self.added(dt_s)?;
         let mut noise = SMatrix::<f64, 6, 6>::zeros();
         for axis in 0..2 {
-            noise[(axis, axis)] = centre[(0, 0)] + wander;
-            noise[(axis, axis + 2)] = centre[(0, 1)];
-            noise[(axis + 2, axis)] = centre[(1, 0)];
-            noise[(axis + 2, axis + 2)] = centre[(1, 1)];
+            noise[(axis, axis)] = centre.place;
+            noise[(axis, axis + 2)] = centre.both;
+            noise[(axis + 2, axis)] = centre.both;
+            noise[(axis + 2, axis + 2)] = centre.speed;
             noise[(axis + 4, axis + 4)] = size;
         }
         Ok(Transition::moving_centre(dt_s, noise))

@@ -7,6 +7,7 @@ use crate::sinks::{Format, TextSink};
 use crate::{Record, RunError};
 use pursuit_evaluation::boxes::{Boxes, read_boxes};
 use pursuit_geometry::Size;
+use pursuit_inference::onnx::Device;
 use pursuit_media::Source;
 use pursuit_trackers::embedding::embedder;
 use pursuit_tracking::many::{Associating, Looked, ManyParams, OfflineParams, Placed, offline};
@@ -37,7 +38,8 @@ impl Track<'_> {
         let boxes = read_boxes(&work.detections, self.options.format, size)?.in_pixels();
         are_probabilities(&work.detections, &boxes)?;
         let mut files = Files::create(self, size)?;
-        let mut targets = Associating::fed(self.params.clone())?.with_embedder(embedder(&self.params.embedding)?);
+        let mut targets =
+            Associating::fed(self.params.clone())?.with_embedder(embedder(&self.params.embedding, Device::Cpu)?);
         let mut known = Known::default();
         match &mut video {
             None if self.options.offline => self.offline(size, &boxes, &mut files, &mut known)?,

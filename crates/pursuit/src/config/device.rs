@@ -4,7 +4,6 @@ use super::Settings;
 use crate::networks::of_networks;
 use pursuit_inference::onnx::Device;
 use pursuit_parameters::{Parameter, merge, nested};
-use pursuit_tracking::many::{EmbeddingModel, EmbeddingParams};
 
 /// What names it, in the group of a network.
 const KEY: &str = "device";
@@ -29,19 +28,11 @@ pub(super) fn hand(
     any
 }
 
-/// Whom `device` does not reach, in a line; nobody, where it is the processor.
-pub(super) fn note(device: Device, is_taken: bool, embedding: &EmbeddingParams) -> Option<String> {
+/// That nobody takes `device`, in a line; nothing, where it is the processor.
+pub(super) fn note(device: Device, is_taken: bool) -> Option<String> {
     let word = device.as_str();
-    match device {
-        Device::Cpu => None,
-        _ if embedding.model == EmbeddingModel::Network => {
-            Some(format!("the network of `many.embedding` runs on the processor; {word} is for others"))
-        }
-        _ if !is_taken => {
-            Some(format!("nobody here runs a network by file, which {word} could do; all runs on the processor"))
-        }
-        _ => None,
-    }
+    let note = || format!("nobody here runs a network by file, which {word} could do; all runs on the processor");
+    (device != Device::Cpu && !is_taken).then(note)
 }
 
 #[cfg(test)]
@@ -49,15 +40,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_is_not_reached_is_named() {
-        let none = EmbeddingParams::default();
-        let by_network = EmbeddingParams { model: EmbeddingModel::Network, ..EmbeddingParams::default() };
-        assert_eq!(note(Device::Cpu, false, &by_network), None);
-        assert_eq!(note(Device::Cuda, true, &none), None);
-        assert!(note(Device::Cuda, false, &none).unwrap().starts_with("nobody here"));
-        for is_taken in [false, true] {
-            assert!(note(Device::Cuda, is_taken, &by_network).unwrap().contains("many.embedding"));
-        }
+    fn that_nobody_takes_it_is_said() {
+        assert_eq!((note(Device::Cpu, false), note(Device::Cuda, true)), (None, None));
+        assert!(note(Device::Cuda, false).unwrap().starts_with("nobody here"));
     }
 
     #[test]

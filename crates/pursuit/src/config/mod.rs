@@ -26,7 +26,7 @@ use pursuit_media::depth::DepthOptions;
 use pursuit_parameters::Parameters;
 use pursuit_trackers::embedding::embedder;
 use pursuit_trackers::registry;
-use pursuit_tracking::many::{AcquisitionParams, ManyParams};
+use pursuit_tracking::many::{AcquisitionParams, EmbeddingModel, ManyParams};
 use pursuit_tracking::{Detector, DetectorEntry, Embedder, Recipe};
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
@@ -227,14 +227,17 @@ impl RunConfig {
         };
         let many = many.with(MANY_PREFIX, &settings.many)?;
         let mut notes: Vec<String> = detector.iter().flat_map(|detector| detector.notes()).collect();
-        notes.extend(self.device.and_then(|device| device::note(device, is_taken, &many.embedding)));
+        let embedder = embedder(&many.embedding, self.device.unwrap_or(Device::Cpu))?;
+        notes.extend(embedder.iter().flat_map(|embedder| embedder.notes()));
+        let is_taken = is_taken || many.embedding.model == EmbeddingModel::Network;
+        notes.extend(self.device.and_then(|device| device::note(device, is_taken)));
         Ok(Methods {
             recipe,
             compared,
             detector,
             detector_parameters,
             acquire: AcquisitionParams::default().with(ACQUIRE_PREFIX, &settings.acquire)?,
-            embedder: embedder(&many.embedding)?,
+            embedder,
             many,
             notes,
         })

@@ -82,17 +82,25 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    /// The same a frame later: with this detection, or missed. A target that was not seen for longer than `lost_s` starts anew.
+    /// The same a frame later, in the memory of one that is `spare`: with this detection, or missed. A target that was not seen for longer than
+    /// `lost_s` starts anew.
     ///
     /// # Errors
     /// When the motion cannot be corrected.
     pub fn next(
-        (motion, unseen, dt_s): (&Motion, Unseen, f64),
+        (motion, mut unseen, dt_s): (&Motion, Unseen, f64),
         past: Past,
         detection: Option<&Detection>,
         lost_s: f64,
+        spare: Option<Self>,
     ) -> Result<Self, EstimationError> {
-        let (mut motion, mut unseen) = (motion.clone(), unseen);
+        let mut motion = match spare {
+            Some(Self { motion: mut spare, .. }) => {
+                spare.clone_from(motion);
+                spare
+            }
+            None => motion.clone(),
+        };
         match detection {
             Some(detection) if unseen.seconds > lost_s => {
                 motion.restart(detection.bbox);

@@ -6,6 +6,8 @@ use pursuit_geometry::BBox;
 /// to the next. Keeps its memory from one frame to the next.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
+    /// How many boxes there are, where they are so few that no cells are made.
+    few: usize,
     entries: Vec<Entry>,
     /// Of each size that there is: the binary logarithm of its cells' side, and where its entries end.
     grids: Vec<(i32, usize)>,
@@ -45,8 +47,13 @@ const SIZES: std::ops::RangeInclusive<i32> = -4..=40;
 
 impl Cells {
     /// Puts boxes into cells.
-    pub fn fill<'a>(&mut self, boxes: impl Iterator<Item = &'a BBox>) {
+    pub fn fill<'a>(&mut self, boxes: impl ExactSizeIterator<Item = &'a BBox>) {
         self.entries.clear();
+        self.grids.clear();
+        self.few = if boxes.len() <= FEW { boxes.len() } else { 0 };
+        if self.few > 0 {
+            return;
+        }
         self.entries.extend(boxes.enumerate().map(|(which, bbox)| {
             let (left, top, width, height) = bbox.ltwh();
             let side = width.max(height).max(f64::MIN_POSITIVE);
@@ -56,7 +63,6 @@ impl Cells {
             Entry::new(size, floored(top * cells), floored(left * cells), which as u32)
         }));
         self.entries.sort_unstable();
-        self.grids.clear();
         let mut from = 0;
         for grid in self.entries.chunk_by(|a, b| a.grid() == b.grid()) {
             from += grid.len();
@@ -66,7 +72,9 @@ impl Cells {
 
     /// All boxes that may overlap a range (left, top, right, bottom) once each of their sides was moved outward by the share `buffer` of their
     /// width or height: none is left out, and some are named that do not.
+    #[inline]
     pub fn near(&self, range: &[f64; 4], buffer: f64, mut found: impl FnMut(usize)) {
+        (0..self.few).for_each(&mut found);
         let mut from = 0;
         for &(size, to) in &self.grids {
             let entries = &self.entries[from..to];
@@ -107,7 +115,7 @@ fn floored(x: f64) -> i64 {
 }
 
 /// So few are looked at one by one.
-const FEW: usize = 16;
+const FEW: usize = 40;
 
 #[cfg(test)]
 mod tests {

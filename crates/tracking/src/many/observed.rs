@@ -6,6 +6,7 @@ use crate::motion::{Motion, MotionFilter, Sight};
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// How many boxes are kept: directions are measured over few frames.
 const KEPT: usize = 16;
@@ -13,38 +14,43 @@ const KEPT: usize = 16;
 /// Steps by which a gap is gone through again at most: long ones are gone through in longer steps.
 const MOST_STEPS: usize = 64;
 
-/// A box, and how many frames ago it was seen.
+/// A box, and the number of the frame in which it was seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Seen {
-    frames_ago: usize,
+    frame: usize,
     bbox: BBox,
 }
 
 /// The boxes that a target was given, and its motion at the last of them (cao2023: observation-centric).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Observed {
+    /// The number of this frame, counted from the first box on.
+    frame: usize,
     /// The oldest first.
-    boxes: Vec<Seen>,
+    boxes: VecDeque<Seen>,
     /// Its motion as corrected by the last box; kept where gaps are gone through again.
-    motion: Option<Motion>,
+    motion: Option<Box<Motion>>,
 }
 
 impl Observed {
     /// A further frame; `motion` is that of the frame before, where the target was seen in it.
-    pub fn wait(&mut self, motion: Option<&Motion>) {
-        self.boxes.iter_mut().for_each(|seen| seen.frames_ago = seen.frames_ago.saturating_add(1));
-        if let Some(motion) = motion {
-            self.motion = Some(motion.clone());
-        }
+    pub fn wait(&mut self, motion: Option<Box<Motion>>) {
+        self.frame = self.frame.saturating_add(1);
+        self.motion = motion.or(self.motion.take());
     }
 
-    /// It was given a box in this frame.
-    pub fn see(&mut self, bbox: BBox) {
+    /// It was given a box in this frame; its motion when it was seen last is no longer needed.
+    pub fn see(&mut self, bbox: BBox) -> Option<Box<Motion>> {
         if self.boxes.len() == KEPT {
-            self.boxes.remove(0);
+            self.boxes.pop_front();
         }
-        self.boxes.push(Seen { frames_ago: 0, bbox });
-        self.motion = None;
+        self.boxes.push_back(Seen { frame: self.frame, bbox });
+        self.motion.take()
+    }
+
+    /// How many frames ago a box was seen.
+    const fn ago(&self, seen: &Seen) -> usize {
+        self.frame.saturating_sub(seen.frame)
     }
 
     /// The camera's motion moved the picture by so many pixels.
@@ -63,7 +69,12 @@ impl Observed {
 
     /// The last box.
     pub fn last(&self) -> Option<&BBox> {
-        self.boxes.last().map(|seen| &seen.bbox)
+        self.boxes.back().map(|seen| &seen.bbox)
+    }
+
+    /// Whether its motion was kept, so that it can be taken through a gap again.
+    pub const fn keeps_motion(&self) -> bool {
+        self.motion.is_some()
     }
 
     /// Whether it was given one box so far.
@@ -73,7 +84,7 @@ impl Observed {
 
     /// In how many frames it was seen, one after the other up to this one, since it was missed; `None` where it was not missed lately.
     pub fn since_gap(&self) -> Option<usize> {
-        let seen = self.boxes.iter().rev().zip(0..).take_while(|(seen, ago)| seen.frames_ago == *ago).count();
+        let seen = self.boxes.iter().rev().zip(0..).take_while(|(seen, ago)| self.ago(seen) == *ago).count();
         (seen < self.boxes.len()).then_some(seen)
     }
 
@@ -81,9 +92,10 @@ impl Observed {
     /// the box `lag` frames before its last one to that one, and would go from the box `lag` frames ago to this one; where there is no box so lately, from the
     /// one before.
     pub fn agreement(&self, bbox: &BBox, lag: usize) -> Option<f64> {
-        let (last, before) = self.boxes.split_last()?;
-        let from = before.iter().find(|seen| seen.frames_ago - last.frames_ago <= lag).or(before.last())?;
-        let here = self.boxes.iter().find(|seen| seen.frames_ago <= lag).unwrap_or(last);
+        let last = self.boxes.back()?;
+        let before = || self.boxes.iter().take(self.boxes.len() - 1);
+        let from = before().find(|seen| last.frame - seen.frame <= lag).or(before().next_back())?;
+        let here = self.boxes.iter().find(|seen| self.ago(seen) <= lag).unwrap_or(last);
         let direction = |from: Point, to: Point| {
             let moved = to.distance(from) >= 1e-6;
             moved.then(|| (to.y - from.y).atan2(to.x - from.x))
@@ -101,12 +113,12 @@ impl Observed {
     /// # Errors
     /// When a step cannot be computed.
     pub fn again(&self, bbox: &BBox, unseen_s: f64) -> Result<Option<(Motion, Prior)>, EstimationError> {
-        let (Some(motion), Some(last)) = (&self.motion, self.boxes.last()) else { return Ok(None) };
-        let missed = last.frames_ago.saturating_sub(1).min(MOST_STEPS);
+        let (Some(motion), Some(last)) = (&self.motion, self.boxes.back()) else { return Ok(None) };
+        let missed = self.ago(last).saturating_sub(1).min(MOST_STEPS);
         if missed == 0 || !(unseen_s.is_finite() && unseen_s > 0.0) {
             return Ok(None);
         }
-        let mut motion = motion.clone();
+        let mut motion = (**motion).clone();
         let dt_s = unseen_s / (missed + 1) as f64;
         let between = |share: f64, a: f64, b: f64| a + share * (b - a);
         for step in 1..=missed {
@@ -128,8 +140,10 @@ impl Observed {
 
     /// Whether it can be known: what is restored is checked.
     pub fn is_sound(&self) -> bool {
-        let in_order = self.boxes.windows(2).all(|w| w[0].frames_ago > w[1].frames_ago);
-        in_order && self.boxes.len() <= KEPT && self.boxes.iter().all(|seen| seen.bbox.is_finite())
+        let next = self.boxes.iter().skip(1);
+        let in_order = self.boxes.iter().zip(next).all(|(seen, next)| seen.frame < next.frame);
+        let before_now = self.boxes.back().is_none_or(|last| last.frame <= self.frame);
+        in_order && before_now && self.boxes.len() <= KEPT && self.boxes.iter().all(|seen| seen.bbox.is_finite())
     }
 }
 
@@ -194,7 +208,7 @@ mod tests {
         observed.see(at(76.0, 0.0));
         assert_eq!(observed.again(&at(80.0, 0.0), 0.1).unwrap(), None, "there was no gap");
         // Unseen for nine frames it went down, not on.
-        (0..10).for_each(|k| observed.wait((k == 0).then_some(&motion)));
+        (0..10).for_each(|k| observed.wait((k == 0).then(|| Box::new(motion.clone()))));
         let (again, prior) = observed.again(&at(76.0, 50.0), 1.0).unwrap().unwrap();
         let velocity = again.velocity().unwrap();
         assert!(velocity.x.abs() < 8.0 && (velocity.y - 50.0).abs() < 8.0, "{velocity:?}");

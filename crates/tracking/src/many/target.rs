@@ -7,15 +7,15 @@ pub(super) use known::{Known, Standing};
 
 use super::association::{AssociationModel, Claimant, Expectation, GoesOn, Shares};
 use super::birth::Evidence;
-use super::branches::{Branches, Past};
+use super::branches::{Branch, Branches, Past};
 use super::death::Unseen;
 use super::look::Look;
 use super::observed::{Observed, goes_again};
 use super::whole::PartOf;
 use super::{Elapsed, ManyParams, ReportedBox, TargetId};
-use crate::belief::{Belief, Stamp};
+use crate::belief::{Belief, Judgement, Stamp};
 use crate::class::Classes;
-use crate::motion::{CameraMotion, MotionFilter, Sight};
+use crate::motion::{CameraMotion, Motion, MotionFilter, Sight};
 use crate::{Appearance, Detection, Estimate, Followed, Measurement, Prior, Result, Told, TrackState, TrackingError};
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::{BBox, Point, Size};
@@ -68,7 +68,20 @@ pub(super) struct Target {
     /// What was said that it took in the last frames, and what is said now, where that differs.
     revised: Option<(Past, Past)>,
     /// What this frame said, until it is reported.
-    pub answer: Option<(Estimate, Elapsed)>,
+    pub answer: Option<Estimate>,
+    /// How long the work on it took.
+    pub elapsed: Elapsed,
+    spare: Spare,
+}
+
+/// What is written into again, so that a frame takes no new memory.
+struct Spare {
+    /// The detections given, each with its probability.
+    shared: Vec<(Sight, f64)>,
+    /// A motion model that nobody needs.
+    motion: Option<Box<Motion>>,
+    /// Branches that nobody needs.
+    branches: Vec<Branch>,
 }
 
 impl Target {
@@ -99,8 +112,7 @@ impl Target {
         let mut evidence = Evidence::new(params.birth.model);
         evidence.look(Some(detection), &params.birth);
         let mut born = Self::new(Standing::Candidate(evidence), stamp, detection.bbox, params)?;
-        let estimate = Estimate::started(stamp.time_s, detection.bbox, detection.confidence);
-        born.answer = Some((estimate, Elapsed::default()));
+        born.answer = Some(Estimate::started(stamp.time_s, detection.bbox, detection.confidence));
         born.count_looks(detection);
         born.taken = Some(place);
         if params.association.model == AssociationModel::Hypotheses {
@@ -124,6 +136,8 @@ impl Target {
             refuted: false,
             revised: None,
             answer: None,
+            elapsed: Elapsed { wall_ms: 0.0, thread_ms: 0.0 },
+            spare: Spare { shared: Vec::new(), motion: None, branches: Vec::new() },
         }
     }
 
@@ -169,10 +183,18 @@ impl Target {
     pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
         let dt_s = self.known.belief.last.advance(stamp)?;
         let seen = self.known.unseen.frames == 0 && goes_again(&params.association);
-        self.known.observed.wait(seen.then_some(&self.known.belief.motion));
-        let prior = self.known.belief.predict(dt_s).map_err(|e| failed(stamp.index, e))?;
-        self.expectation = Some(Expectation::new(&prior, &params.motion).map_err(|e| failed(stamp.index, e))?);
-        self.prior = Some(prior);
+        let now = &self.known.belief.motion;
+        let kept = seen.then(|| match self.spare.motion.take() {
+            Some(mut spare) => {
+                spare.as_mut().clone_from(now);
+                spare
+            }
+            None => Box::new(now.clone()),
+        });
+        self.known.observed.wait(kept);
+        let failed = |e| failed(stamp.index, e);
+        let prior = self.prior.insert(self.known.belief.predict(dt_s).map_err(failed)?);
+        self.expectation = Some(Expectation::new(prior, &params.motion).map_err(failed)?);
         self.known.branches.predict(dt_s, &params.motion);
         self.known.look.wait(dt_s);
         self.grown = false;
@@ -190,7 +212,9 @@ impl Target {
     }
 
     fn count_looks(&mut self, detection: &Detection) {
-        self.known.observed.see(detection.bbox);
+        if let Some(motion) = self.known.observed.see(detection.bbox) {
+            self.spare.motion = Some(motion);
+        }
         if let Some(class) = &detection.class {
             self.known.classes.count(class, detection.confidence);
         }
@@ -207,72 +231,75 @@ impl Target {
         (shares, goes_on): (&Shares, Option<GoesOn<'_>>),
         params: &ManyParams,
     ) -> Result<()> {
-        let Some(mut prior) = self.prior.take() else { return Ok(()) };
-        self.dt_s = prior.dt_s;
+        let Some(dt_s) = self.prior.as_ref().map(|prior| prior.dt_s) else { return Ok(()) };
+        self.dt_s = dt_s;
         if let Some(goes_on) = goes_on {
-            self.branch(goes_on, detections, &mut prior, params.policy.lost_after_s);
+            self.branch(goes_on, detections, params.policy.lost_after_s);
         }
         let likeliest = shares.iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         self.taken = likeliest.map(|(d, _)| *d);
         let detection = self.taken.and_then(|d| detections.get(d));
-        if let (Some(detection), [_]) = (detection, shares.as_slice()) {
-            self.go_again(view.stamp, &detection.bbox, &mut prior)?;
+        if let (Some(detection), [_], true) = (detection, shares.as_slice(), self.known.observed.keeps_motion()) {
+            self.go_again(view.stamp, &detection.bbox)?;
         }
-        self.count(detection, prior.dt_s, params);
-        let found = merged(detections, shares).map(|found| self.gated(found, params));
-        let shared = shared(detections, shares);
+        self.count(detection, dt_s, params);
+        let mut found = merged(detections, shares);
+        found.iter_mut().for_each(|found| self.gate(found, params));
+        let mut shared = std::mem::take(&mut self.spare.shared);
+        share(detections, shares, &mut shared);
         let told = found.as_ref().map(|measurement| Told {
             measurement,
             shared: &shared,
             least_overlap: params.appearance_overlap,
         });
-        let (standing, undetected_s, expectation) = (self.known.standing, self.known.undetected_s, self.expectation);
         let empty = detection.is_none() && self.standing_out.is_some_and(|share| share < params.death.empty_below);
-        self.known.empty_s = if empty { self.known.empty_s + prior.dt_s } else { 0.0 };
+        let Self { known, appearance, expectation, prior: Some(prior), answer, grown, spare, .. } = self else {
+            return Ok(());
+        };
+        let Known { standing, belief, unseen, undetected_s, empty_s, .. } = known;
+        *empty_s = if empty { *empty_s + dt_s } else { 0.0 };
         let believable = |seen: &Measurement| {
             // Sure enough, near its prediction, not for too long, where something is to be seen.
             let near = |e: &Expectation| e.admits(&seen.bbox, &params.association);
-            let trusted = undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
+            let trusted = *undetected_s <= params.appearance_s && expectation.as_ref().is_some_and(near) && !empty;
             seen.confidence >= params.appearance_from && (matches!(standing, Standing::Given(_)) || trusted)
         };
-        let belief = &mut self.known.belief;
-        let mut estimate = match (&mut self.appearance, view.frame) {
-            (Some(appearance), Some(frame)) => appearance.follow(frame, belief, &prior, told.as_ref(), &believable)?,
-            (_, None) | (None, _) => conclude(view.stamp, belief, &prior, told.as_ref())?,
+        let estimate = match (appearance, view.frame) {
+            (Some(appearance), Some(frame)) => {
+                answer.insert(appearance.follow(frame, belief, prior, told.as_ref(), &believable)?)
+            }
+            (_, None) | (None, _) => {
+                let judgement = conclude(view.stamp, belief, prior, told.as_ref())?;
+                answer.insert(belief.report(view.stamp, prior, judgement, found.as_ref()))
+            }
         };
-        if self.known.empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
+        if *empty_s > params.death.empty_s && !matches!(standing, Standing::Given(_)) {
             // Nothing is there: it is not hidden.
             (estimate.state, estimate.score, belief.state) = (TrackState::Lost, 0.0, TrackState::Lost);
             estimate.mask = None;
         }
         if estimate.state == TrackState::Tracking {
-            self.known.unseen = Unseen::default();
+            *unseen = Unseen::default();
             // Of several detections none is the target's for certain.
             if let (ReportedBox::Measured, [(_, _)], Some(seen)) = (params.reported, shares.as_slice(), &found) {
                 estimate.bbox = seen.bbox;
-                self.known.belief.last_believed = seen.bbox;
-                if std::mem::take(&mut self.grown) {
-                    self.known.belief.motion.restart(seen.bbox);
+                belief.last_believed = seen.bbox;
+                if std::mem::take(grown) {
+                    belief.motion.restart(seen.bbox);
                 }
             }
         }
-        self.answer = Some((estimate, Elapsed::default()));
+        spare.shared = shared;
         Ok(())
     }
 
-    /// How long the work on what this frame says of it took.
-    pub const fn took(&mut self, elapsed: Elapsed) {
-        if let Some((_, taken)) = &mut self.answer {
-            *taken = elapsed;
-        }
-    }
-
     /// Takes the motion model through the gap before `bbox` again, where that is to be done: the target is then as one that was not lost.
-    fn go_again(&mut self, stamp: Stamp, bbox: &BBox, prior: &mut Prior) -> Result<()> {
-        let unseen_s = self.known.unseen.seconds + prior.dt_s;
-        let again = self.known.observed.again(bbox, unseen_s).map_err(|e| failed(stamp.index, e))?;
+    fn go_again(&mut self, stamp: Stamp, bbox: &BBox) -> Result<()> {
+        let Self { known: Known { belief, observed, unseen, .. }, prior: Some(prior), .. } = self else {
+            return Ok(());
+        };
+        let again = observed.again(bbox, unseen.seconds + prior.dt_s).map_err(|e| failed(stamp.index, e))?;
         if let Some((motion, expected)) = again {
-            let belief = &mut self.known.belief;
             belief.motion = motion;
             *prior = Prior { dt_s: prior.dt_s, ..expected };
             if belief.state == TrackState::Lost {
@@ -282,12 +309,11 @@ impl Target {
         Ok(())
     }
 
-    /// A detection with its distance from the prediction.
-    fn gated(&self, mut found: Measurement, params: &ManyParams) -> Measurement {
-        let distance2 = self.expectation.as_ref().map(|e| e.distance2(&found.bbox));
-        let share = distance2.map(|d| (d / params.association.gate).clamp(0.0, 1.0));
-        found.gate_share = share.filter(|_| self.known.belief.state != TrackState::Lost);
-        found
+    /// Tells of a detection how far it is from the prediction.
+    fn gate(&self, found: &mut Measurement, params: &ManyParams) {
+        let share = |e: &Expectation| (e.distance2(&found.bbox) / params.association.gate).clamp(0.0, 1.0);
+        let lost = self.known.belief.state == TrackState::Lost;
+        found.gate_share = self.expectation.as_ref().filter(|_| !lost).map(share);
     }
 
     fn count(&mut self, detection: Option<&Detection>, dt_s: f64, params: &ManyParams) {
@@ -361,14 +387,13 @@ fn at_border(bbox: &BBox, frame: Size) -> bool {
     bbox.left() <= near || bbox.top() <= near || bbox.right() >= width - near || bbox.bottom() >= height - near
 }
 
-/// The policy's judgement of a target without appearance, and what it does to the belief.
-fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Estimate> {
-    let measurement = told.map(|t| t.measurement);
-    let judgement = belief.judge(stamp.size, prior, measurement, false, || None);
+/// The policy's judgement of a target without appearance; what is believed of it is corrected.
+fn conclude(stamp: Stamp, belief: &mut Belief, prior: &Prior, told: Option<&Told<'_>>) -> Result<Judgement> {
+    let judgement = belief.judge(stamp.size, prior, told.map(|t| t.measurement), false, || None);
     if let Some(told) = told.filter(|_| judgement.0.state == TrackState::Tracking) {
         belief.believe(told.measurement, told.shared, false).map_err(|e| failed(stamp.index, e))?;
     }
-    Ok(belief.report(stamp, prior, judgement, measurement))
+    Ok(judgement)
 }
 
 /// The one measurement that stands for all detections given: their mean by probability.
@@ -384,12 +409,12 @@ fn merged(detections: &[Detection], shares: &Shares) -> Option<Measurement> {
     (total > 0.0).then(|| Measurement::new(bbox, mean(|d| d.confidence)))
 }
 
-/// The detections given, each with its probability, where that is not one detection for certain.
-fn shared(detections: &[Detection], shares: &Shares) -> Vec<(Sight, f64)> {
-    if let [] | [(_, 1.0)] = shares.as_slice() {
-        return Vec::new();
+/// Lists the detections given, each with its probability, where that is not one detection for certain.
+fn share(detections: &[Detection], shares: &Shares, shared: &mut Vec<(Sight, f64)>) {
+    shared.clear();
+    if !matches!(shares.as_slice(), [] | [(_, 1.0)]) {
+        shared.extend(shares.iter().filter_map(|(d, p)| Some((Sight::of(detections.get(*d)?.bbox, None), *p))));
     }
-    shares.iter().filter_map(|(d, p)| Some((Sight::of(detections.get(*d)?.bbox, None), *p))).collect()
 }
 
 /// Says of an error of the motion model where it happened.

@@ -1,10 +1,13 @@
-use super::{MotionFilter, MotionParams, Sight, box_covariance, box_of, extent_px, measured};
+mod belief;
+
+use super::{MotionFilter, MotionParams, SMALLEST_SIDE_PX, Sight, box_covariance, extent_px, measured};
 use crate::roles::Prior;
 use crate::{BoxCovariance, Velocity};
-use nalgebra::{SMatrix, SVector};
-use pursuit_estimation::motion::{PhysicalBox, StepBox};
-use pursuit_estimation::{Gaussian, LinearMeasurement, MotionModel, Result, Transition};
-use pursuit_geometry::BBox;
+use belief::{BoxBelief, Mover};
+use nalgebra::SVector;
+use pursuit_estimation::motion::{ApartBox, PhysicalBox, StepBox};
+use pursuit_estimation::{Gaussian, Result};
+use pursuit_geometry::{BBox, Point};
 use serde::{Deserialize, Serialize};
 
 /// Where the size stands in the state `[x, y, vx, vy, w, h]`.
@@ -51,6 +54,17 @@ pub struct RelativeNoise {
     pub measurement: MeasurementNoise,
 }
 
+impl RelativeNoise {
+    /// The motion of a box that is so long, with this acceleration.
+    fn moving(&self, extent_px: f64, acceleration: f64) -> PhysicalBox {
+        PhysicalBox {
+            acceleration_density: acceleration * extent_px * extent_px,
+            size_density: (self.size_change * extent_px).powi(2),
+            position_density: (self.wander * extent_px).powi(2),
+        }
+    }
+}
+
 impl From<&MotionParams> for MeasurementNoise {
     fn from(p: &MotionParams) -> Self {
         Self { position: p.position_noise, size: p.size_noise, floor_px: p.noise_floor_px }
@@ -90,12 +104,30 @@ pub enum BoxNoise {
 
 /// A Kalman filter of `[x, y, vx, vy, w, h]`: the centre moves with constant velocity, the size stays (ball, equations
 /// (1) to (5)).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoxFilter {
     noise: BoxNoise,
-    belief: Gaussian<6>,
+    belief: BoxBelief,
     /// What was believed before the last step, and how long that was, where a step may be taken again.
-    before: Option<(Gaussian<6>, f64)>,
+    before: Option<(BoxBelief, f64)>,
+}
+
+impl Clone for BoxFilter {
+    fn clone(&self) -> Self {
+        Self { noise: self.noise, belief: self.belief.clone(), before: self.before.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.noise = source.noise;
+        self.belief.clone_from(&source.belief);
+        match (&mut self.before, &source.before) {
+            (Some((own, step_s)), Some((other, other_s))) => {
+                own.clone_from(other);
+                *step_s = *other_s;
+            }
+            (own, other) => *own = other.clone(),
+        }
+    }
 }
 
 impl BoxFilter {
@@ -108,60 +140,59 @@ impl BoxFilter {
     }
 
     /// The whole belief about `[x, y, vx, vy, w, h]`.
-    pub const fn belief(&self) -> &Gaussian<6> {
-        &self.belief
+    pub fn belief(&self) -> Gaussian<6> {
+        self.belief.whole()
     }
 
-    fn transition(&self, dt_s: f64) -> Result<Transition<6>> {
+    /// What moves a box that is so long.
+    fn mover(&self, extent_px: f64) -> Mover {
         match &self.noise {
-            BoxNoise::PerStep(model) => model.over(dt_s),
-            BoxNoise::Relative(noise) => {
-                let extent = extent_px(&self.bbox());
-                PhysicalBox {
-                    acceleration_density: noise.acceleration * extent * extent,
-                    size_density: (noise.size_change * extent).powi(2),
-                    position_density: (noise.wander * extent).powi(2),
-                }
-                .over(dt_s)
-            }
+            BoxNoise::PerStep(model) => Mover::PerStep(*model),
+            BoxNoise::Relative(noise) => Mover::Physical(noise.moving(extent_px, noise.acceleration)),
+        }
+    }
+
+    /// How agile it may be.
+    const fn agile(&self) -> Option<(&RelativeNoise, Agile)> {
+        match &self.noise {
+            BoxNoise::Relative(noise) => match noise.agile {
+                Some(agile) => Some((noise, agile)),
+                None => None,
+            },
+            BoxNoise::PerStep(_) => None,
         }
     }
 
     /// The step before taken again as a manoeuvre, where what is seen surprises.
-    fn manoeuvred(&self, sensor: &LinearMeasurement<4, 6>, seen: &SVector<f64, 4>) -> Result<Option<Gaussian<6>>> {
-        let (BoxNoise::Relative(noise), Some((before, dt_s))) = (&self.noise, &self.before) else { return Ok(None) };
-        let Some(agile) = noise.agile else { return Ok(None) };
-        let innovation = self.belief.covariance().fixed_view::<2, 2>(0, 0) + sensor.noise().fixed_view::<2, 2>(0, 0);
-        let off = nalgebra::Vector2::new(seen[0] - self.belief.mean()[0], seen[1] - self.belief.mean()[1]);
-        let Some(inverse) = innovation.try_inverse() else { return Ok(None) };
-        if off.dot(&(inverse * off)) <= agile.surprise {
+    fn manoeuvred(&self, variance: f64, seen: &SVector<f64, 4>) -> Result<Option<BoxBelief>> {
+        let (Some((noise, agile)), Some((before, dt_s))) = (self.agile(), &self.before) else { return Ok(None) };
+        let calm = self.belief.distance2(variance, seen).is_none_or(|distance2| distance2 <= agile.surprise);
+        if calm {
             return Ok(None);
         }
-        let quick = Self {
-            noise: BoxNoise::Relative(RelativeNoise { acceleration: agile.acceleration, ..*noise }),
-            belief: *before,
-            before: None,
-        };
-        Ok(Some(before.predicted(&quick.transition(*dt_s)?)?))
+        let mut quick = before.clone();
+        let extent = extent_px(&boxed(before.mean()));
+        quick.predict(&Mover::Physical(noise.moving(extent, agile.acceleration)), *dt_s)?;
+        Ok(Some(quick))
     }
 
-    /// Variances of a measured centre and size, in square pixels.
-    fn sensor_variances(&self, sigma_px: Option<f64>) -> (f64, f64) {
+    /// Variances of a measured centre and size of a box that is so long, in square pixels.
+    fn sensor_variances(&self, extent_px: f64, sigma_px: Option<f64>) -> [f64; 2] {
         match &self.noise {
-            BoxNoise::PerStep(model) => (model.measurement_variance_px2, model.measurement_variance_px2),
-            BoxNoise::Relative(noise) => noise.measurement.variances(extent_px(&self.bbox()), sigma_px),
+            BoxNoise::PerStep(model) => [model.measurement_variance_px2; 2],
+            BoxNoise::Relative(noise) => noise.measurement.variances(extent_px, sigma_px).into(),
         }
-    }
-
-    fn sensor(&self, sigma_px: Option<f64>) -> Result<LinearMeasurement<4, 6>> {
-        let (position, size) = self.sensor_variances(sigma_px);
-        PhysicalBox::measurement(position, size)
     }
 }
 
-fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
+/// The box of a mean.
+fn boxed(&[x, y, _, _, w, h]: &[f64; 6]) -> BBox {
+    BBox::from_center_size(Point::new(x, y), w.max(SMALLEST_SIDE_PX), h.max(SMALLEST_SIDE_PX))
+}
+
+fn start(noise: &BoxNoise, bbox: BBox) -> Result<BoxBelief> {
     let z = measured(&bbox);
-    let mean = SVector::from([z[0], z[1], 0.0, 0.0, z[2], z[3]]);
+    let mean = [z[0], z[1], 0.0, 0.0, z[2], z[3]];
     let variances = match noise {
         // The source of the printed constants starts with P = I.
         BoxNoise::PerStep(_) => [1.0; 6],
@@ -172,29 +203,28 @@ fn start(noise: &BoxNoise, bbox: BBox) -> Result<Gaussian<6>> {
             [position, position, velocity, velocity, size, size]
         }
     };
-    Gaussian::from_variances(mean, SVector::from(variances))
-}
-
-/// `after` with the velocity kept as it was `before` by the share `kept` (partial-update Schmidt-Kalman filter: Brink 2017, γ
-/// of the velocity `kept`, of the rest 0).
-fn partly(before: &Gaussian<6>, after: &Gaussian<6>, kept: f64) -> Result<Gaussian<6>> {
-    let kept_of = |i: usize| if VELOCITY.contains(&i) { kept } else { 0.0 };
-    let mean = SVector::from_fn(|i, _| before.mean()[i] * kept_of(i) + after.mean()[i] * (1.0 - kept_of(i)));
-    let covariance = SMatrix::from_fn(|i, j| {
-        let kept = kept_of(i) * kept_of(j);
-        before.covariance()[(i, j)] * kept + after.covariance()[(i, j)] * (1.0 - kept)
-    });
-    Gaussian::new(mean, covariance)
+    ApartBox::from_variances(mean, variances).map(BoxBelief::Apart)
 }
 
 impl MotionFilter for BoxFilter {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        let belief = self.belief.predicted(&self.transition(dt_s)?)?;
-        let adjusts = matches!(&self.noise, BoxNoise::Relative(RelativeNoise { agile: Some(_), .. }));
-        self.before = adjusts.then_some((self.belief, dt_s));
-        self.belief = belief;
-        let mut innovation_covariance = box_covariance(self.belief.covariance(), SIZE);
-        let (position, size) = self.sensor_variances(None);
+        // A step leaves the size as it is.
+        let extent = extent_px(&self.bbox());
+        let mover = self.mover(extent);
+        let adjusts = self.agile().is_some();
+        match &mut self.before {
+            Some((before, step_s)) if adjusts => {
+                before.clone_from(&self.belief);
+                *step_s = dt_s;
+            }
+            before => *before = adjusts.then(|| (self.belief.clone(), dt_s)),
+        }
+        if let Err(error) = self.belief.predict(&mover, dt_s) {
+            self.before = None;
+            return Err(error);
+        }
+        let mut innovation_covariance = self.belief.of_box();
+        let [position, size] = self.sensor_variances(extent, None);
         for (i, variance) in [position, position, size, size].into_iter().enumerate() {
             innovation_covariance[(i, i)] += variance;
         }
@@ -202,23 +232,29 @@ impl MotionFilter for BoxFilter {
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
-        let sensor = self.sensor(sight.sigma_px)?;
+        let variances = self.sensor_variances(extent_px(&self.bbox()), sight.sigma_px);
         let seen = measured(&sight.bbox);
-        let mut corrected = self.manoeuvred(&sensor, &seen)?.unwrap_or(self.belief);
-        corrected.update(&sensor, &seen)?;
+        let quick = self.manoeuvred(variances[0], &seen)?;
+        if quick.is_none() && sight.velocity_share >= 1.0 {
+            return self.belief.update(variances, &seen);
+        }
+        let mut corrected = quick.unwrap_or_else(|| self.belief.clone());
+        corrected.update(variances, &seen)?;
         if sight.velocity_share < 1.0 {
-            corrected = partly(&self.belief, &corrected, 1.0 - sight.velocity_share)?;
+            corrected.partly(&self.belief, 1.0 - sight.velocity_share)?;
         }
         self.belief = corrected;
         Ok(())
     }
 
     fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
-        let values: Vec<_> = sights.iter().map(|(sight, _)| measured(&sight.bbox)).collect();
-        let each = || sights.iter().map(|(_, probability)| *probability);
-        let missed = (1.0 - each().sum::<f64>()).max(0.0);
-        let probabilities: Vec<f64> = std::iter::once(missed).chain(each()).collect();
-        self.belief.update_weighted(&self.sensor(None)?, &values, &probabilities)
+        let values = sights.iter().map(|(sight, probability)| (measured(&sight.bbox), *probability));
+        let missed = (1.0 - values.clone().map(|(_, probability)| probability).sum::<f64>()).max(0.0);
+        let [position, size] = self.sensor_variances(extent_px(&self.bbox()), None);
+        let mut belief = self.belief.whole();
+        belief.update_shared(&PhysicalBox::measurement(position, size)?, missed, values)?;
+        self.belief.set(belief);
+        Ok(())
     }
 
     fn restart(&mut self, bbox: BBox) {
@@ -229,23 +265,23 @@ impl MotionFilter for BoxFilter {
     }
 
     fn bbox(&self) -> BBox {
-        box_of(self.belief.mean(), SIZE)
+        boxed(self.belief.mean())
     }
 
     fn covariance(&self) -> Option<BoxCovariance> {
-        Some(box_covariance(self.belief.covariance(), SIZE))
+        Some(self.belief.of_box())
     }
 
     fn velocity(&self) -> Option<Velocity> {
-        let mean = self.belief.mean();
-        Some(Velocity { x: mean[2], y: mean[3] })
+        let [_, _, x, y, _, _] = *self.belief.mean();
+        Some(Velocity { x, y })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
+    use nalgebra::{Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 
     /// The filter as textbooks have it, with the inverse written out.
     struct Textbook {

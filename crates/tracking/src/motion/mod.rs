@@ -117,7 +117,7 @@ pub trait MotionFilter {
 }
 
 /// The motion model of a target: the one that its parameters name.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     params: MotionParams,
     model: Model,
@@ -125,21 +125,71 @@ pub struct Motion {
     offset: (f64, f64),
 }
 
+impl Clone for Motion {
+    fn clone(&self) -> Self {
+        Self { params: self.params.clone(), model: self.model.clone(), offset: self.offset }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.params.clone_from(&source.params);
+        self.model.clone_from(&source.model);
+        self.offset = source.offset;
+    }
+}
+
 macro_rules! filters {
     ($($name:ident: $filter:ty),+ $(,)?) => {
         /// The filter of a model.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, PartialEq, Serialize, Deserialize)]
         enum Model {
             $($name(Box<$filter>)),+
         }
 
-        impl Model {
-            fn filter(&self) -> &dyn MotionFilter {
-                match self { $(Self::$name(filter) => &**filter),+ }
+        impl Clone for Model {
+            fn clone(&self) -> Self {
+                match self { $(Self::$name(filter) => Self::$name(filter.clone())),+ }
             }
 
-            fn filter_mut(&mut self) -> &mut dyn MotionFilter {
-                match self { $(Self::$name(filter) => &mut **filter),+ }
+            fn clone_from(&mut self, source: &Self) {
+                match (self, source) {
+                    $((Self::$name(own), Self::$name(other)) => own.clone_from(other),)+
+                    (own, other) => *own = other.clone(),
+                }
+            }
+        }
+
+        /// Without a table of functions, so that the small ones become part of what calls them.
+        impl MotionFilter for Model {
+            fn predict(&mut self, dt_s: f64) -> Result<Prior> {
+                match self { $(Self::$name(filter) => filter.predict(dt_s)),+ }
+            }
+
+            fn correct(&mut self, sight: &Sight) -> Result<()> {
+                match self { $(Self::$name(filter) => filter.correct(sight)),+ }
+            }
+
+            fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+                match self { $(Self::$name(filter) => filter.correct_shared(sights)),+ }
+            }
+
+            fn restart(&mut self, bbox: BBox) {
+                match self { $(Self::$name(filter) => filter.restart(bbox)),+ }
+            }
+
+            fn bbox(&self) -> BBox {
+                match self { $(Self::$name(filter) => filter.bbox()),+ }
+            }
+
+            fn covariance(&self) -> Option<BoxCovariance> {
+                match self { $(Self::$name(filter) => filter.covariance()),+ }
+            }
+
+            fn velocity(&self) -> Option<Velocity> {
+                match self { $(Self::$name(filter) => filter.velocity()),+ }
+            }
+
+            fn next_sample(&self) -> Option<NextSample> {
+                match self { $(Self::$name(filter) => filter.next_sample()),+ }
             }
         }
 
@@ -256,40 +306,46 @@ impl Motion {
 
 impl MotionFilter for Motion {
     fn predict(&mut self, dt_s: f64) -> Result<Prior> {
-        let prior = self.model.filter_mut().predict(dt_s)?;
-        Ok(Prior { bbox: self.in_picture(&prior.bbox), ..prior })
+        let mut prior = self.model.predict(dt_s);
+        if let Ok(prior) = &mut prior {
+            prior.bbox = self.in_picture(&prior.bbox);
+        }
+        prior
     }
 
     fn correct(&mut self, sight: &Sight) -> Result<()> {
         let bbox = self.in_model(&sight.bbox);
-        self.model.filter_mut().correct(&Sight { bbox, ..*sight })
+        self.model.correct(&Sight { bbox, ..*sight })
     }
 
     fn correct_shared(&mut self, sights: &[(Sight, f64)]) -> Result<()> {
+        if self.offset == (0.0, 0.0) {
+            return self.model.correct_shared(sights);
+        }
         let seen = |(sight, p): &(Sight, f64)| (Sight { bbox: self.in_model(&sight.bbox), ..*sight }, *p);
         let sights: Vec<_> = sights.iter().map(seen).collect();
-        self.model.filter_mut().correct_shared(&sights)
+        self.model.correct_shared(&sights)
     }
 
     fn restart(&mut self, bbox: BBox) {
         let bbox = self.in_model(&bbox);
-        self.model.filter_mut().restart(bbox);
+        self.model.restart(bbox);
     }
 
     fn bbox(&self) -> BBox {
-        self.in_picture(&self.model.filter().bbox())
+        self.in_picture(&self.model.bbox())
     }
 
     fn covariance(&self) -> Option<BoxCovariance> {
-        self.model.filter().covariance()
+        self.model.covariance()
     }
 
     fn velocity(&self) -> Option<Velocity> {
-        self.model.filter().velocity()
+        self.model.velocity()
     }
 
     fn next_sample(&self) -> Option<NextSample> {
-        let next = self.model.filter().next_sample()?;
+        let next = self.model.next_sample()?;
         let (dx, dy) = self.offset;
         Some(NextSample { center: next.center.map(|at| Point::new(at.x + dx, at.y + dy)), ..next })
     }

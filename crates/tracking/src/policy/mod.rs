@@ -28,10 +28,10 @@ impl Evidence<'_> {
     /// Why a target is not tracked of which the state `concluded` was concluded; `hidden` is asked why one is not seen that
     /// should be in the picture.
     pub fn doubt(&self, concluded: TrackState, hidden: impl FnOnce() -> Option<Doubt>) -> Option<Doubt> {
-        let outside = self.prior.bbox.clipped_to(self.frame).is_none();
+        let outside = || self.prior.bbox.clipped_to(self.frame).is_none();
         match concluded {
             TrackState::Tracking => None,
-            TrackState::Unsure | TrackState::Occluded if !outside => hidden(),
+            TrackState::Unsure | TrackState::Occluded if !outside() => hidden(),
             TrackState::Unsure | TrackState::Occluded | TrackState::Lost => Some(Doubt::Gone),
         }
     }

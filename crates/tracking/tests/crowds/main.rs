@@ -43,7 +43,7 @@ fn apart(walkers: usize, frame: u64) -> Vec<Detection> {
 
 #[test]
 fn nothing_is_allocated_once_everybody_is_known() {
-    for model in [AssociationModel::Nearest, AssociationModel::TwoStage, AssociationModel::Buffered] {
+    for model in AssociationModel::ALL.iter().copied() {
         let mut many = by(model, "");
         let frames: Vec<Vec<Detection>> = (0..60).map(|k| apart(100, k)).collect();
         let mut go = |from: usize, to: usize| {

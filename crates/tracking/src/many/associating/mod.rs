@@ -296,7 +296,7 @@ impl Associating {
         };
         let timed = |(at, (target, shares)): (usize, (&mut Target, &Shares))| {
             let (updated, elapsed) = Elapsed::of(clock, || update((at, (&mut *target, shares))));
-            target.took(elapsed);
+            target.elapsed = elapsed;
             updated
         };
         match self.targets.iter().filter(|t| t.appearance.is_some()).count() {
@@ -306,7 +306,7 @@ impl Associating {
                 let (updated, elapsed) = Elapsed::of(clock, all);
                 updated?;
                 let each = elapsed.shared_by(self.targets.len());
-                self.targets.iter_mut().for_each(|target| target.took(each));
+                self.targets.iter_mut().for_each(|target| target.elapsed = each);
             }
             1 => self.targets.iter_mut().zip(shares).enumerate().try_for_each(timed)?,
             _ => {

@@ -31,18 +31,23 @@ impl Associating {
         // Targets stand in order of their births; ids go by the order in which they were confirmed.
         self.order.clear();
         self.order.extend(self.targets.iter().enumerate().filter_map(|(at, t)| Some((t.id()?, at))));
-        self.order.sort_unstable();
+        if !self.order.is_sorted() {
+            self.order.sort_unstable();
+        }
         for &(id, at) in &self.order {
             let target = &mut self.targets[at];
-            let Some((mut estimate, elapsed)) = target.answer.take() else { continue };
-            if target.known.is_on_trial(self.params.reported_from) {
+            if target.answer.is_none() || target.known.is_on_trial(self.params.reported_from) {
                 continue;
             }
-            estimate.diagnostics.extend(figures.figures());
             let started = id.0 > known;
             let class = target.known.classes.most_likely().cloned();
             let detection = target.taken.and_then(|d| self.places.get(d)).copied();
-            tracks.push(Track { id, estimate: Some(estimate), started, elapsed, class, detection });
+            tracks.push(Track { id, estimate: None, started, elapsed: target.elapsed, class, detection });
+            if let Some(track) = tracks.last_mut() {
+                // What is large goes straight to its place.
+                std::mem::swap(&mut track.estimate, &mut target.answer);
+                track.estimate.iter_mut().for_each(|estimate| estimate.diagnostics.extend(figures.figures()));
+            }
         }
     }
 }

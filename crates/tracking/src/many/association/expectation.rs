@@ -3,7 +3,7 @@
 use super::AssociationParams;
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Prior};
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::Vector4;
 use pursuit_estimation::EstimationError;
 use pursuit_geometry::BBox;
 
@@ -11,10 +11,16 @@ use pursuit_geometry::BBox;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::many) struct Expectation {
     bbox: BBox,
-    /// Centre and size.
-    mean: Vector4<f64>,
-    /// Their innovation covariance taken apart: `S = L Lᵀ`.
-    lower: Matrix4<f64>,
+    root: Root,
+}
+
+/// The innovation covariance of centre and size taken apart: `S = L Lᵀ`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Root {
+    /// The diagonal of `L`.
+    diagonal: [f64; 4],
+    /// What is below it, column by column; `None` where that is nothing, as of axes that are not correlated.
+    below: Option<[f64; 6]>,
 }
 
 impl Expectation {
@@ -22,15 +28,15 @@ impl Expectation {
     ///
     /// # Errors
     /// Where the prior is no finite box.
+    #[inline]
     pub fn new(prior: &Prior, motion: &MotionParams) -> Result<Self, EstimationError> {
-        let mean = measured(&prior.bbox);
-        if !mean.iter().all(|v| v.is_finite()) {
+        if !prior.bbox.is_finite() {
             return Err(EstimationError::NotFinite { what: "the box that is expected of a target" });
         }
-        let modelled = prior.innovation_covariance.and_then(taken_apart);
-        let lower = modelled.or_else(|| taken_apart(unmodelled(prior, motion)));
+        let modelled = prior.innovation_covariance.as_ref().and_then(Root::of);
+        let root = modelled.or_else(|| Root::of(&unmodelled(prior, motion)));
         let what = "the covariance of what is expected of a target";
-        Ok(Self { bbox: prior.bbox, mean, lower: lower.ok_or(EstimationError::NotInvertible { what })? })
+        Ok(Self { bbox: prior.bbox, root: root.ok_or(EstimationError::NotInvertible { what })? })
     }
 
     /// The predicted box.
@@ -39,14 +45,16 @@ impl Expectation {
     }
 
     /// Squared Mahalanobis distance νᵀ S⁻¹ ν of a box's centre and size; infinite where it cannot be computed.
+    #[inline]
     pub fn distance2(&self, bbox: &BBox) -> f64 {
-        let innovation = measured(bbox) - self.mean;
-        self.lower.solve_lower_triangular(&innovation).map_or(f64::INFINITY, |white| white.norm_squared())
+        let (seen, mean) = (measured(bbox), measured(&self.bbox));
+        let [x, y, w, h] = self.root.whitened(std::array::from_fn(|i| seen[i] - mean[i]));
+        (x * x + w * w) + (y * y + h * h)
     }
 
     /// `ln det S` with lengths in sizes of the box.
     pub fn log_determinant(&self) -> f64 {
-        let determinant = (0..4).map(|i| self.lower[(i, i)]).product::<f64>();
+        let determinant: f64 = self.root.diagonal.iter().product();
         2.0 * determinant.ln() - 4.0 * self.bbox.area().ln()
     }
 
@@ -63,16 +71,44 @@ impl Expectation {
     }
 }
 
-/// The lower triangle `L` of a covariance `L Lᵀ`; `None` where it is none.
-fn taken_apart(covariance: BoxCovariance) -> Option<Matrix4<f64>> {
-    let finite = covariance.iter().all(|v| v.is_finite());
-    covariance.cholesky().filter(|_| finite).map(|found| found.unpack())
+impl Root {
+    /// That of a covariance; `None` where it is none.
+    #[inline]
+    fn of(covariance: &BoxCovariance) -> Option<Self> {
+        let apart = (0..4).all(|r| (0..r).all(|c| covariance[(r, c)] == 0.0));
+        if apart {
+            let variances: [f64; 4] = std::array::from_fn(|i| covariance[(i, i)]);
+            let sound = variances.iter().fold(true, |sound, v| sound & (*v > 0.0) & (*v < f64::INFINITY));
+            return sound.then(|| Self { diagonal: variances.map(f64::sqrt), below: None });
+        }
+        let finite = covariance.iter().all(|v| v.is_finite());
+        let lower = covariance.cholesky().filter(|_| finite)?.unpack();
+        Some(Self {
+            diagonal: std::array::from_fn(|i| lower[(i, i)]),
+            below: Some([(1, 0), (2, 0), (3, 0), (2, 1), (3, 1), (3, 2)].map(|at| lower[at])),
+        })
+    }
+
+    /// `L⁻¹ ν`.
+    #[inline]
+    fn whitened(&self, mut off: [f64; 4]) -> [f64; 4] {
+        let Some(below) = &self.below else { return std::array::from_fn(|i| off[i] / self.diagonal[i]) };
+        let mut entries = below.iter();
+        for c in 0..4 {
+            off[c] /= self.diagonal[c];
+            for (r, entry) in (c + 1..4).zip(entries.by_ref()) {
+                off[r] -= off[c] * entry;
+            }
+        }
+        off
+    }
 }
 
 /// Centre and size of a box.
-fn measured(bbox: &BBox) -> Vector4<f64> {
+#[inline]
+fn measured(bbox: &BBox) -> [f64; 4] {
     let center = bbox.center();
-    Vector4::new(center.x, center.y, bbox.width(), bbox.height())
+    [center.x, center.y, bbox.width(), bbox.height()]
 }
 
 /// The innovation covariance of a target whose motion is not modelled: anything the speed at the start allows.

@@ -26,7 +26,9 @@ pub(super) struct Pair {
 #[derive(Debug, Default)]
 pub(super) struct Near {
     cells: Cells,
-    /// The detections whose cells are near that of a target.
+    /// Left, top, width and height of the detections, one after the other: every target looks at those around it.
+    boxes: Vec<[f64; 4]>,
+    /// The detections that overlap a target's widened box once they are widened themselves: the first of so many places.
     around: Vec<usize>,
     pairs: Vec<Pair>,
 }
@@ -36,6 +38,9 @@ impl Near {
     pub fn find(&mut self, params: &AssociationParams, targets: &[Claimant<'_>], detections: &[Detection]) {
         self.pairs.clear();
         self.cells.fill(detections.iter().map(|d| &d.bbox));
+        self.boxes.clear();
+        self.boxes.extend(detections.iter().map(|d| <[f64; 4]>::from(d.bbox.ltwh())));
+        self.around.resize(detections.len(), 0);
         let mistaken = -2.0 * params.other_class.ln();
         for (target, claimant) in targets.iter().enumerate() {
             self.of(target, claimant, params, detections, mistaken);
@@ -53,28 +58,29 @@ impl Near {
         let expectation = claimant.expectation;
         let buffer = params.buffer + params.buffer_growth * claimant.unseen_s.min(params.buffer_longest_s);
         let own = widened(expectation.bbox(), buffer);
-        let Self { cells, around, pairs } = self;
-        around.clear();
+        let Self { cells, boxes, around, pairs } = self;
+        let mut count = 0;
         cells.near(&own, buffer, |at| {
-            let other = widened(&detections[at].bbox, buffer);
-            let apart = other[0] >= own[2] || own[0] >= other[2] || other[1] >= own[3] || own[1] >= other[3];
-            if !apart && expectation.reaches(&detections[at].bbox, params.reach) {
-                around.push(at);
-            }
+            let [left, top, right, bottom] = outward(boxes[at], buffer);
+            // Without a branch, which nobody could foresee: the place of one that is apart is written over by the next.
+            let overlap = (left < own[2]) & (own[0] < right) & (top < own[3]) & (own[1] < bottom);
+            around[count] = at;
+            count += usize::from(overlap);
         });
-        if around.is_empty() {
-            return;
-        }
+        let around = &mut around[..count];
         around.sort_unstable();
-        let log_determinant = expectation.log_determinant();
+        let mut log_determinant = None;
         for &at in around.iter() {
             let detection = &detections[at];
-            let distance2 = expectation.distance2(&detection.bbox);
+            if !expectation.reaches(&detection.bbox, params.reach) {
+                continue;
+            }
             let mistaken = if claimant.classes.is_other(detection.class.as_ref()) { mistaken } else { 0.0 };
-            let squared = distance2 + mistaken;
+            let squared = expectation.distance2(&detection.bbox) + mistaken;
             if squared <= params.gate {
                 let overlap = expectation.bbox().iou(&detection.bbox);
                 let likeness = detection.embedding.as_ref().and_then(|e| claimant.look.likeness(e));
+                let log_determinant = *log_determinant.get_or_insert_with(|| expectation.log_determinant());
                 pairs.push(Pair { target, detection: at, overlap, squared, mistaken, log_determinant, likeness });
             }
         }
@@ -93,7 +99,12 @@ impl Near {
 
 /// Left, top, right and bottom once each side was moved outward by the share `buffer` of width or height.
 pub(super) fn widened(bbox: &BBox, buffer: f64) -> [f64; 4] {
-    let (left, top, width, height) = bbox.ltwh();
+    outward(bbox.ltwh().into(), buffer)
+}
+
+/// The same of left, top, width and height.
+#[inline]
+fn outward([left, top, width, height]: [f64; 4], buffer: f64) -> [f64; 4] {
     let (dx, dy) = (buffer * width, buffer * height);
     [left - dx, top - dy, left + width + dx, top + height + dy]
 }

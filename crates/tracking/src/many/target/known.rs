@@ -55,7 +55,9 @@ impl Known {
 
     /// Whether it was found again and has not been seen in so many frames since.
     pub fn is_on_trial(&self, frames: usize) -> bool {
-        matches!(self.standing, Standing::Confirmed(_)) && self.observed.since_gap().is_some_and(|seen| seen < frames)
+        frames > 0
+            && matches!(self.standing, Standing::Confirmed(_))
+            && self.observed.since_gap().is_some_and(|seen| seen < frames)
     }
 
     /// Whether it can be known: what is restored is checked.
