@@ -61,6 +61,11 @@ pub enum Comparison {
     Drones,
     /// Follow what is in bags that rosbags writes, and read what we write by others
     Bags,
+    /// Networks of other projects, exported by PyTorch, followed by the projects' own trackers and by ours
+    Siamese {
+        /// Arguments of xtask/peers/siamese.py: parts of the names of networks
+        arguments: Vec<OsString>,
+    },
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
     Crowd {
         /// Arguments of xtask/peers/crowd.py
@@ -116,6 +121,14 @@ pub fn compare(which: Option<Comparison>) -> Result<()> {
             run::build_programs()?;
             bags(&environment("peers-drones", "drones.txt")?)
         }
+        Some(Comparison::Siamese { arguments }) => {
+            run::suite("build")
+                .args(["--package", "pursuit-inference", "--features", "onnxruntime,rten", "--example", "siamese"])
+                .run()?;
+            let script = run::root().join("xtask/peers/siamese.py");
+            let step = run::program(exporters()?).arg(script).args(arguments);
+            step.env("EXAMPLES", run::product("examples")?).run()
+        }
         Some(Comparison::Crowd { arguments }) => {
             run::cargo("build").args(["--release", "--locked", "--package", "pursuit", "--example", "crowd"]).run()?;
             timed("crowd.py", "release/examples/crowd", &arguments)
@@ -158,6 +171,27 @@ fn environments() -> Result<Pythons> {
 
 pub fn toolkits() -> Result<PathBuf> {
     environment("peers-toolkits", "toolkits.txt")
+}
+
+/// The Python that has PyTorch and the projects whose networks it exports. These come without what they want themselves, which no
+/// Python of today has, and one of them is built with what is installed.
+fn exporters() -> Result<PathBuf> {
+    let python = environment("peers-siamese", "siamese.txt")?;
+    run::program(&python)
+        .args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "--no-deps",
+            "--no-build-isolation",
+            "-r",
+        ])
+        .arg(run::root().join("xtask/peers/siamese-alone.txt"))
+        .run()
+        .context("the projects cannot be installed")?;
+    Ok(python)
 }
 
 /// The Python that has what ONVIF has published.

@@ -6,7 +6,8 @@ use pursuit_imaging::{Frame, Image};
 use pursuit_inference::nanotrack::Patch;
 use pursuit_inference::onnx::OnnxSiamese;
 use pursuit_inference::siamese::{
-    Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseTracker, Sides,
+    Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseParams,
+    SiameseTracker, Sides,
 };
 use pursuit_inference::{Network, Port, Result};
 
@@ -98,6 +99,16 @@ fn stretched_windows_keep_the_targets_place_and_size_whatever_its_shape() {
         FRAME,
     );
     near(found.unwrap().bbox, BBox::from_center_size(Point::new(320.0, 240.0), 30.0, 100.0), 1e-4);
+}
+
+#[test]
+fn a_search_window_may_be_larger_than_the_images_say() {
+    // OSTrack of 384 pixels: a template of twice, and a search of five times the root of the area.
+    let one_stream = SiameseParams::from(SiameseConfig::one_stream());
+    let config = SiameseParams { template_side_px: 192, search_side_px: 384, search_extent: 1.25, ..one_stream };
+    let decoder = Decoder::new(config.try_into().unwrap());
+    assert_eq!(decoder.template_extent(40.0, 30.0), (70.0, 70.0));
+    assert_eq!(decoder.search_extent(40.0, 30.0), (174.0, 174.0));
 }
 
 /// SiamFC in small: the response is how like the template's pixels a part of the search image is.

@@ -35,6 +35,9 @@ choices! {
         Stretched = "stretched",
         /// A square whose side is rounded up and whose corner is rounded, in pixels of the frame: STARK, OSTrack, LightFC, VitTrack.
         Rounded = "rounded",
+        /// A square a pixel larger than `square`, with its first and its last pixels taken in, resampled without rounding to grey levels:
+        /// MMTracking.
+        Inclusive = "inclusive",
     }
 }
 
@@ -196,6 +199,9 @@ parameters! {
         pub search_context: f64 = 0.0, in 0.0..=8.0;
         /// How many times larger square windows are.
         pub extent: f64 = 1.0, in above(0.0).at_most(8.0);
+        /// How many times larger square windows of the search are still, beside what the sides of the images say: 1.25 where a template of
+        /// 192 pixels shows twice the target, and a search image of 384 five times (OSTrack of 384 pixels).
+        pub search_extent: f64 = 1.0, in above(0.0).at_most(8.0);
         /// What lies outside the frame.
         pub fill: Fill = Fill::Mean;
         /// How the cosine window and a score become one.

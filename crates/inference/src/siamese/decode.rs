@@ -96,7 +96,7 @@ impl Decoder {
     /// Width and height of what the search image covers of the frame, in pixels.
     pub fn search_extent(&self, width: f64, height: f64) -> (f64, f64) {
         let times = self.config.search_side_px as f64 / self.config.template_side_px as f64;
-        self.extent(width, height, self.config.search_context, times)
+        self.extent(width, height, self.config.search_context, times * self.config.search_extent)
     }
 
     /// Of stretched windows 1 + 2 `around` of the target, of squares `times` the template's.
@@ -105,7 +105,7 @@ impl Decoder {
         let side = ((width + context) * (height + context)).sqrt() * self.config.extent * times;
         match self.config.crop {
             CropShape::Stretched => (width * (1.0 + 2.0 * around), height * (1.0 + 2.0 * around)),
-            CropShape::Square => (side, side),
+            CropShape::Square | CropShape::Inclusive => (side, side),
             CropShape::Rounded => (side.ceil(), side.ceil()),
         }
     }

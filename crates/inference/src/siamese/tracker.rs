@@ -4,7 +4,7 @@ use super::{
 };
 use crate::nanotrack::Patch;
 use crate::{InferenceError, Result};
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{Frame, ImageView, Rgb8};
 use pursuit_parameters::ParameterError;
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         if !(bbox.is_finite() && bbox.area() > 0.0) {
             return Err(InferenceError::Box { bbox: format!("{:?}", bbox.ltwh()) });
         }
-        self.crop(frame, self.region(center, extent), Patch::Template);
+        self.crop(frame, self.region(center, extent, frame.size()), Patch::Template);
         self.network.embed()
     }
 
@@ -116,12 +116,12 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         if let AnswerCoding::Scores { .. } = &self.config().answer {
             for factor in self.decoder.begin_scales() {
                 let extent = (extent.0 * factor, extent.1 * factor);
-                self.crop(frame, self.region(cut_at, extent), Patch::Search);
+                self.crop(frame, self.region(cut_at, extent, frame.size()), Patch::Search);
                 self.decoder.add_scale(self.network.search()?, factor, size);
             }
             return Ok(self.decoder.locate_at_scale(center, size, frame.size()));
         }
-        self.crop(frame, self.region(cut_at, extent), Patch::Search);
+        self.crop(frame, self.region(cut_at, extent, frame.size()), Patch::Search);
         let middle = self.middle(center, size);
         let answer = self.network.search()?;
         Ok(self.decoder.locate(answer, middle, size, frame.size()))
@@ -144,18 +144,19 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
             CropShape::Rounded => {
                 let shift = self.config().search_shift_px;
                 let cut_at = Point::new(center.x + shift, center.y + shift);
-                self.region(cut_at, self.search_extent(size)).center()
+                Region::rounded(cut_at, self.search_extent(size).0).center()
             }
-            CropShape::Square | CropShape::Stretched => center,
+            CropShape::Square | CropShape::Stretched | CropShape::Inclusive => center,
         }
     }
 
-    /// The pixels of the frame that an image covers which is `extent` (width, height) large there.
-    fn region(&self, center: Point, extent: (f64, f64)) -> Region {
+    /// The pixels of a frame of `size` that an image covers which is `extent` (width, height) large there.
+    fn region(&self, center: Point, extent: (f64, f64), size: Size) -> Region {
         match self.config().crop {
             CropShape::Square => Region::around(center, extent.0),
             CropShape::Stretched => Region::stretched(center, extent),
             CropShape::Rounded => Region::rounded(center, extent.0),
+            CropShape::Inclusive => Region::inclusive(center, extent.0, size),
         }
     }
 
@@ -175,7 +176,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         let (mean, deviation) = (config.mean, config.deviation);
         let is_plain = mean == [0.0; 3] && deviation == [1.0; 3];
         let swap = config.channels == ChannelOrder::Bgr;
-        cropper.crop(frame.color(), region, samples, exemplar.fill, |y, mut planes| {
+        let write = |y: usize, mut planes: [&mut [f32]; 3]| {
             if swap {
                 planes.swap(0, 2);
             }
@@ -185,7 +186,12 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
                 }
             }
             network.write_row(patch, y, planes.each_ref().map(|plane| &**plane));
-        });
+        };
+        if config.crop == CropShape::Inclusive {
+            cropper.interpolate(frame.color(), region, samples, exemplar.fill, write);
+        } else {
+            cropper.crop(frame.color(), region, samples, exemplar.fill, write);
+        }
     }
 }
 

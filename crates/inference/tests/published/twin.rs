@@ -87,7 +87,7 @@ fn means(picture: &Picture) -> [f64; 3] {
 }
 
 /// Cuts a square of `side` pixels from column `left` and row `top` on, outside of the picture `fill`, and resamples it to `samples` ×
-/// `samples` as `cv2.resize` does with 8-bit pictures: weights in parts of 2048, sums shifted by 4, 16 and 2 bits.
+/// `samples` as `cv2.resize` does with 8-bit pictures: places in single precision, weights in parts of 2048, sums shifted by 4, 16 and 2 bits.
 fn cut(
     picture: &Picture,
     (left, top, side): (i64, i64, i64),
@@ -104,13 +104,13 @@ fn cut(
     let (mut out, count) = (vec![0f32; 3 * samples * samples], samples * samples);
     for i in 0..count {
         let (u, v) = (i % samples, i / samples);
-        let place = |k: usize| (k as f64 + 0.5) * side as f64 / samples as f64 - 0.5;
+        let place = |k: usize| ((k as f64 + 0.5) * side as f64 / samples as f64 - 0.5) as f32;
         let inside = |k: i64| k.clamp(0, side - 1);
         let (mut x, y) = (place(u), place(v));
         // Columns beyond the border are put onto it before their weights are taken, rows afterwards.
-        x = x.clamp(0.0, (side - 1) as f64);
+        x = x.clamp(0.0, (side - 1) as f32);
         let (x0, y0) = (x.floor() as i64, y.floor() as i64);
-        let weight = |t: f64| ((t - t.floor()) * 2048.0).round_ties_even() as i64;
+        let weight = |t: f32| ((t - t.floor()) * 2048.0).round_ties_even() as i64;
         let (wx, wy) = (weight(x), weight(y));
         for c in 0..3 {
             let level = |x: i64, y: i64| i64::from(pixel(left + inside(x), top + inside(y))[c]);
