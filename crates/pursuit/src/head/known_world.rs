@@ -16,7 +16,7 @@ pub struct KnownWorld(Kind);
 
 enum Kind {
     Scene { name: String, scene: Box<dyn Scene> },
-    Clip(Clip),
+    Clip(Box<Clip>),
 }
 
 /// A clip of a wide camera that stands still, with its true boxes.
@@ -66,7 +66,7 @@ impl KnownWorld {
         let starts_s = boxes.first().map(|b| b.0);
         let starts_s = starts_s.ok_or_else(|| RunError::usage(format!("nobody is to be seen in {input}")))?;
         boxes.iter_mut().for_each(|b| b.0 -= starts_s);
-        Ok(Self(Kind::Clip(Clip { input: input.to_owned(), options, lens, boxes, starts_s })))
+        Ok(Self(Kind::Clip(Box::new(Clip { input: input.to_owned(), options, lens, boxes, starts_s }))))
     }
 
     /// What it is called in a table.
