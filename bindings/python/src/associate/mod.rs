@@ -11,6 +11,7 @@ use given::Given;
 use pursuit::Frame;
 use pursuit::associate::Associate;
 use pursuit::geometry::Size;
+use pursuit::inference::onnx::Device;
 use pursuit::parameters::ParameterError;
 use pursuit::toml::Table;
 use pursuit::trackers::embedding::embedder;
@@ -114,7 +115,7 @@ impl Associator {
         let prefixed = settings.parameters.iter().map(|(key, value)| (format!("many.{key}"), value.clone()));
         let options = Associate { preset, parameters: prefixed.collect(), ..Associate::default() };
         let params = options.params().map_err(|e| of_run(&e))?;
-        let looks = embedder(&params.embedding).map_err(of_tracking)?;
+        let looks = embedder(&params.embedding, Device::Cpu).map_err(of_tracking)?;
         let targets = Associating::fed(params).map_err(of_tracking)?.with_embedder(looks);
         Ok(Self::of(settings, targets, 0, 0.0))
     }
@@ -175,7 +176,7 @@ impl Associator {
         }
         let recipe_of = |name: &str| pursuit::trackers::registry::tracker(name).map(|entry| entry.default_recipe());
         let targets = Associating::restore_fed(state, &recipe_of).map_err(of_tracking)?;
-        let looks = embedder(&targets.params().embedding).map_err(of_tracking)?;
+        let looks = embedder(&targets.params().embedding, Device::Cpu).map_err(of_tracking)?;
         let targets = targets.with_embedder(looks);
         Ok(Self::of(settings, targets, next, at))
     }

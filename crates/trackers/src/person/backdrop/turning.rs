@@ -332,7 +332,7 @@ mod tests {
             [wave(0.0), wave(0.4), wave(0.8)]
         });
         // Frames are told apart by their numbers.
-        let index = ((at.pan_rad + 9.0) * 1e6 + told.pan_rad * 1e3 + f64::from(u8::from(person.is_some()))) as u64;
+        let index = ((at.pan_rad() + 9.0) * 1e6 + told.pan_rad() * 1e3 + f64::from(u8::from(person.is_some()))) as u64;
         Frame::new(index, 0.0, Pixels::Rgb8(image.unwrap().into())).with_camera(told)
     }
 
