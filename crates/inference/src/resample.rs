@@ -16,12 +16,23 @@ pub struct Window {
     pub height: i64,
 }
 
+/// How exactly it is told where a sample lies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Places {
+    /// In single precision, as OpenCV does.
+    #[default]
+    Single,
+    /// In double precision: one weight in some hundred is another, and one grey level in a thousand.
+    Double,
+}
+
 /// A row in three planes.
 type Planes<T> = [Vec<T>; 3];
 
-/// Scratch.
+/// Its places, and scratch.
 #[derive(Debug, Clone, Default)]
 pub struct Resampler {
+    places: Places,
     columns: Columns,
     /// The two rows of the image between which a row lies, resampled horizontally, with their numbers in the window.
     rows: [(i64, Planes<i32>); 2],
@@ -56,31 +67,43 @@ struct Tap {
 
 impl Tap {
     /// Sample `i` of `samples` from a row of `side` pixels: pixel centres at half-integers, the border replicated.
-    fn across(i: usize, samples: usize, side: i64) -> Self {
-        Self::at(place(i, samples, side).clamp(0.0, (side - 1) as f32), side)
+    fn across(places: Places, i: usize, samples: usize, side: i64) -> Self {
+        Self::at(places.of(i, samples, side).clamp(0.0, (side - 1) as f64), side)
     }
 
     /// The same from a column. At the border it weighs one pixel twice instead of once, which rounds differently: so
     /// does OpenCV.
-    fn down(i: usize, samples: usize, side: i64) -> Self {
-        Self::at(place(i, samples, side), side)
+    fn down(places: Places, i: usize, samples: usize, side: i64) -> Self {
+        Self::at(places.of(i, samples, side), side)
     }
 
-    fn at(place: f32, side: i64) -> Self {
+    fn at(place: f64, side: i64) -> Self {
         let first = place.floor();
-        let weight = ((place - first) * ONE as f32).round_ties_even() as i32;
+        let weight = ((place - first) * f64::from(ONE)).round_ties_even() as i32;
         let inside = |pixel: i64| pixel.clamp(0, side - 1);
         Self { first: inside(first as i64), second: inside(first as i64 + 1), weight }
     }
 }
 
-/// Where sample `i` of `samples` lies among `side` pixels: in single precision, by which one weight in some hundred is another.
-fn place(i: usize, samples: usize, side: i64) -> f32 {
-    let scale = 1.0 / (samples as f64 / side as f64);
-    ((i as f64 + 0.5) * scale - 0.5) as f32
+impl Places {
+    /// Where sample `i` of `samples` lies among `side` pixels.
+    fn of(self, i: usize, samples: usize, side: i64) -> f64 {
+        match self {
+            Self::Single => {
+                let scale = 1.0 / (samples as f64 / side as f64);
+                f64::from(((i as f64 + 0.5) * scale - 0.5) as f32)
+            }
+            Self::Double => (i as f64 + 0.5) * side as f64 / samples as f64 - 0.5,
+        }
+    }
 }
 
 impl Resampler {
+    /// With such places.
+    pub fn new(places: Places) -> Self {
+        Self { places, ..Self::default() }
+    }
+
     /// Resamples `window` of `image` to `columns` × `rows` and hands over row after row in three planes, in the order of
     /// the image's channels; what lies outside the image is `fill`.
     pub fn resample(
@@ -91,14 +114,14 @@ impl Resampler {
         fill: Rgb8,
         mut row: impl FnMut(usize, [&mut [f32]; 3]),
     ) {
-        self.columns.place(window, columns, image.width());
+        self.columns.place(self.places, window, columns, image.width());
         for (number, planes) in &mut self.rows {
             *number = -1;
             planes.iter_mut().for_each(|plane| plane.resize(columns, 0));
         }
         self.pixels.iter_mut().for_each(|plane| plane.resize(columns, 0.0));
         for y in 0..rows {
-            let tap = Tap::down(y, rows, window.height);
+            let tap = Tap::down(self.places, y, rows, window.height);
             self.make_rows(image, window.top, (tap.first, tap.second), fill);
             let [(_, upper), (_, lower)] = &self.rows;
             for ((upper, lower), out) in upper.iter().zip(lower).zip(&mut self.pixels) {
@@ -128,8 +151,8 @@ impl Columns {
     const MARGIN: i64 = 2;
 
     /// For `samples` samples of `window`, in rows of `width` pixels.
-    fn place(&mut self, window: Window, samples: usize, width: usize) {
-        let taps = (0..samples).map(|i| Tap::across(i, samples, window.width));
+    fn place(&mut self, places: Places, window: Window, samples: usize, width: usize) {
+        let taps = (0..samples).map(|i| Tap::across(places, i, samples, window.width));
         let pixel = |tap: Tap| (window.left + tap.first).clamp(-Self::MARGIN, width as i64);
         self.start = taps.clone().next().map_or(0, pixel);
         // The second pixel is the next one; at the right border, where there is none, it has no weight.
@@ -235,9 +258,12 @@ mod tests {
         // cv2.resize of 21 pixels to 271: sample 227 lies 265.5 / 2048 behind pixel 17, which single precision makes a little less of.
         let image = Image::from_fn(21, 1, |x, _| [if x == 17 { 255 } else { 3 }; 3]).unwrap();
         let window = Window { left: 0, top: 0, width: 21, height: 1 };
-        let mut row = Vec::new();
-        Resampler::default().resample(image.view(), window, (271, 1), [0; 3], |_, planes| row = planes[0].to_vec());
-        assert_eq!(row[227], 223.0);
+        for (places, level) in [(Places::Single, 223.0), (Places::Double, 222.0)] {
+            let mut row = Vec::new();
+            let mut resampler = Resampler::new(places);
+            resampler.resample(image.view(), window, (271, 1), [0; 3], |_, planes| row = planes[0].to_vec());
+            assert_eq!(row[227], level, "{places:?}");
+        }
     }
 
     #[test]

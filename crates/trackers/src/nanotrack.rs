@@ -37,6 +37,7 @@ impl SiameseModel for NanoTrackParams {
 
     fn open(&self) -> Result<(NanoTrackV3, SiameseConfig)> {
         let config = SiameseConfig::nanotrack_v3()
+            .in_double_precision()
             .with_weights(self.window_weight, self.penalty, self.size_rate)
             .and_then(|config| config.with_min_side_px(self.min_side_px));
         built_in(Self::NAME, NanoTrackV3::new(), config)

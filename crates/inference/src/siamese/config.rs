@@ -202,6 +202,8 @@ parameters! {
         /// How many times larger square windows of the search are still, beside what the sides of the images say: 1.25 where a template of
         /// 192 pixels shows twice the target, and a search image of 384 five times (OSTrack of 384 pixels).
         pub search_extent: f64 = 1.0, in above(0.0).at_most(8.0);
+        /// Whether it is told in double precision where samples of a window lie, and not in single, as OpenCV does.
+        pub double_precision: bool = false;
         /// What lies outside the frame.
         pub fill: Fill = Fill::Mean;
         /// How the cosine window and a score become one.
@@ -309,6 +311,14 @@ impl SiameseConfig {
     /// [`InferenceError::Config`] unless it is positive and finite.
     pub fn with_min_side_px(self, min_side_px: f64) -> Result<Self> {
         Self::try_from(SiameseParams { min_side_px, ..self.0 })
+    }
+
+    /// The same with samples of which it is told in double precision where they lie. What judges the answers of a built-in network was
+    /// fitted to those: of OpenCV's, one grey level in a thousand is another, and the default tracker with its judge as it is then says
+    /// `tracking` in 23 % of the frames without the target, not in 18 % (docs/log/2026-11-28-networks-beside-pytorch.md).
+    #[must_use]
+    pub fn in_double_precision(self) -> Self {
+        Self(SiameseParams { double_precision: true, ..self.0 })
     }
 
     /// The same with other weights of window, penalty and size.

@@ -1,4 +1,4 @@
-use crate::resample::{Resampler, Window};
+use crate::resample::{Places, Resampler, Window};
 use pursuit_geometry::{Point, Size};
 use pursuit_imaging::{ImageView, Rgb8};
 
@@ -82,6 +82,12 @@ pub struct Cropper {
 type Tap = (i64, i64, f32);
 
 impl Cropper {
+    /// Whose places of samples are in double precision, if not in single as OpenCV's.
+    pub fn new(double_precision: bool) -> Self {
+        let places = if double_precision { Places::Double } else { Places::Single };
+        Self { resampler: Resampler::new(places), ..Self::default() }
+    }
+
     /// Resamples `region` of `image` to `samples` × `samples` in whole grey levels, as networks were trained on, and hands over row after
     /// row in three planes, in the order of the image's channels; what lies outside the image is `fill`.
     pub fn crop(

@@ -42,7 +42,8 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
             Fill::Black => [0; 3],
         };
         let exemplar = Exemplar { features: Vec::new(), fill };
-        let mut this = Self { exemplar, network, decoder: Decoder::new(config), cropper: Cropper::default() };
+        let mut this =
+            Self { exemplar, network, cropper: Cropper::new(config.double_precision), decoder: Decoder::new(config) };
         let features = this.embed(frame, bbox)?;
         this.set_features(features)?;
         Ok(this)
@@ -56,7 +57,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     pub fn restore(mut network: N, config: SiameseConfig, exemplar: Exemplar) -> Result<Self> {
         check_sides(&network, &config)?;
         network.set_template(&exemplar.features)?;
-        Ok(Self { exemplar, network, decoder: Decoder::new(config), cropper: Cropper::default() })
+        Ok(Self { exemplar, network, cropper: Cropper::new(config.double_precision), decoder: Decoder::new(config) })
     }
 
     /// What is remembered of the target.
