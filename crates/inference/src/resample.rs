@@ -238,7 +238,10 @@ mod tests {
         (x, y): (usize, usize),
         fill: Rgb8,
     ) -> [f32; 3] {
-        let (across, down) = (Tap::across(x, samples, window.width), Tap::down(y, samples, window.height));
+        let (across, down) = (
+            Tap::across(Places::Single, x, samples, window.width),
+            Tap::down(Places::Single, y, samples, window.height),
+        );
         let pixel = |x: i64, y: i64| {
             let inside = |v: i64, most: usize| usize::try_from(v).ok().filter(|&v| v < most);
             let (x, y) = (inside(window.left + x, image.width()), inside(window.top + y, image.height()));
