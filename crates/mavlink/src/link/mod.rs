@@ -50,14 +50,14 @@ impl Link {
     }
 
     /// Reads for ever, connecting again where the link breaks; `take` is given each message.
-    pub fn read(&self, first: Option<Connection>, signing: Option<&SigningData>, take: &dyn Fn(Parcel)) {
-        let mut connection = first;
+    fn read(&self, first: Option<connection::Reader>, signing: Option<&SigningData>, take: &dyn Fn(Parcel)) {
+        let mut reader = first;
         let mut wait = GLANCE;
         while !self.outbox.has_ended() {
-            let Some(open) = connection.take() else {
+            let Some(open) = reader.take() else {
                 self.outbox.rest(wait);
                 wait = (2 * wait).min(LONGEST_WAIT);
-                connection = Connection::open(&self.address).ok();
+                reader = Connection::open(&self.address).ok().and_then(|connection| self.opened(connection));
                 continue;
             };
             wait = GLANCE;
@@ -71,13 +71,16 @@ impl Link {
         }
     }
 
-    /// Hands on what one connection brings, until that breaks.
-    fn serve(&self, connection: Connection, signing: Option<&SigningData>, take: &dyn Fn(Parcel)) -> io::Error {
-        let (mut reader, writer) = match connection.split() {
-            Ok(halves) => halves,
-            Err(error) => return error,
-        };
+    /// From now on what is sent goes out by this connection; `None` where it broke at once.
+    fn opened(&self, connection: Connection) -> Option<connection::Reader> {
+        let halves = connection.split();
+        let (reader, writer) = halves.map_err(|error| tracing::warn!("{}: {error}", self.address)).ok()?;
         *self.writer.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
+        Some(reader)
+    }
+
+    /// Hands on what one connection brings, until that breaks.
+    fn serve(&self, mut reader: connection::Reader, signing: Option<&SigningData>, take: &dyn Fn(Parcel)) -> io::Error {
         let hand_on = |parcel| {
             self.received.fetch_add(1, Ordering::Relaxed);
             take(parcel);
@@ -137,6 +140,8 @@ impl Link {
         signing: Option<Arc<SigningData>>,
         take: Box<dyn Fn(Parcel) + Send>,
     ) -> Result<()> {
+        // Before anything is sent: what finds no connection is dropped.
+        let first = first.and_then(|connection| self.opened(connection));
         let (reading, writing) = (self.clone(), self.clone());
         let thread = |name: &str| std::thread::Builder::new().name(format!("mavlink {name}"));
         let read = thread("in").spawn(move || reading.read(first, signing.as_deref(), &*take));

@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn what_the_pose_gets_wrong_the_edges_put_right() {
-        // A third of a degree is 1.9 pixels, each way.
+        // Two thirds of a degree are 1.9 pixels, each way.
         let wrong_rad = 0.012;
         let (backdrop, last) = turned(wrong_rad, &BackdropParams::default());
         assert!(told(&backdrop, &last, &everywhere()).1 < 0.01);
@@ -398,8 +398,6 @@ mod tests {
         let focal_px = SIZE.width as f64 / 2.0 / 0.3_f64.tan();
         let wanted = focal_px * wrong_rad;
         assert!((off.0 - wanted).abs() < 0.5 && (off.1 - wanted).abs() < 0.5, "{off:?} for {wanted}");
-        let exact = BackdropParams { turn_error: 0.0, ..BackdropParams::default() };
-        assert!(told(&turned(wrong_rad, &exact).0, &last, &everywhere()).1 > 0.05, "without them it stands out");
     }
 
     #[test]
