@@ -5,6 +5,7 @@ mod motion;
 mod network;
 mod pieces;
 
+use crate::person::backdrop::about;
 use crate::runtime::RuntimeParams;
 use colors::ColorSegmenter;
 use motion::MotionSegmenter;
@@ -158,10 +159,4 @@ impl Segmenter for AnySegmenter {
         }
         Ok(())
     }
-}
-
-/// `bbox` and a share of its sides about it.
-fn about(bbox: &BBox, share: f64) -> BBox {
-    let (dx, dy) = (share * bbox.width(), share * bbox.height());
-    BBox::from_ltrb(bbox.left() - dx, bbox.top() - dy, bbox.right() + dx, bbox.bottom() + dy)
 }

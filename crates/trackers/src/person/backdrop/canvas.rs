@@ -1,11 +1,15 @@
-//! Means of pixels, and which of them were ever seen.
+//! Means of pixels, and which of them were ever seen; values between pixels.
 
-use pursuit_geometry::Size;
+use super::row;
+use pursuit_geometry::{Point, Size};
+use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Codes are kept in 256ths.
 pub(super) const UNIT: i32 = 256;
+/// A place nearer than this to the middle of a pixel, in pixels, is that pixel's.
+const EXACT: f64 = 0.02;
 
 /// A mean for every channel of every pixel, and whether it was ever seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,11 +77,11 @@ impl Canvas {
         *known = true;
     }
 
-    /// The value between pixels, by their weights; `None` where one of them is not known.
-    pub fn between(&self, around: &[(usize, f64); 4]) -> Option<[u16; 3]> {
+    /// The value at a point between pixels; `None` where one of them is not known.
+    pub fn between(&self, at: Point) -> Option<[u16; 3]> {
         let mut sum = [0.0; 3];
-        for (number, weight) in around {
-            sum.iter_mut().zip(self.known(*number)?).for_each(|(sum, v)| *sum += weight * f64::from(*v));
+        for (number, weight) in around(self.size(), at)? {
+            sum.iter_mut().zip(self.known(number)?).for_each(|(sum, v)| *sum += weight * f64::from(*v));
         }
         Some(sum.map(|v| v.round() as u16))
     }
@@ -92,4 +96,67 @@ fn weight(rate: f64) -> i32 {
 fn mixed(old: u16, value: i32, rate: i32) -> u16 {
     let old = i32::from(old);
     (old + ((value - old) * rate) / UNIT) as u16
+}
+
+/// The numbers of the four pixels about a point, and their weights between them (bilinear); `None` beyond the outer ones.
+pub(super) fn around(size: Size, at: Point) -> Option<[(usize, f64); 4]> {
+    let axis = |at: f64, length: usize| {
+        let (whole, part) = ((at - 0.5).floor(), (at - 0.5).rem_euclid(1.0));
+        let (whole, part) = match part {
+            part if part < EXACT => (whole, 0.0),
+            part if part > 1.0 - EXACT => (whole + 1.0, 0.0),
+            part => (whole, part),
+        };
+        let next = if part > 0.0 { whole + 1.0 } else { whole };
+        (whole >= 0.0 && next < length as f64).then_some((whole as usize, next as usize, part))
+    };
+    let ((left, right, x), (top, bottom, y)) = (axis(at.x, size.width)?, axis(at.y, size.height)?);
+    let number = |x: usize, y: usize| y * size.width + x;
+    Some([
+        (number(left, top), (1.0 - x) * (1.0 - y)),
+        (number(right, top), x * (1.0 - y)),
+        (number(left, bottom), (1.0 - x) * y),
+        (number(right, bottom), x * y),
+    ])
+}
+
+/// The value of a frame between its pixels, in 256ths of a code; false outside of the picture.
+pub(super) fn sample(frame: &Frame, at: Point, value: &mut [u16]) -> bool {
+    let (size, channels) = (frame.size(), value.len());
+    let Some([(first, a), (second, b), (third, c), (fourth, d)]) = around(size, at) else { return false };
+    let upper = row(frame, first / size.width, channels);
+    let lower = row(frame, third / size.width, channels);
+    let (left, right) = (first % size.width * channels, second % size.width * channels);
+    debug_assert_eq!((third % size.width, fourth % size.width), (first % size.width, second % size.width));
+    for (k, value) in value.iter_mut().enumerate() {
+        let of = |row: &[u8], x: usize| f64::from(row[x + k]);
+        let mean = a * of(upper, left) + b * of(upper, right) + c * of(lower, left) + d * of(lower, right);
+        *value = (mean * f64::from(UNIT)).round() as u16;
+    }
+    true
+}
+
+/// The mean of the channels, in codes.
+pub(super) fn brightness(value: &[u16]) -> f64 {
+    value.iter().map(|v| f64::from(*v)).sum::<f64>() / (value.len().max(1) as f64 * f64::from(UNIT))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_between_pixels_are_weighed() {
+        let size = Size::new(4, 3);
+        assert_eq!(
+            around(size, Point::new(1.5, 0.5)).unwrap().map(|(n, w)| (n, w)),
+            [(1, 1.0), (1, 0.0), (1, 0.0), (1, 0.0)]
+        );
+        let quarter = around(size, Point::new(1.75, 1.0)).unwrap();
+        assert_eq!(quarter.map(|(n, _)| n), [1, 2, 5, 6]);
+        assert!(quarter.iter().zip([0.375, 0.125, 0.375, 0.125]).all(|((_, w), wanted)| (w - wanted).abs() < 1e-12));
+        for outside in [(0.2, 1.0), (3.8, 1.0), (1.0, 2.7), (f64::NAN, 1.0)] {
+            assert!(around(size, Point::new(outside.0, outside.1)).is_none(), "{outside:?}");
+        }
+    }
 }

@@ -2,6 +2,7 @@
 //! frames say how their camera stands, it turns with the camera.
 
 mod canvas;
+mod marks;
 mod turning;
 
 use canvas::{Canvas, UNIT};

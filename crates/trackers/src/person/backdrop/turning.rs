@@ -1,30 +1,20 @@
 //! A background that turns with its camera: a canvas larger than the picture, on which each picture lies where the pose of its
 //! camera says and where the edges of the background put it right.
 
-use super::canvas::{Canvas, UNIT};
-use super::{BackdropParams, row};
+use super::BackdropParams;
+use super::canvas::{Canvas, around, sample};
+use super::marks::{self, Mark};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{CameraPose, Frame};
 use pursuit_vision::PixelWindow;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Of the picture's sides, beyond each of its edges.
 const MARGIN: f64 = 0.25;
 /// Pixels learnt from one frame, about: of a larger picture every second or third row of the canvas, others each time.
 const LEARNT: usize = 100_000;
-/// Points by which a picture is put in its place, about, and the fewest that tell anything.
-const POINTS: usize = 600;
-const FEWEST: usize = 24;
-/// So many beside the target are enough.
-const PLENTY: usize = 150;
-/// Sum of the differences of brightness across and down, in codes over two pixels, that makes an edge.
-const EDGE: f64 = 24.0;
-/// Differences of brightness count up to this many codes: what moves before the background hardly disturbs.
-const MOST: f64 = 24.0;
-/// A place nearer than this to the middle of a pixel, in pixels, is that pixel's.
-const EXACT: f64 = 0.02;
-
-type Map = [[f64; 3]; 3];
+pub(super) type Map = [[f64; 3]; 3];
 
 /// How pictures lie on the canvas.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -42,13 +32,16 @@ pub(super) struct Turning {
     /// The number of the frame that was put in its place last.
     #[serde(skip)]
     placed: Option<u64>,
+    /// Scratch.
+    #[serde(skip)]
+    marks: Vec<Mark>,
 }
 
 /// From the picture, where the pose puts it, to the canvas, and back.
 #[derive(Debug, Clone, Copy)]
-struct Maps {
+pub(super) struct Maps {
     forth: Map,
-    back: Map,
+    pub back: Map,
 }
 
 impl Maps {
@@ -60,19 +53,29 @@ impl Maps {
         let forth = [moved(x, dx), moved(y, dy), w];
         Self { forth, back: back.map(|row| [row[0], row[1], row[2] - row[0] * dx - row[1] * dy]) }
     }
-}
 
-/// A place of the background that is easily found again: where the pose puts it in the picture, and how bright it is.
-#[derive(Debug, Clone, Copy)]
-struct Mark {
-    at: Point,
-    brightness: f64,
+    /// Columns and rows of a canvas of `size` about a picture that lies `off` from where the pose puts it.
+    pub fn in_sight(&self, picture: Size, off: (f64, f64), size: Size) -> (Range<usize>, Range<usize>) {
+        let (width, height) = (picture.width as f64, picture.height as f64);
+        let corner = |(x, y): (f64, f64)| mapped(&self.forth, Point::new(x - off.0, y - off.1));
+        let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)].map(corner);
+        let range = |of: fn(&Point) -> f64, most: usize| {
+            let all = corners.iter().map(|corner| corner.as_ref().map(of));
+            let ends =
+                all.map(|v| v.map(|v| (v, v))).reduce(|a, b| a.zip(b).map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))));
+            // A corner behind the camera says nothing.
+            let Some((first, last)) = ends.flatten() else { return 0..most };
+            let last = (last.ceil().max(0.0) as usize).min(most);
+            (first.floor().max(0.0) as usize).min(last)..last
+        };
+        (range(|p| p.x, size.width), range(|p| p.y, size.height))
+    }
 }
 
 impl Turning {
     pub fn new(pose: CameraPose, picture: Size) -> Self {
         let maps = Some(Maps::new(pose, pose, picture));
-        Self { middle: pose, pose, off: (0.0, 0.0), learnt: 0, maps, placed: None }
+        Self { middle: pose, pose, off: (0.0, 0.0), learnt: 0, maps, placed: None, marks: Vec::new() }
     }
 
     /// The size of the canvas for pictures of this size.
@@ -102,32 +105,30 @@ impl Turning {
         }
         self.maps = Some(maps);
         let reach = params.turn_error * picture.width as f64;
-        let all = if reach > 0.0 { marks(&maps, picture, canvas) } else { Vec::new() };
-        // Beside a target that fills the picture there is nothing; what it does not hide of the background is in its box.
-        let (inside, beside): (Vec<Mark>, Vec<Mark>) = all.into_iter().partition(|mark| keep.contains(mark.at));
-        let marks = if beside.len() < PLENTY { [beside, inside].concat() } else { beside };
-        self.off = if marks.len() < FEWEST { (0.0, 0.0) } else { descend(&marks, frame, self.off, reach) };
+        marks::find(&mut self.marks, &maps, picture, keep, canvas);
+        self.off = marks::descend(&self.marks, (frame, canvas.channels()), self.off, reach);
     }
 
     /// Learns with weight `rate` what of the frame lies outside of `kept`.
     pub fn learn(&mut self, frame: &Frame, kept: Option<PixelWindow>, rate: f64, canvas: &mut Canvas) {
-        let Some(Maps { back, .. }) = self.maps else { return };
+        let Some(maps) = self.maps else { return };
         let shares = frame.size().area().div_ceil(LEARNT).max(1);
         let due = self.learnt % shares;
         self.learnt = self.learnt.wrapping_add(1);
         let rate = rate * shares as f64;
         let mut value = [0_u16; 3];
         let value = &mut value[..canvas.channels()];
-        let Size { width, height } = canvas.size();
-        for y in 0..height {
+        let width = canvas.size().width;
+        let (columns, rows) = maps.in_sight(frame.size(), self.off, canvas.size());
+        for y in rows {
             // What nobody has seen yet is not put off.
             let put_off = y % shares != due;
-            for x in 0..width {
+            for x in columns.clone() {
                 let number = y * width + x;
                 if put_off && canvas.known(number).is_some() {
                     continue;
                 }
-                let at = mapped(&back, Point::new(x as f64 + 0.5, y as f64 + 0.5));
+                let at = mapped(&maps.back, Point::new(x as f64 + 0.5, y as f64 + 0.5));
                 let Some(at) = at.map(|p| Point::new(p.x + self.off.0, p.y + self.off.1)) else { continue };
                 let within = |w: PixelWindow| {
                     let (x, y) = (at.x - w.x as f64, at.y - w.y as f64);
@@ -171,7 +172,7 @@ fn margins(picture: Size) -> (usize, usize) {
 }
 
 /// `None` for what is not before the camera.
-fn mapped(map: &Map, at: Point) -> Option<Point> {
+pub(super) fn mapped(map: &Map, at: Point) -> Option<Point> {
     let [x, y, w] = map.map(|row| row[0] * at.x + row[1] * at.y + row[2]);
     (w > 1e-9).then(|| Point::new(x / w, y / w))
 }
@@ -191,119 +192,11 @@ fn carried(maps: &Maps, picture: Size, canvas: &Canvas) -> Canvas {
     let mut carried = Canvas::new(size, canvas.channels());
     for (y, x) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (y, x))) {
         let at = Point::new(x as f64 + 0.5 - dx as f64, y as f64 + 0.5 - dy as f64);
-        let from = mapped(&maps.forth, at).and_then(|from| around(size, from));
-        if let Some(value) = from.and_then(|around| canvas.between(&around)) {
+        if let Some(value) = mapped(&maps.forth, at).and_then(|from| canvas.between(from)) {
             carried.learn(y * size.width + x, &value[..canvas.channels()], 1.0);
         }
     }
     carried
-}
-
-/// The numbers of the four pixels about a point, and their weights between them (bilinear); `None` beyond the outer ones.
-fn around(size: Size, at: Point) -> Option<[(usize, f64); 4]> {
-    let axis = |at: f64, length: usize| {
-        let (whole, part) = ((at - 0.5).floor(), (at - 0.5).rem_euclid(1.0));
-        let (whole, part) = match part {
-            part if part < EXACT => (whole, 0.0),
-            part if part > 1.0 - EXACT => (whole + 1.0, 0.0),
-            part => (whole, part),
-        };
-        let next = if part > 0.0 { whole + 1.0 } else { whole };
-        (whole >= 0.0 && next < length as f64).then_some((whole as usize, next as usize, part))
-    };
-    let ((left, right, x), (top, bottom, y)) = (axis(at.x, size.width)?, axis(at.y, size.height)?);
-    let number = |x: usize, y: usize| y * size.width + x;
-    Some([
-        (number(left, top), (1.0 - x) * (1.0 - y)),
-        (number(right, top), x * (1.0 - y)),
-        (number(left, bottom), (1.0 - x) * y),
-        (number(right, bottom), x * y),
-    ])
-}
-
-/// The value of a frame between its pixels, in 256ths of a code; false outside of the picture.
-fn sample(frame: &Frame, at: Point, value: &mut [u16]) -> bool {
-    let (size, channels) = (frame.size(), value.len());
-    let Some([(first, a), (second, b), (third, c), (fourth, d)]) = around(size, at) else { return false };
-    let upper = row(frame, first / size.width, channels);
-    let lower = row(frame, third / size.width, channels);
-    let (left, right) = (first % size.width * channels, second % size.width * channels);
-    debug_assert_eq!((third % size.width, fourth % size.width), (first % size.width, second % size.width));
-    for (k, value) in value.iter_mut().enumerate() {
-        let of = |row: &[u8], x: usize| f64::from(row[x + k]);
-        let mean = a * of(upper, left) + b * of(upper, right) + c * of(lower, left) + d * of(lower, right);
-        *value = (mean * f64::from(UNIT)).round() as u16;
-    }
-    true
-}
-
-/// The mean of the channels, in codes.
-fn brightness(value: &[u16]) -> f64 {
-    value.iter().map(|v| f64::from(*v)).sum::<f64>() / (value.len().max(1) as f64 * f64::from(UNIT))
-}
-
-/// Edges of the background that lie in the picture: the strongest of each cell of a grid.
-fn marks(maps: &Maps, picture: Size, canvas: &Canvas) -> Vec<Mark> {
-    let cell = ((picture.area() as f64 / POINTS as f64).sqrt().ceil() as usize).max(4);
-    let Size { width, height } = canvas.size();
-    let edge = |x: usize, y: usize| {
-        let at = |x: usize, y: usize| canvas.known(y * width + x).map(brightness);
-        Some((at(x - 1, y)? - at(x + 1, y)?).abs() + (at(x, y - 1)? - at(x, y + 1)?).abs())
-    };
-    let seen = BBox::from_ltwh(0.0, 0.0, picture.width as f64, picture.height as f64);
-    let place = |x: usize, y: usize| {
-        let at = mapped(&maps.back, Point::new(x as f64 + 0.5, y as f64 + 0.5))?;
-        seen.contains(at).then_some(at)
-    };
-    let mut marks = Vec::new();
-    for top in (1..height.saturating_sub(1)).step_by(cell) {
-        for left in (1..width.saturating_sub(1)).step_by(cell) {
-            let rows = (top..(top + cell).min(height - 1)).step_by(2);
-            let pixels = rows.flat_map(|y| (left..(left + cell).min(width - 1)).step_by(2).map(move |x| (x, y)));
-            let edges = pixels.filter_map(|(x, y)| edge(x, y).filter(|e| *e > EDGE).map(|e| (e, x, y)));
-            let Some((_, x, y)) = edges.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-            let Some(mean) = canvas.known(y * width + x) else { continue };
-            marks.extend(place(x, y).map(|at| Mark { at, brightness: brightness(mean) }));
-        }
-    }
-    marks
-}
-
-/// How far the picture lies from where the pose puts it, in pixels, up to `reach` each way: the shift under which the marks are as
-/// bright as on the canvas, by steps that become smaller, from where it lay last and from where it should.
-fn descend(marks: &[Mark], frame: &Frame, last: (f64, f64), reach: f64) -> (f64, f64) {
-    let channels = if frame.has_color() { 3 } else { 1 };
-    let mut value = [0_u16; 3];
-    let mut cost = |(dx, dy): (f64, f64)| {
-        let (mut sum, mut count) = (0.0, 0);
-        for mark in marks {
-            if sample(frame, Point::new(mark.at.x + dx, mark.at.y + dy), &mut value[..channels]) {
-                sum += (brightness(&value[..channels]) - mark.brightness).abs().min(MOST);
-                count += 1;
-            }
-        }
-        if count < FEWEST { f64::INFINITY } else { sum / count as f64 }
-    };
-    let mut best = (cost((0.0, 0.0)), (0.0, 0.0));
-    for start in [(0.0, 0.0), last] {
-        let mut own = (cost(start), start);
-        let mut step = reach.min(8.0);
-        while step >= 0.2 {
-            let about = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
-            let (_, (x, y)) = own;
-            let tried = about.map(|(i, j)| (x + f64::from(i) * step, y + f64::from(j) * step));
-            let within = tried.into_iter().filter(|(x, y)| x.abs() <= reach && y.abs() <= reach);
-            let found = within.map(|at| (cost(at), at)).min_by(|a, b| a.0.total_cmp(&b.0));
-            match found.filter(|found| found.0 < own.0) {
-                Some(found) => own = found,
-                None => step /= 2.0,
-            }
-        }
-        if own.0 < best.0 {
-            best = own;
-        }
-    }
-    best.1
 }
 
 #[cfg(test)]
@@ -430,20 +323,5 @@ mod tests {
         let mut bad: serde_json::Value = serde_json::from_str(&text).unwrap();
         bad["turning"] = serde_json::Value::Null;
         assert!(serde_json::from_value::<Backdrop>(bad).is_err(), "the canvas of a camera that stands is the picture");
-    }
-
-    #[test]
-    fn places_between_pixels_are_weighed() {
-        let size = Size::new(4, 3);
-        assert_eq!(
-            around(size, Point::new(1.5, 0.5)).unwrap().map(|(n, w)| (n, w)),
-            [(1, 1.0), (1, 0.0), (1, 0.0), (1, 0.0)]
-        );
-        let quarter = around(size, Point::new(1.75, 1.0)).unwrap();
-        assert_eq!(quarter.map(|(n, _)| n), [1, 2, 5, 6]);
-        assert!(quarter.iter().zip([0.375, 0.125, 0.375, 0.125]).all(|((_, w), wanted)| (w - wanted).abs() < 1e-12));
-        for outside in [(0.2, 1.0), (3.8, 1.0), (1.0, 2.7), (f64::NAN, 1.0)] {
-            assert!(around(size, Point::new(outside.0, outside.1)).is_none(), "{outside:?}");
-        }
     }
 }
