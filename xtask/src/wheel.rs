@@ -93,7 +93,7 @@ fn build(quick: bool) -> Result<PathBuf> {
     let mut wheels = std::fs::read_dir(&folder)?.filter_map(|e| Some(e.ok()?.path()));
     let wheel = wheels.find(|p| p.extension().is_some_and(|e| e == "whl")).context("maturin left no wheel")?;
     let name = wheel.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-    let wanted = format!("pursuit_tracking-{}-cp310-abi3-", env!("CARGO_PKG_VERSION"));
+    let wanted = format!("pursuit_tracking-{}-cp39-abi3-", env!("CARGO_PKG_VERSION"));
     if !name.starts_with(&wanted) || (cfg!(target_os = "linux") && !quick && !name.contains("manylinux")) {
         bail!("the wheel is called {name}; wanted {wanted}… and, on Linux, a manylinux tag");
     }
