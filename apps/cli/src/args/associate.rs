@@ -1,6 +1,7 @@
 //! `pursuit associate`.
 
 use clap::Args;
+use pursuit::inference::onnx::Device;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -24,6 +25,9 @@ pub struct Associate {
     /// A published way to associate, in place of our own defaults
     #[arg(long, value_name = "NAME", value_parser = ["sort", "bytetrack", "ocsort", "botsort", "cbiou"])]
     pub preset: Option<String>,
+    /// What a network by file that tells looks apart (many.embedding) runs on, where onnxruntime's library can hand it there
+    #[arg(long, value_name = "DEVICE", value_parser = super::device_parser())]
+    pub device: Option<Device>,
     /// Look at the whole clip at once: targets from their first sighting on, gaps filled
     #[arg(long, conflicts_with = "video")]
     pub offline: bool,

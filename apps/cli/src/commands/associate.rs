@@ -4,7 +4,9 @@ use crate::{console, networks};
 use pursuit::RunError;
 use pursuit::associate::{Associate as Options, Associated};
 use pursuit::geometry::Size;
+use pursuit::inference::onnx::Device;
 use pursuit::media::OpenOptions;
+use pursuit::tracking::many::EmbeddingModel;
 use std::fmt::Write;
 use std::process::ExitCode;
 
@@ -20,7 +22,14 @@ pub fn run(args: &Associate) -> anyhow::Result<ExitCode> {
         offline: args.offline,
         formats: args.formats.clone(),
         open: OpenOptions::from_env(),
+        device: args.device,
     };
+    if let Some(device) = args.device.filter(|d| *d != Device::Cpu)
+        && options.params()?.embedding.model != EmbeddingModel::Network
+    {
+        let word = device.as_str();
+        tracing::warn!("no network tells looks apart (many.embedding.model=network), which {word} could do; all runs on the processor");
+    }
     let done = options.run(&args.input, &args.out, console::stop_flag())?;
     if let Some(fps) = done.iter().find_map(|d| d.assumed_fps) {
         tracing::warn!("nothing says how many frames a second there are; {fps} are assumed (--fps)");

@@ -190,6 +190,7 @@ class Associator:
         fps: float = 30.0,
         channels: Literal["rgb", "bgr"] = "rgb",
         preset: Literal["sort", "bytetrack", "ocsort", "botsort", "cbiou"] | None = None,
+        device: Literal["cpu", "cuda", "tensorrt", "openvino", "coreml"] = "cpu",
         **parameters: Any,
     ) -> None: ...
     @property

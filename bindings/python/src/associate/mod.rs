@@ -26,11 +26,12 @@ pub use tracks::Tracks;
 
 /// Makes tracks of the boxes that a detector of your own finds, frame by frame.
 ///
-/// Associator(*, size=None, fps=30.0, channels="rgb", preset=None, **parameters)
+/// Associator(*, size=None, fps=30.0, channels="rgb", preset=None, device="cpu", **parameters)
 ///
 /// size: (width, height) of the picture in pixels, by which it is known that a target has left it; None where that is not known. fps: frames a second,
 /// for updates without time_s. channels: "rgb" or "bgr", of frames given to update. preset: "sort", "bytetrack", "ocsort", "botsort" or "cbiou", a
-/// published way to associate in place of our own defaults. parameters: those of the group `many`, association="buffered",
+/// published way to associate in place of our own defaults. device: what a network by file that tells looks apart (embedding__model="network") runs on,
+/// "cpu", "cuda", "tensorrt", "openvino" or "coreml". parameters: those of the group `many`, association="buffered",
 /// birth__ratio__even=0.5; see docs/guide/targets.md.
 ///
 /// Raises UsageError for a parameter that there is not, or a value out of range.
@@ -46,6 +47,7 @@ struct Settings {
     size: Option<(usize, usize)>,
     fps: f64,
     channels: String,
+    device: Device,
 }
 
 impl Settings {
@@ -62,7 +64,7 @@ struct Running {
     time_s: f64,
 }
 
-const MAGIC: &[u8] = b"pursuit associator 1\n";
+const MAGIC: &[u8] = b"pursuit associator 2\n";
 
 impl Associator {
     fn of(settings: Settings, targets: Associating, next: u64, time_s: f64) -> Self {
@@ -98,24 +100,29 @@ impl Running {
 #[pymethods]
 impl Associator {
     #[new]
-    #[pyo3(signature = (*, size = None, fps = 30.0, channels = "rgb", preset = None, **parameters))]
+    #[pyo3(signature = (*, size = None, fps = 30.0, channels = "rgb", preset = None, device = "cpu", **parameters))]
     fn new(
         size: Option<(usize, usize)>,
         fps: f64,
         channels: &str,
         preset: Option<&str>,
+        device: &str,
         parameters: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let preset = preset.map(str::parse).transpose().map_err(|e: ParameterError| usage(e.to_string()))?;
         let given = values::parameters(parameters, &given::schema())?;
-        let settings = Settings { parameters: given, size, fps, channels: channels.to_owned() };
+        let Some(&device) = Device::ALL.iter().find(|known| known.as_str() == device) else {
+            let all: Vec<_> = Device::ALL.iter().map(|known| known.as_str()).collect();
+            return Err(usage(format!("device is one of {}, not `{device}`", all.join(", "))));
+        };
+        let settings = Settings { parameters: given, size, fps, channels: channels.to_owned(), device };
         if !settings.are_sound() {
             return Err(usage("fps is a number above 0, size the width and height of the picture in pixels"));
         }
         let prefixed = settings.parameters.iter().map(|(key, value)| (format!("many.{key}"), value.clone()));
         let options = Associate { preset, parameters: prefixed.collect(), ..Associate::default() };
         let params = options.params().map_err(|e| of_run(&e))?;
-        let looks = embedder(&params.embedding, Device::Cpu).map_err(of_tracking)?;
+        let looks = embedder(&params.embedding, device).map_err(of_tracking)?;
         let targets = Associating::fed(params).map_err(of_tracking)?.with_embedder(looks);
         Ok(Self::of(settings, targets, 0, 0.0))
     }
@@ -176,7 +183,7 @@ impl Associator {
         }
         let recipe_of = |name: &str| pursuit::trackers::registry::tracker(name).map(|entry| entry.default_recipe());
         let targets = Associating::restore_fed(state, &recipe_of).map_err(of_tracking)?;
-        let looks = embedder(&targets.params().embedding, Device::Cpu).map_err(of_tracking)?;
+        let looks = embedder(&targets.params().embedding, settings.device).map_err(of_tracking)?;
         let targets = targets.with_embedder(looks);
         Ok(Self::of(settings, targets, next, at))
     }

@@ -38,8 +38,8 @@ impl Track<'_> {
         let boxes = read_boxes(&work.detections, self.options.format, size)?.in_pixels();
         are_probabilities(&work.detections, &boxes)?;
         let mut files = Files::create(self, size)?;
-        let mut targets =
-            Associating::fed(self.params.clone())?.with_embedder(embedder(&self.params.embedding, Device::Cpu)?);
+        let embedder = embedder(&self.params.embedding, self.options.device.unwrap_or(Device::Cpu))?;
+        let mut targets = Associating::fed(self.params.clone())?.with_embedder(embedder);
         let mut known = Known::default();
         match &mut video {
             None if self.options.offline => self.offline(size, &boxes, &mut files, &mut known)?,

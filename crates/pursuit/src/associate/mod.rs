@@ -17,6 +17,7 @@ use pursuit_evaluation::boxes::BoxFormat;
 use pursuit_geometry::Size;
 use pursuit_media::OpenOptions;
 use pursuit_parameters::Parameters;
+use pursuit_inference::onnx::Device;
 use pursuit_tracking::many::{EmbeddingModel, ManyParams, Preset};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -43,6 +44,8 @@ pub struct Associate {
     pub formats: Vec<Format>,
     /// How the video is opened.
     pub open: OpenOptions,
+    /// What a network by file that tells looks apart (`many.embedding`) runs on; the processor without.
+    pub device: Option<Device>,
 }
 
 /// What became of one sequence.

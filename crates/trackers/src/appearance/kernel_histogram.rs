@@ -14,9 +14,9 @@ pub fn bin([r, g, b]: Rgb8, bins: usize) -> usize {
 /// was seen.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Histogram(Vec<f32>);
+pub struct KernelHistogram(Vec<f32>);
 
-impl Histogram {
+impl KernelHistogram {
     /// Nothing at all, in `bins` bins a channel.
     pub fn empty(bins: usize) -> Self {
         Self(vec![0.0; bins * bins * bins])
@@ -155,7 +155,7 @@ mod tests {
     fn histograms_are_those_of_equation_four() {
         let image = image();
         for bbox in [BBox::from_ltwh(8.4, 9.1, 21.0, 16.0), BBox::from_ltwh(-7.0, 30.0, 25.0, 20.0)] {
-            let mut histogram = Histogram::empty(4);
+            let mut histogram = KernelHistogram::empty(4);
             assert!(histogram.measure(image.view(), &Kernel::new(&bbox, usize::MAX), 4));
             for u in 0..64 {
                 let (got, want) = (f64::from(histogram.shares()[u]), slow(&image, &bbox, 4, u));
@@ -168,7 +168,7 @@ mod tests {
     fn surroundings_are_the_pixels_between_both_boxes() {
         let image = image();
         let (inner, outer) = (BBox::from_ltwh(20.0, 15.0, 10.0, 8.0), BBox::from_ltwh(12.0, 8.0, 26.0, 22.0));
-        let mut around = Histogram::empty(8);
+        let mut around = KernelHistogram::empty(8);
         assert!(around.measure_around(image.view(), (&inner, &outer), usize::MAX, 8));
         let mut counts = vec![0.0_f32; 512];
         let between = (8..30).flat_map(|y| (12..38).map(move |x| (x, y)));
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn colors_of_the_surroundings_count_for_less() {
         let histogram = |shares: &[(usize, f32)]| {
-            let mut h = Histogram::empty(2);
+            let mut h = KernelHistogram::empty(2);
             shares.iter().for_each(|(u, v)| h.0[*u] = *v);
             h
         };
@@ -190,7 +190,7 @@ mod tests {
         let mut factors = Vec::new();
         around.rarities(&mut factors);
         assert_eq!(factors[..3], [0.25, 1.0, 1.0]);
-        let mut model = Histogram::empty(2);
+        let mut model = KernelHistogram::empty(2);
         model.weigh(&target, &factors);
         // 1/8 + 1/4 + 1/4 = 5/8 is what remains.
         assert!((model.0[0] - 0.2).abs() < 1e-6 && (model.0[1] - 0.4).abs() < 1e-6 && (model.0[2] - 0.4).abs() < 1e-6);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_coefficient_is_one_of_equals_and_nought_of_strangers() {
-        let (mut a, mut b) = (Histogram::empty(2), Histogram::empty(2));
+        let (mut a, mut b) = (KernelHistogram::empty(2), KernelHistogram::empty(2));
         (a.0[0], a.0[1], b.0[2], b.0[3]) = (0.5, 0.5, 0.9, 0.1);
         assert!((a.coefficient(&a) - 1.0).abs() < 1e-6 && a.coefficient(&b) == 0.0);
         b.0[0] = 0.32;

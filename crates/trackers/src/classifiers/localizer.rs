@@ -1,6 +1,6 @@
 use super::canvas::{Canvas, LANES, Place, Shape, center_of};
 use super::{ClassifierScoreParams, Model, ViewParams};
-use crate::appearance::PatchSampler;
+use crate::appearance::{FirstColors, PatchSampler};
 use crate::correlation::ScaleLadderParams;
 use pursuit_estimation::sigmoid;
 use pursuit_geometry::BBox;
@@ -30,6 +30,7 @@ pub struct ClassifierLocalizer {
     first_px: (f64, f64),
     /// The target in the first frame, less its mean and of length one.
     first: Vec<f32>,
+    colors: FirstColors,
     #[serde(skip)]
     buffers: Buffers,
 }
@@ -38,16 +39,16 @@ pursuit_estimation::checked!(ClassifierLocalizer);
 
 impl ClassifierLocalizer {
     fn restored(self) -> Result<Self, &'static str> {
-        let Self { view, shape, score, sizes, first_px, model, first, .. } = self;
+        let Self { view, shape, score, sizes, first_px, model, first, colors, .. } = self;
         let has_size = [first_px.0, first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
-        let whole = first.len() == SIDE * SIDE && first.iter().all(|v| v.is_finite()) && has_size;
+        let whole = first.len() == SIDE * SIDE && first.iter().all(|v| v.is_finite()) && colors.is_sound() && has_size;
         let checked = view.check_all().is_ok() && score.check_all().is_ok() && sizes.check_all().is_ok();
         if !shape.is_sound() || shape.reach != view.reach || !checked || !whole {
             return Err("its view or its first patch is not sound");
         }
         let model = model.restored(&shape).ok_or("its classifier does not fit its view")?;
         let buffers = Buffers { canvas: model.canvas(), ..Buffers::default() };
-        Ok(Self { view, shape, score, sizes, first_px, model, first, buffers })
+        Ok(Self { view, shape, score, sizes, first_px, model, first, colors, buffers })
     }
 }
 
@@ -70,6 +71,8 @@ pursuit_tracking::figures! {
         margin;
         /// Correlation of the box with the first frame's, −1 to 1.
         likeness;
+        /// How alike its colours are to the first frame's, 0 to 1.
+        colors;
     }
 }
 
@@ -103,7 +106,8 @@ impl ClassifierLocalizer {
         let mut first = Vec::new();
         buffers.sampler.normalized(frame.gray(), &bbox, SIDE, &mut first);
         let (sizes, first_px) = (ScaleLadderParams::default(), (bbox.width(), bbox.height()));
-        Self { view: view.clone(), shape, score: score.clone(), sizes, first_px, model, first, buffers }
+        let colors = FirstColors::new(frame, &bbox);
+        Self { view: view.clone(), shape, score: score.clone(), sizes, first_px, model, first, colors, buffers }
     }
 
     /// With sizes that are tried.
@@ -209,8 +213,9 @@ impl Localizer for ClassifierLocalizer {
         let (rating, margin) = (f64::from(best), f64::from(best - rival));
         let likeness = f64::from(dot(patch, &self.first));
         let s = &self.score;
-        let odds = s.bias + s.rating * rating + s.margin * margin + s.likeness * likeness;
-        let diagnostics = ClassifierFigures { rating, margin, likeness }.into();
+        let colors = self.colors.likeness(frame, &bbox);
+        let odds = s.bias + s.rating * rating + s.margin * margin + s.likeness * likeness + s.colors * colors;
+        let diagnostics = ClassifierFigures { rating, margin, likeness, colors }.into();
         let measurement = Measurement { diagnostics, ..Measurement::new(bbox, sigmoid(odds)) };
         Ok(Some((measurement, ClassifierFinding { rating })))
     }

@@ -51,6 +51,8 @@ pursuit_parameters::parameters! {
         pub margin: f64 = 2.0, in -100.0..=100.0, source "ours";
         /// For the likeness to the first frame.
         pub likeness: f64 = 4.0, in -100.0..=100.0, source "ours";
+        /// For how alike its colours are to the first frame's.
+        pub colors: f64 = 0.0, in -100.0..=100.0, source "ours";
     }
 }
 

@@ -1,5 +1,5 @@
-use super::histogram::bin;
-use super::{Histogram, Kernel, MeanShiftParams, SizeModel, Surroundings};
+use super::{MeanShiftParams, SizeModel, Surroundings};
+use crate::appearance::{Kernel, KernelHistogram, bin};
 use pursuit_estimation::sigmoid;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, ImageView, Rgb8};
@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 pub struct MeanShift {
     params: MeanShiftParams,
     /// The target's colours q̂, and those of its surroundings ô.
-    target: Histogram,
-    around: Histogram,
+    target: KernelHistogram,
+    around: KernelHistogram,
     /// Made of both.
     #[serde(skip)]
     model: Model,
@@ -38,13 +38,13 @@ impl MeanShift {
 /// What candidates are compared with.
 #[derive(Debug, Clone, Default)]
 struct Model {
-    colors: Histogram,
+    colors: KernelHistogram,
     /// What the shares of candidates are multiplied by; empty: nothing.
     factors: Vec<f32>,
 }
 
 impl Model {
-    fn make(&mut self, params: &MeanShiftParams, target: &Histogram, around: &Histogram) {
+    fn make(&mut self, params: &MeanShiftParams, target: &KernelHistogram, around: &KernelHistogram) {
         match params.surroundings {
             Surroundings::None => {
                 self.factors.clear();
@@ -64,8 +64,8 @@ impl Model {
 /// Overwritten at every use.
 #[derive(Debug, Clone, Default)]
 struct Buffers {
-    candidate: Histogram,
-    weighed: Histogram,
+    candidate: KernelHistogram,
+    weighed: KernelHistogram,
     /// √(q̂ᵤ / p̂ᵤ) of each bin.
     weights: Vec<f32>,
 }
@@ -113,7 +113,7 @@ impl MeanShiftFinding {
 impl MeanShift {
     /// Starts on the target at `bbox`.
     pub(super) fn new(params: &MeanShiftParams, frame: &Frame, bbox: BBox) -> Self {
-        let (mut target, mut around) = (Histogram::empty(params.bins), Histogram::empty(params.bins));
+        let (mut target, mut around) = (KernelHistogram::empty(params.bins), KernelHistogram::empty(params.bins));
         target.measure(frame.color(), &Kernel::new(&bbox, params.most_pixels), params.bins);
         let outer = bbox.scaled(params.surroundings_area.sqrt());
         around.measure_around(frame.color(), (&bbox, &outer), params.most_pixels, params.bins);

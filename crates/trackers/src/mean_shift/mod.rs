@@ -1,12 +1,8 @@
 //! `meanshift`: kernel-based object tracking (comaniciu2003). The target is a histogram of colours weighed by a kernel; the box
 //! climbs to where the histogram under the kernel is most alike, by the Bhattacharyya coefficient.
 
-mod histogram;
-mod kernel;
 mod localizer;
 
-pub use histogram::Histogram;
-pub use kernel::Kernel;
 pub use localizer::{MeanShift, MeanShiftFinding};
 
 use pursuit_geometry::BBox;

@@ -1,8 +1,9 @@
 use super::apg::Coder;
 use super::patches::{REACH, State, View, bbox, state, walk};
 use super::templates::Templates;
-use super::{L1Params, L1ScoreParams};
+use super::L1Params;
 use crate::ahead::Ahead;
+use crate::appearance::FirstColors;
 use pursuit_estimation::EstimationError;
 use pursuit_estimation::particle::{ParticleFilter, ParticleOptions};
 use pursuit_estimation::sigmoid;
@@ -32,6 +33,7 @@ pub struct L1Tracker {
     first_px: (f64, f64),
     samples: ParticleFilter<6>,
     templates: Templates,
+    colors: FirstColors,
     /// For so many frames templates stay and μ is 0.
     hold: usize,
     /// The samples in the frame being looked at.
@@ -46,8 +48,8 @@ pursuit_estimation::checked!(L1Tracker);
 impl L1Tracker {
     fn restored(mut self) -> Result<Self, &'static str> {
         let sound = [self.first_px.0, self.first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
-        if !sound || self.params.check_all().is_err() || self.hold > self.params.update.hold_frames {
-            return Err("its target has no size, or its parameters are out of range");
+        if !sound || !self.colors.is_sound() || self.params.check_all().is_err() || self.hold > self.params.update.hold_frames {
+            return Err("its target has no size or no colours, or its parameters are out of range");
         }
         let L1Params { samples, templates, columns, rows, .. } = self.params;
         if self.samples.states().len() != samples {
@@ -98,6 +100,8 @@ pursuit_tracking::figures! {
         covered;
         /// Correlation of the box with the first frame's, -1 to 1.
         likeness;
+        /// How alike its colours are to the first frame's, 0 to 1.
+        colors;
     }
 }
 
@@ -146,7 +150,8 @@ impl L1Tracker {
         }
         let templates = Templates::new(rows, params.columns * params.rows);
         let samples = samples(params, start).map_err(failed(frame))?;
-        Ok(Self { params: params.clone(), first_px, samples, templates, hold: 0, ahead: Ahead::default(), buffers })
+        let (colors, ahead) = (FirstColors::new(frame, &bbox), Ahead::default());
+        Ok(Self { params: params.clone(), first_px, samples, templates, colors, hold: 0, ahead, buffers })
     }
 
     /// The energy control of today.
@@ -220,12 +225,13 @@ impl L1Tracker {
         best.1
     }
 
-    /// What the code of a state's patch says: its error, the share of the largest region that is covered, and the likeness to the first
-    /// frame. `None` of a patch of one value.
+    /// What the code of a state's patch says: its error, the share of the largest region that is covered, and how like the first frame it
+    /// is. `None` of a patch of one value.
     fn judge(&mut self, frame: &Frame, state: &State) -> Option<L1Figures> {
         let (params, mu) = (&self.params, self.mu());
         let Buffers { view, coder, patch, covered, regions, .. } = &mut self.buffers;
-        view.look(frame, &bbox(state, self.first_px), params);
+        let found = bbox(state, self.first_px);
+        view.look(frame, &found, params);
         if !view.take(state, self.first_px, params, patch) {
             return None;
         }
@@ -241,7 +247,8 @@ impl L1Tracker {
             Err(_) => 0,
         };
         let likeness = self.templates.rows().next().map_or(0.0, |first| f64::from(dot(first, patch)));
-        Some(L1Figures { error, covered: area as f64 / patch.len() as f64, likeness })
+        let colors = self.colors.likeness(frame, &found);
+        Some(L1Figures { error, covered: area as f64 / patch.len() as f64, likeness, colors })
     }
 }
 
@@ -262,8 +269,12 @@ impl Localizer for L1Tracker {
         if search.keep_inside {
             found = found.centered_at(inside(found.center(), frame.size()));
         }
-        let L1ScoreParams { bias, error, covered, likeness } = self.params.score;
-        let odds = bias + error * figures.error + covered * figures.covered + likeness * figures.likeness;
+        let s = &self.params.score;
+        let odds = s.bias
+            + s.error * figures.error
+            + s.covered * figures.covered
+            + s.likeness * figures.likeness
+            + s.colors * figures.colors;
         let is_covered = figures.covered > self.params.update.covered_share;
         let measurement = Measurement { diagnostics: figures.into(), ..Measurement::new(found, sigmoid(odds)) };
         Ok(Some((measurement, L1Finding { by_samples, state, is_covered })))

@@ -99,13 +99,15 @@ pursuit_parameters::parameters! {
     /// ln of p / (1 − p) of the probability p that the box is right.
     pub struct L1ScoreParams {
         /// With nothing seen.
-        pub bias: f64 = -4.6, in -50.0..=50.0, source "ours";
+        pub bias: f64 = -7.1, in -50.0..=50.0, source "ours";
         /// For the error ‖y − T a‖².
         pub error: f64 = 0.0, in -100.0..=100.0, source "ours";
         /// For the share of the largest region of covered pixels.
         pub covered: f64 = 0.0, in -100.0..=100.0, source "ours";
         /// For the likeness to the first frame.
-        pub likeness: f64 = 7.3, in -100.0..=100.0, source "ours";
+        pub likeness: f64 = 4.8, in -100.0..=100.0, source "ours";
+        /// For how alike its colours are to the first frame's.
+        pub colors: f64 = 4.9, in -100.0..=100.0, source "ours";
     }
 }
 
