@@ -77,6 +77,15 @@ mod tests {
             let top = member.split('/').next().unwrap();
             assert!(sent.contains(&top), "{top} is a member of the workspace and not sent");
         }
+        // A pattern for folders at any depth may meet one of the sources: `target` is also what is followed.
+        let kept_back: Vec<&str> = ignored.lines().filter_map(|line| line.strip_prefix("**/")).collect();
+        assert!(!kept_back.is_empty());
+        // Of an archive of the sources nothing is listed.
+        let listed = run::program("git").args(["ls-files"]).output().unwrap_or_default();
+        let listed = String::from_utf8(listed).unwrap();
+        for file in listed.lines().filter(|file| sent.contains(&file.split('/').next().unwrap())) {
+            assert!(!file.split('/').any(|part| kept_back.contains(&part)), "{file} is not sent");
+        }
         for copied in docker.lines().filter_map(|line| line.strip_prefix("COPY --from=build ")) {
             for file in copied.split(' ').filter_map(|word| word.strip_prefix("/source/")) {
                 assert!(file.starts_with("target/") || run::root().join(file).is_file(), "{file}");

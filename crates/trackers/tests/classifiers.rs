@@ -44,8 +44,21 @@ impl Scene {
             (light * value) as u8
         });
         let frame = Frame::new(k, k as f64 / 30.0, image.unwrap());
+        // What is derived of a frame is its own.
         frame.gray();
+        frame.color();
         frame
+    }
+
+    /// The same with a target of this colour.
+    fn tinted(self, k: u64, tint: [f64; 3]) -> Frame {
+        let (gray, target) = (self.frame(k), Self::truth(k));
+        let image = Image::from_fn(320, 200, |x, y| {
+            let value = gray.gray().row(y)[x];
+            let inside = target.contains(Point::new(x as f64 + 0.5, y as f64 + 0.5));
+            if inside { tint.map(|t| (t * f64::from(value)) as u8) } else { [value; 3] }
+        });
+        Frame::new(k, k as f64 / 30.0, image.unwrap())
     }
 
     fn tracker(self, name: &str, set: &str) -> Box<dyn Tracker> {
@@ -104,5 +117,23 @@ fn what_is_gone_is_not_tracked() {
         let told = scene.follow(name, 50);
         let alive = told[25..].iter().filter(|e| e.state == TrackState::Tracking).count();
         assert!(alive <= 2, "{name}: {alive} of {}", told[25..].len());
+    }
+}
+
+#[test]
+fn the_same_texture_in_another_color_is_another_thing() {
+    // As bright as each other.
+    const RED: [f64; 3] = [1.0, 0.5, 0.5];
+    const BLUE: [f64; 3] = [0.3, 0.75, 1.0];
+    for name in NAMES.into_iter().chain(["l1", "pursuit-light"]) {
+        let told = |after: [f64; 3]| {
+            let recipe = registry::tracker(name).unwrap().default_recipe();
+            let mut tracker = recipe.init(&Scene::default().tinted(0, RED), Scene::truth(0)).unwrap();
+            let color = |k| if k < 20 { RED } else { after };
+            let told = (1..40).map(|k| tracker.update(&Scene::default().tinted(k, color(k))).unwrap());
+            told.skip(25).filter(|e| e.state == TrackState::Tracking).count()
+        };
+        let (same, other) = (told(RED), told(BLUE));
+        assert!(same >= 12 && other <= 2, "{name}: {same} and {other} of 14");
     }
 }

@@ -28,7 +28,9 @@ pub fn run(args: &Associate) -> anyhow::Result<ExitCode> {
         && options.params()?.embedding.model != EmbeddingModel::Network
     {
         let word = device.as_str();
-        tracing::warn!("no network tells looks apart (many.embedding.model=network), which {word} could do; all runs on the processor");
+        tracing::warn!(
+            "no network tells looks apart (many.embedding.model=network), which {word} could do; all runs on the processor"
+        );
     }
     let done = options.run(&args.input, &args.out, console::stop_flag())?;
     if let Some(fps) = done.iter().find_map(|d| d.assumed_fps) {

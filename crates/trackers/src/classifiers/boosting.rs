@@ -33,7 +33,7 @@ pursuit_parameters::parameters! {
         pub first_rounds: usize = 50, in 1..=1000, source "the authors' program: 50";
         /// The score, fitted as `docs/papers/grabner2006.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.2, rating: 0.0, margin: 4.0, likeness: 3.3, ..ClassifierScoreParams::default() };
+            ClassifierScoreParams { bias: -6.5, rating: 0.0, margin: 2.3, likeness: 2.6, colors: 5.3 };
     }
 }
 

@@ -42,7 +42,7 @@ pursuit_parameters::parameters! {
         pub first_rounds: usize = 10, in 1..=1000, source "ours";
         /// The score, fitted as `docs/papers/saffari2009.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.0, rating: 0.0, margin: 6.0, likeness: 3.6, ..ClassifierScoreParams::default() };
+            ClassifierScoreParams { bias: -6.7, rating: 0.0, margin: 2.1, likeness: 2.7, colors: 5.4 };
     }
 }
 

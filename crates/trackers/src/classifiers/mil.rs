@@ -34,7 +34,7 @@ pursuit_parameters::parameters! {
         pub negatives: usize = 65, in 1..=1000, source "babenko2011, section 4.1: 65";
         /// The score, fitted as `docs/papers/babenko2011.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.1, rating: 0.1, margin: 0.4, likeness: 4.9, ..ClassifierScoreParams::default() };
+            ClassifierScoreParams { bias: -8.6, rating: 0.0, margin: 0.3, likeness: 2.4, colors: 8.0 };
     }
 }
 

@@ -7,7 +7,7 @@ use super::objective::Objective;
 use super::params::{CompressionModel, ContinuousParams};
 use super::spatial::SpatialWeight;
 use super::view::{View, raw_blocks, sample_blocks};
-use crate::appearance::{InitialTemplate, Support};
+use crate::appearance::{FirstColors, InitialTemplate, Support};
 use crate::correlation::scale::ScaleFilter;
 use crate::correlation::{CorrelationFigures, Evidence, Likeness, PeakBaseline, SearchWindow, SweepBy, peak_quality};
 use pursuit_estimation::sigmoid;
@@ -34,6 +34,8 @@ pub struct ContinuousLocalizer {
     model: Model,
     scale: Option<ScaleFilter>,
     initial: InitialTemplate,
+    /// Where they are part of the score.
+    first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
     #[serde(skip)]
     scratch: Box<Scratch>,
@@ -48,6 +50,7 @@ struct Raw {
     model: Model,
     scale: Option<ScaleFilter>,
     initial: InitialTemplate,
+    first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
 }
 
@@ -55,7 +58,7 @@ impl TryFrom<Raw> for ContinuousLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { params, names, window, model, scale, initial, baseline } = raw;
+        let Raw { params, names, window, model, scale, initial, first_colors, baseline } = raw;
         if params.check_all().is_err() {
             return Err("its settings are out of range");
         }
@@ -75,8 +78,11 @@ impl TryFrom<Raw> for ContinuousLocalizer {
         if !initial.fits(support(&params, &window), all[0].channels) {
             return Err("its initial template does not fit its window");
         }
+        if !params.score.fits(first_colors.as_ref()) {
+            return Err("its first colours do not fit its score");
+        }
         let scratch = Box::new(Scratch::new(&params, names, &window));
-        Ok(Self { params, names, window, model, scale, initial, baseline, scratch })
+        Ok(Self { params, names, window, model, scale, initial, first_colors, baseline, scratch })
     }
 }
 
@@ -207,8 +213,8 @@ impl ContinuousLocalizer {
         let gradients = view.gradients();
         let initial =
             InitialTemplate::new(support(params, &window), gradients, gradients.channels(), Likeness::Correlation);
-        let baseline = PeakBaseline::default();
-        Self { params: params.clone(), names, window, model, scale, initial, baseline, scratch }
+        let (first_colors, baseline) = (params.score.first_colors(frame, bbox), PeakBaseline::default());
+        Self { params: params.clone(), names, window, model, scale, initial, first_colors, baseline, scratch }
     }
 
     /// Takes the sample of a window.
@@ -310,16 +316,18 @@ impl Localizer for ContinuousLocalizer {
         let (center, scale) = (search.expected.center(), self.window.scale_of(&search.expected));
         let found = self.respond_at_sizes(frame, center, scale);
         let Some((found, evidence, apce)) = found else { return Ok(None) };
-        let log_odds = self.params.score.log_odds(&evidence);
+        let (score, bbox) = (&self.params.score, self.window.bbox(found.center, found.scale));
+        let first_colors = self.first_colors.as_mut().map_or(0.0, |known| known.likeness(frame, &bbox));
+        let log_odds = score.log_odds(&evidence) + score.first_colors * first_colors;
         let Evidence { peak, psr, peak_ratio, likeness, color } = evidence;
         let measurement = Measurement {
-            strength: match self.params.score.sweep_by {
+            strength: match score.sweep_by {
                 SweepBy::Height => found.height,
                 SweepBy::Score => log_odds,
             },
             psr: Some(psr),
-            diagnostics: CorrelationFigures { peak, psr, apce, peak_ratio, likeness, color }.into(),
-            ..Measurement::new(self.window.bbox(found.center, found.scale), sigmoid(log_odds))
+            diagnostics: CorrelationFigures { peak, psr, apce, peak_ratio, likeness, color, first_colors }.into(),
+            ..Measurement::new(bbox, sigmoid(log_odds))
         };
         Ok(Some((measurement, found)))
     }

@@ -5,7 +5,7 @@ use super::scale::ScaleFilter;
 use super::score::{CorrelationFigures, Evidence, PeakBaseline, peak_quality};
 use super::search_window::SearchWindow;
 use super::spec::{CorrelationSpec, FirstSamples, in_cells};
-use crate::appearance::{ColorHistogram, InitialTemplate, Support};
+use crate::appearance::{ColorHistogram, FirstColors, InitialTemplate, Support};
 use crate::correlation::Likeness;
 use crate::features::FeatureSet;
 use pursuit_estimation::sigmoid;
@@ -27,6 +27,8 @@ pub struct CorrelationLocalizer {
     scale: Option<ScaleFilter>,
     colors: Option<ColorHistogram>,
     initial: InitialTemplate,
+    /// Where they are part of the score.
+    first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
     #[serde(skip)]
     scratch: Scratch,
@@ -41,6 +43,7 @@ struct Raw {
     scale: Option<ScaleFilter>,
     colors: Option<ColorHistogram>,
     initial: InitialTemplate,
+    first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
 }
 
@@ -48,7 +51,7 @@ impl TryFrom<Raw> for CorrelationLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { spec, window, filter, scale, colors, initial, baseline } = raw;
+        let Raw { spec, window, filter, scale, colors, initial, first_colors, baseline } = raw;
         if !spec.is_sensible() {
             return Err("its settings are out of range");
         }
@@ -62,8 +65,11 @@ impl TryFrom<Raw> for CorrelationLocalizer {
         if spec.color.is_some() != colors.is_some() || (colors.is_some() && features.patch().is_none()) {
             return Err("its colours do not fit its features");
         }
+        if !spec.score.fits(first_colors.as_ref()) {
+            return Err("its first colours do not fit its score");
+        }
         let scratch = Scratch::new(features, &window);
-        Ok(Self { spec, window, filter, scale, colors, initial, baseline, scratch })
+        Ok(Self { spec, window, filter, scale, colors, initial, first_colors, baseline, scratch })
     }
 }
 
@@ -176,7 +182,9 @@ impl CorrelationLocalizer {
             filter
         });
         let initial = InitialTemplate::new(support, &scratch.plain, channels, spec.score.likeness_by);
-        Self { spec, window, filter, scale, colors, initial, baseline: PeakBaseline::default(), scratch }
+        let first_colors = spec.score.first_colors(frame, bbox);
+        let baseline = PeakBaseline::default();
+        Self { spec, window, filter, scale, colors, initial, first_colors, baseline, scratch }
     }
 
     /// The window searched.
@@ -334,16 +342,20 @@ impl Localizer for CorrelationLocalizer {
             Look::Near => self.respond_at_sizes(frame, center, scale),
             Look::Sweep | Look::Centred => self.respond(frame, center, scale),
         };
-        let Some(found) = found else { return Ok(None) };
+        let Some(mut found) = found else { return Ok(None) };
+        let bbox = self.window.bbox(found.center, found.scale);
+        let first_colors = self.first_colors.as_mut().map_or(0.0, |known| known.likeness(frame, &bbox));
+        found.log_odds += self.spec.score.first_colors * first_colors;
         let Evidence { peak, psr, peak_ratio, likeness, color } = found.evidence;
+        let apce = found.apce;
         let measurement = Measurement {
             strength: match self.spec.score.sweep_by {
                 SweepBy::Height => found.height,
                 SweepBy::Score => found.log_odds,
             },
             psr: Some(psr),
-            diagnostics: CorrelationFigures { peak, psr, apce: found.apce, peak_ratio, likeness, color }.into(),
-            ..Measurement::new(self.window.bbox(found.center, found.scale), sigmoid(found.log_odds))
+            diagnostics: CorrelationFigures { peak, psr, apce, peak_ratio, likeness, color, first_colors }.into(),
+            ..Measurement::new(bbox, sigmoid(found.log_odds))
         };
         Ok(Some((measurement, found)))
     }

@@ -165,6 +165,8 @@ pursuit_parameters::parameters! {
         pub peak: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// Weight of ln of the mean likelihood of the colours in the box.
         pub color: f64 = 0.0, in Bounds::default(), source "ours, fitted";
+        /// Weight of how alike the colours in the box are to those of the first frame.
+        pub first_colors: f64 = 0.0, in Bounds::default(), source "ours, fitted";
         /// By what the windows of a sweep over the frame are compared. The best score of many windows is a high score by chance;
         /// the height of the peak is no part of most scores, so that these still judge.
         pub sweep_by: SweepBy = SweepBy::Height, source "ours";

@@ -1,4 +1,7 @@
 use super::params::ScoreParams;
+use crate::appearance::FirstColors;
+use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
 use pursuit_vision::fourier::PeakQuality;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +38,8 @@ pursuit_tracking::figures! {
         likeness;
         /// Mean likelihood of the colours in the box; one half where colours are not looked at.
         color;
+        /// How alike the colours in the box are to those of the first frame, 0 to 1; 0 where they are not looked at.
+        first_colors;
     }
 }
 
@@ -51,6 +56,16 @@ impl ScoreParams {
             + self.likeness * seen.likeness
             + self.peak * ln(seen.peak)
             + self.color * ln(seen.color)
+    }
+
+    /// The colours of the target that starts at `bbox`, where they are part of the score.
+    pub fn first_colors(&self, frame: &Frame, bbox: &BBox) -> Option<FirstColors> {
+        (self.first_colors != 0.0).then(|| FirstColors::new(frame, bbox))
+    }
+
+    /// Whether a state that was read has them where they are part of the score.
+    pub fn fits(&self, first_colors: Option<&FirstColors>) -> bool {
+        first_colors.is_none_or(FirstColors::is_sound) && first_colors.is_some() == (self.first_colors != 0.0)
     }
 }
 

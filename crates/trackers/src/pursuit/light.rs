@@ -4,7 +4,7 @@
 
 use super::FilterParams;
 use crate::correlation::filters::FilterKind;
-use crate::correlation::{CorrelationLocalizer, CorrelationSpec, spec};
+use crate::correlation::{CorrelationLocalizer, CorrelationSpec, ScoreParams, spec};
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -55,5 +55,8 @@ pub fn light(name: &'static str) -> TrackerRecipe<FilterParams> {
             ..SearchParams::at_last_place()
         },
     };
-    TrackerRecipe { name, localizer: FilterParams::default(), groups }
+    let defaults = FilterParams::default();
+    // Beside the other witness of `pursuit` the colours of the first frame say nothing new; alone the filter needs them.
+    let score = ScoreParams { bias: -11.0, first_colors: 3.6, ..defaults.score };
+    TrackerRecipe { name, localizer: FilterParams { score, ..defaults }, groups }
 }

@@ -44,7 +44,7 @@ pursuit_parameters::parameters! {
         pub sizes: ScaleLadderParams = ScaleLadderParams { levels: 1, step: 1.005, penalty: 1.0 };
         /// The score, chosen as `docs/papers/ning2016.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.0, rating: 0.0, margin: 2.5, likeness: 5.0, ..ClassifierScoreParams::default() };
+            ClassifierScoreParams { bias: -5.0, rating: 0.0, margin: 1.6, likeness: 0.9, colors: 5.5 };
     }
 }
 

@@ -39,7 +39,7 @@ pursuit_parameters::parameters! {
         pub directions: usize = 16, in 4..=64, source "hare2011, section 4: 16";
         /// The score, fitted as `docs/papers/hare2011.md` says.
         pub score: ClassifierScoreParams =
-            ClassifierScoreParams { bias: -3.3, rating: 0.0, margin: 1.2, likeness: 5.7, ..ClassifierScoreParams::default() };
+            ClassifierScoreParams { bias: -7.0, rating: 0.0, margin: 0.5, likeness: 3.4, colors: 6.0 };
     }
 }
 

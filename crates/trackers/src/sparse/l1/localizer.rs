@@ -1,7 +1,7 @@
+use super::L1Params;
 use super::apg::Coder;
 use super::patches::{REACH, State, View, bbox, state, walk};
 use super::templates::Templates;
-use super::L1Params;
 use crate::ahead::Ahead;
 use crate::appearance::FirstColors;
 use pursuit_estimation::EstimationError;
@@ -48,7 +48,11 @@ pursuit_estimation::checked!(L1Tracker);
 impl L1Tracker {
     fn restored(mut self) -> Result<Self, &'static str> {
         let sound = [self.first_px.0, self.first_px.1].iter().all(|v| v.is_finite() && *v > 0.0);
-        if !sound || !self.colors.is_sound() || self.params.check_all().is_err() || self.hold > self.params.update.hold_frames {
+        if !sound
+            || !self.colors.is_sound()
+            || self.params.check_all().is_err()
+            || self.hold > self.params.update.hold_frames
+        {
             return Err("its target has no size or no colours, or its parameters are out of range");
         }
         let L1Params { samples, templates, columns, rows, .. } = self.params;
