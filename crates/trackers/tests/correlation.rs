@@ -229,8 +229,8 @@ fn a_small_target_takes_little_memory() {
             "c-cot" => 12 << 20,
             // The feature maps of each support pattern are kept.
             "dlssvm" => 5 << 20,
-            // Its published window is sampled to 150² pixels, whatever the target's size.
-            "staple" => 3 << 20,
+            // Its published window is sampled to 150² pixels, whatever the target's size; struck keeps windows of frames.
+            "staple" | "struck" => 3 << 20,
             _ => 2 << 20,
         };
         assert!(counted.bytes_current < most, "{name}: {} bytes", counted.bytes_current);
