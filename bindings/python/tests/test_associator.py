@@ -97,6 +97,11 @@ def test_bad_arrays_are_refused_and_change_nothing():
     for wrong in ({"fps": 0}, {"fps": np.nan}, {"size": (0, 5)}, {"gait": 1}, {"association": "nearby"}, {"gate": -1}):
         with pytest.raises(pursuit.UsageError):
             pursuit.Associator(**wrong)
+    with pytest.raises(pursuit.UsageError, match="cpu, cuda, tensorrt, openvino, coreml, not `abacus`"):
+        pursuit.Associator(device="abacus")
+    # Where no network tells looks apart there is nothing to hand over, here and after it was saved.
+    elsewhere = pursuit.Associator(device="cuda")
+    assert len(pursuit.Associator.restore(elsewhere.save()).targets) == 0
 
 
 def test_parameters_name_models():
