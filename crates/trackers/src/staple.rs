@@ -35,8 +35,14 @@ pursuit_parameters::parameters! {
         /// The filter along scale.
         pub scale: ScaleFilterParams = ScaleFilterParams { label_sigma: 1.0, ..ScaleFilterParams::default() };
         /// The score, fitted as `docs/papers/staple.md` says.
-        pub score: ScoreParams =
-            ScoreParams { bias: -2.0, psr: 1.05, collapse: 1.3, likeness: 6.3, ..ScoreParams::default() };
+        pub score: ScoreParams = ScoreParams {
+            bias: -4.9,
+            psr: 1.05,
+            collapse: 1.3,
+            likeness: 6.3,
+            first_colors: 3.7,
+            ..ScoreParams::default()
+        };
     }
 }
 
