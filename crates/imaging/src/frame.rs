@@ -35,6 +35,7 @@ pub struct Frame {
 /// What is made of the pixels on demand; `None` inside where the pixels themselves serve.
 #[derive(Default)]
 struct Derived {
+    brightness: OnceLock<f64>,
     gray: OnceLock<Option<Image<u8>>>,
     color: OnceLock<Option<Image<Rgb8>>>,
 }
@@ -167,6 +168,18 @@ impl Frame {
         }
     }
 
+    /// How bright the picture is: the mean grey level, 0 to 255, of every fourth pixel of every fourth row. What a lamp, a cloud or a
+    /// camera's exposure does to all of the picture shows here, whatever it shows.
+    pub fn brightness(&self) -> f64 {
+        *self.derived.brightness.get_or_init(|| match &self.pixels {
+            Pixels::Rgb8(image) => sparse_mean(image.view(), |&[r, g, b]| {
+                (299 * u64::from(r) + 587 * u64::from(g) + 114 * u64::from(b)) as f64 / 1000.0
+            }),
+            Pixels::Yuv420(image) => image.level(sparse_mean(image.luma(), |&code| f64::from(code))),
+            Pixels::Gray8(_) | Pixels::Gray16(_) => sparse_mean(self.gray(), |&v| f64::from(v)),
+        })
+    }
+
     /// 8-bit colour; grey input gives equal channels, so that colour code runs on it (see [`has_color`](Self::has_color)).
     pub fn color(&self) -> ImageView<'_, Rgb8> {
         let made = self.derived.color.get_or_init(|| match &self.pixels {
@@ -190,6 +203,14 @@ impl Frame {
     pub fn source_bytes(&self) -> usize {
         self.pixels.bytes() + self.depth_mm.as_ref().map_or(0, |depth| 2 * depth.size().area())
     }
+}
+
+/// The mean of what `of` says of every fourth pixel of every fourth row.
+fn sparse_mean<P>(image: ImageView<'_, P>, of: impl Fn(&P) -> f64) -> f64 {
+    const STEP: usize = 4;
+    let count = image.width().div_ceil(STEP) * image.height().div_ceil(STEP);
+    let row = |row: &[P]| row.iter().step_by(STEP).map(&of).sum::<f64>();
+    image.rows().step_by(STEP).map(row).sum::<f64>() / count as f64
 }
 
 impl std::fmt::Debug for Frame {
@@ -243,6 +264,31 @@ mod tests {
         let crop = SharedImage::from(image).crop(2, 1, 4, 3).unwrap();
         let tight = Frame::new(0, 0.0, crop.to_image());
         assert_eq!(Frame::new(0, 0.0, crop).gray().to_image(), tight.gray().to_image());
+    }
+
+    #[test]
+    fn a_picture_is_as_bright_as_its_grey_levels_whatever_holds_them() {
+        let mean = |frame: &Frame| {
+            let gray = frame.gray();
+            let seen = (0..21).step_by(4).flat_map(|y| (0..33).step_by(4).map(move |x| f64::from(gray.row(y)[x])));
+            seen.sum::<f64>() / 54.0
+        };
+        let level = |x: usize, y: usize| (40 + 3 * x + 4 * y) as u8;
+        let luma = Image::from_fn(33, 21, level).unwrap();
+        let color = Image::from_fn(33, 21, |x, y| [level(x, y), level(y, x), 9]).unwrap();
+        let chroma = Image::filled(17, 11, 90u8).unwrap();
+        let yuv = |range| Yuv420::new(luma.clone(), chroma.clone(), chroma.clone(), ColorMatrix::Bt601, range).unwrap();
+        let pixels: [Pixels; 5] = [
+            luma.clone().into(),
+            color.into(),
+            yuv(ColorRange::Limited).into(),
+            yuv(ColorRange::Full).into(),
+            Image::from_fn(33, 21, |x, y| 100 * u16::from(level(x, y))).unwrap().into(),
+        ];
+        for pixels in pixels {
+            let frame = Frame::new(0, 0.0, pixels);
+            assert!((frame.brightness() - mean(&frame)).abs() < 0.5, "{} for {}", frame.brightness(), mean(&frame));
+        }
     }
 
     #[test]

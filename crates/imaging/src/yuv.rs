@@ -98,6 +98,14 @@ impl Yuv420 {
         })
     }
 
+    /// The grey level, 0 to 255, of a luma code, or of a mean of such.
+    pub(crate) fn level(&self, code: f64) -> f64 {
+        match self.range {
+            ColorRange::Limited => ((code - 16.0) * 255.0 / 219.0).clamp(0.0, 255.0),
+            ColorRange::Full => code,
+        }
+    }
+
     /// The colours of a run of samples, chroma as many as luma.
     pub(crate) fn convert(&self, y: &[u8], u: &[u8], v: &[u8], out: &mut [Rgb8]) {
         samples_to_rgb(y, u, v, &Coefficients::new(self.matrix, self.range), out);

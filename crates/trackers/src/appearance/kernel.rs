@@ -1,5 +1,6 @@
-use pursuit_geometry::{BBox, Point};
+use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{ImageView, Rgb8};
+use std::ops::Range;
 
 /// Half sides below this count as this much: a kernel then reaches a pixel's middle wherever its own lies.
 const LEAST_HALF_PX: f64 = 1.0;
@@ -33,6 +34,19 @@ impl Kernel {
         self.center
     }
 
+    /// The part of a picture of this size that it looks at: left, top, width and height in pixels. Left and top are where a grid of the
+    /// part begins as well as one of the picture; nothing is wide where the kernel is beside the picture.
+    pub fn part(&self, picture: Size) -> [usize; 4] {
+        let part = |center: f64, half: f64, n: usize| {
+            let Range { start, end } = line(center, half, n);
+            let from = start / self.step * self.step;
+            (from, if start < end { end - from } else { 0 })
+        };
+        let (x, width) = part(self.center.x, self.half.0, picture.width);
+        let (y, height) = part(self.center.y, self.half.1, picture.height);
+        [x, y, width, height]
+    }
+
     /// Calls `look` with each pixel under the kernel, its displacement from the middle in pixels and the kernel there. Those
     /// outside of the picture are left out.
     #[inline(always)]
@@ -55,11 +69,16 @@ impl Kernel {
     }
 }
 
-/// The pixels of a line of `n` whose middles are less than `half` from `center`, every `step`th of the picture.
-fn lines(center: f64, half: f64, n: usize, step: usize) -> impl Iterator<Item = usize> {
+/// The pixels of a line of `n` whose middles are less than `half` from `center`.
+fn line(center: f64, half: f64, n: usize) -> Range<usize> {
     let bound = |v: f64| v.clamp(0.0, n as f64) as usize;
-    let (first, end) = (bound((center - half - 0.5).floor() + 1.0), bound((center + half - 0.5).ceil()));
-    (first.next_multiple_of(step)..end).step_by(step)
+    bound((center - half - 0.5).floor() + 1.0)..bound((center + half - 0.5).ceil())
+}
+
+/// Every `step`th of the picture of those.
+fn lines(center: f64, half: f64, n: usize, step: usize) -> impl Iterator<Item = usize> {
+    let Range { start, end } = line(center, half, n);
+    (start.next_multiple_of(step)..end).step_by(step)
 }
 
 #[cfg(test)]
@@ -108,6 +127,29 @@ mod tests {
         });
         Kernel::new(&bbox, usize::MAX).for_each(image.view(), |_, _, _| all += 1);
         assert!((some * 16 - all).abs() < all / 20, "{some} of {all}");
+    }
+
+    #[test]
+    fn the_part_of_a_picture_has_every_pixel_that_is_looked_at() {
+        let image = Image::from_fn(200, 150, |x, y| [x as u8, y as u8, 7]).unwrap();
+        for (l, t, w, h, most) in [
+            (10.4, 17.3, 160.0, 120.0, 1200),
+            (-30.0, 101.0, 90.0, 80.0, 500),
+            (150.2, -9.0, 99.0, 30.0, usize::MAX),
+            (9.7, 9.2, 0.4, 0.4, 9),
+        ] {
+            let kernel = Kernel::new(&BBox::from_ltwh(l, t, w, h), most);
+            let [x, y, width, height] = kernel.part(image.size());
+            let part = image.view().crop(x, y, width, height).unwrap();
+            let (mut seen, mut want) = (Vec::new(), Vec::new());
+            let there = Point::new(kernel.center().x - x as f64, kernel.center().y - y as f64);
+            kernel.at(there).for_each(part, |pixel, _, k| seen.push((pixel, k)));
+            kernel.for_each(image.view(), |pixel, _, k| want.push((pixel, k)));
+            assert!(!want.is_empty() && seen.len() == want.len(), "{l} {t}: {} of {}", seen.len(), want.len());
+            assert!(seen.iter().zip(&want).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-5), "{l} {t}");
+        }
+        let [_, _, width, _] = Kernel::new(&BBox::from_ltwh(900.0, 9.0, 20.0, 20.0), 99).part(image.size());
+        assert_eq!(width, 0);
     }
 
     #[test]

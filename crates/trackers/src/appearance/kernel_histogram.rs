@@ -36,11 +36,22 @@ impl KernelHistogram {
     /// Becomes the colours under `kernel`, each weighed by it: p̂ᵤ = C Σ k(‖(y − xᵢ)/h‖²) δ[b(xᵢ) − u] (comaniciu2003, eq. 4).
     /// `false` where none is in the picture.
     pub fn measure(&mut self, color: ImageView<'_, Rgb8>, kernel: &Kernel, bins: usize) -> bool {
+        self.measure_as(color, kernel, bins, |pixel| pixel)
+    }
+
+    /// The same of colours that `seen_as` makes of those in the picture.
+    pub fn measure_as(
+        &mut self,
+        color: ImageView<'_, Rgb8>,
+        kernel: &Kernel,
+        bins: usize,
+        seen_as: impl Fn(Rgb8) -> Rgb8,
+    ) -> bool {
         self.0.clear();
         self.0.resize(bins * bins * bins, 0.0);
         let mut total = 0.0;
         kernel.for_each(color, |pixel, _, k| {
-            self.0[bin(pixel, bins)] += k;
+            self.0[bin(seen_as(pixel), bins)] += k;
             total += k;
         });
         self.scale(total)
