@@ -39,7 +39,8 @@ pursuit_parameters::parameters! {
             ..ScaleFilterParams::default()
         };
         /// The score, fitted as `docs/papers/dsst.md` says.
-        pub score: ScoreParams = ScoreParams { bias: -0.8, collapse: 1.4, likeness: 6.2, ..ScoreParams::default() };
+        pub score: ScoreParams =
+            ScoreParams { bias: -4.7, collapse: 0.6, likeness: 2.8, first_colors: 5.1, ..ScoreParams::default() };
     }
 }
 

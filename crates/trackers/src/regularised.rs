@@ -34,7 +34,7 @@ pursuit_parameters::parameters! {
         pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 2, step: 1.01, penalty: 1.0 };
         /// The score, fitted as `docs/papers/bacf.md` says.
         pub score: ScoreParams =
-            ScoreParams { bias: -7.0, psr: 3.0, collapse: 1.1, likeness: 2.3, ..ScoreParams::default() };
+            ScoreParams { bias: -7.3, psr: 1.3, collapse: 0.5, likeness: 1.0, first_colors: 4.7, ..ScoreParams::default() };
     }
     renamed { "scale" => ["scale_ladder"] }
 }
