@@ -206,6 +206,8 @@ impl Evaluation<'_> {
             for pass in &passes {
                 let kept = self.store.read(&entry.name, sequence, pass, |record| {
                     record.parameters == parameters
+                        && record.footage_bytes == sequence.footage().bytes()
+                        && record.starts_at(&pass.start_box())
                         && record.build == self.options.build
                         && record.protocol.runs_like(self.options.protocol)
                         // What went wrong may have been mended since: a file or a library that was missing.

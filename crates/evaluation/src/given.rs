@@ -29,6 +29,8 @@ impl Given {
             parameters: self.parameters(),
             build: build.to_owned(),
             protocol,
+            footage_bytes: None,
+            start_box: None,
             frames,
             starts,
             failures,

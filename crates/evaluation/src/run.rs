@@ -29,6 +29,13 @@ pub struct RunRecord {
     pub build: String,
     /// The protocol it ran under.
     pub protocol: Protocol,
+    /// Bytes of the footage as files: results of a clip that was coded anew, or of other images, are not reused. `None` where they cannot
+    /// be counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub footage_bytes: Option<u64>,
+    /// The box that the first start was given: left, top, width, height. `None` where that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_box: Option<[f64; 4]>,
     /// Frames of the sequence that could be had, counted from its first.
     pub frames: usize,
     /// Frames on which the tracker was started.
@@ -46,6 +53,13 @@ pub struct RunRecord {
     /// What stopped it early.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+}
+
+impl RunRecord {
+    /// Whether its first start was given this box, to a millionth of a pixel.
+    pub(crate) fn starts_at(&self, bbox: &[f64; 4]) -> bool {
+        self.start_box.is_some_and(|own| own.iter().zip(bbox).all(|(a, b)| (a - b).abs() < 1e-6))
+    }
 }
 
 /// What one tracker left on one sequence: every pass of the protocol.
@@ -172,6 +186,8 @@ pub(crate) fn run_pass(
         parameters,
         build: build.to_owned(),
         protocol,
+        footage_bytes: sequence.footage().bytes(),
+        start_box: Some(pass.start_box()),
         frames,
         init_ms: mean(&running.start_ms),
         update: running.update_time(),

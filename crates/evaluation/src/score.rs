@@ -114,6 +114,8 @@ mod tests {
             parameters: serde_json::Value::Null,
             build: String::new(),
             protocol: Protocol::Ope,
+            footage_bytes: None,
+            start_box: None,
             frames,
             starts: starts.to_vec(),
             failures: failures.to_vec(),

@@ -18,6 +18,19 @@ pub enum Footage {
     Memory(Arc<Vec<Frame>>),
 }
 
+impl Footage {
+    /// Bytes of the file, or of all files in the folder; `None` of frames in memory and of what cannot be read.
+    pub(crate) fn bytes(&self) -> Option<u64> {
+        let Self::Input { path, .. } = self else { return None };
+        let about = path.metadata().ok()?;
+        if !about.is_dir() {
+            return Some(about.len());
+        }
+        let files = path.read_dir().ok()?.map(|entry| Some(entry.ok()?.metadata().ok()?.len()));
+        files.sum()
+    }
+}
+
 /// Frames with truth: frame `i` of the sequence is described by `truth()[i]`.
 #[derive(Debug, Clone)]
 pub struct Sequence {

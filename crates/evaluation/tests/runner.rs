@@ -281,6 +281,29 @@ fn protocols_share_a_folder_without_conflict() {
 }
 
 #[test]
+fn other_footage_and_another_first_box_are_run_again() {
+    let root = tempfile::tempdir().unwrap();
+    let still = Scripted::still();
+    let options = options(root.path(), &[&still]);
+    let plain = root.path().join("data/plain");
+    let added = || {
+        let before = still.updates();
+        run(&options);
+        still.updates() - before
+    };
+    assert_eq!((added(), added()), (3 * 9, 0));
+    let truth = std::fs::read_to_string(plain.join("frames.csv")).unwrap();
+    write(&plain.join("frames.csv"), &truth.replacen("2,3,4,5", "2,3,4.5,5", 1));
+    assert_eq!((added(), added()), (9, 0), "another first box");
+    let truth = truth.replacen("2,3,4,5", "2,3,4.5,5", 1);
+    write(&plain.join("frames.csv"), &truth.replace("8,0009.png,2,3,4,5", "8,0009.png,2,3,4,6"));
+    assert_eq!(added(), 0, "what a later frame shows changes the score alone");
+    let image = std::fs::read(plain.join("0003.png")).unwrap();
+    std::fs::write(plain.join("0003.png"), [image, vec![0; 9]].concat()).unwrap();
+    assert_eq!((added(), added()), (9, 0), "other images");
+}
+
+#[test]
 fn robustness_protocols_average_their_passes() {
     let root = tempfile::tempdir().unwrap();
     let still = Scripted::still();
