@@ -197,6 +197,7 @@ impl Evaluation<'_> {
     /// All trackers on one sequence, which may be the only one: what earlier calls left is read back, the rest is run.
     fn run_sequence(&self, sequence: &Sequence, alone: bool) -> Result<ByTracker> {
         let passes = self.options.protocol.passes(sequence);
+        let footage_bytes = sequence.footage().bytes();
         let mut frames = None;
         let mut finished = ByTracker::new();
         for entry in &self.options.trackers {
@@ -206,8 +207,8 @@ impl Evaluation<'_> {
             for pass in &passes {
                 let kept = self.store.read(&entry.name, sequence, pass, |record| {
                     record.parameters == parameters
-                        && record.footage_bytes == sequence.footage().bytes()
-                        && record.starts_at(&pass.start_box())
+                        && record.footage_bytes == footage_bytes
+                        && record.starts_at(&pass.bbox)
                         && record.build == self.options.build
                         && record.protocol.runs_like(self.options.protocol)
                         // What went wrong may have been mended since: a file or a library that was missing.

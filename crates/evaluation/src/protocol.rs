@@ -85,14 +85,6 @@ pub struct Pass {
     pub bbox: BBox,
 }
 
-impl Pass {
-    /// The box to start from: left, top, width, height.
-    pub(crate) fn start_box(&self) -> [f64; 4] {
-        let bbox = &self.bbox;
-        [bbox.left(), bbox.top(), bbox.width(), bbox.height()]
-    }
-}
-
 /// How far a shifted start is off, in target sizes, and how much a scaled one is too small or large (Wu 2013, sec. 4).
 const SHIFT: f64 = 0.1;
 /// Passes of the temporal robustness evaluation.

@@ -35,7 +35,7 @@ pub struct RunRecord {
     pub footage_bytes: Option<u64>,
     /// The box that the first start was given: left, top, width, height. `None` where that is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub start_box: Option<[f64; 4]>,
+    pub start_box: Option<(f64, f64, f64, f64)>,
     /// Frames of the sequence that could be had, counted from its first.
     pub frames: usize,
     /// Frames on which the tracker was started.
@@ -57,8 +57,11 @@ pub struct RunRecord {
 
 impl RunRecord {
     /// Whether its first start was given this box, to a millionth of a pixel.
-    pub(crate) fn starts_at(&self, bbox: &[f64; 4]) -> bool {
-        self.start_box.is_some_and(|own| own.iter().zip(bbox).all(|(a, b)| (a - b).abs() < 1e-6))
+    pub(crate) fn starts_at(&self, bbox: &BBox) -> bool {
+        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        let (left, top, width, height) = bbox.ltwh();
+        self.start_box
+            .is_some_and(|(l, t, w, h)| is_near(l, left) && is_near(t, top) && is_near(w, width) && is_near(h, height))
     }
 }
 
@@ -187,7 +190,7 @@ pub(crate) fn run_pass(
         build: build.to_owned(),
         protocol,
         footage_bytes: sequence.footage().bytes(),
-        start_box: Some(pass.start_box()),
+        start_box: Some(pass.bbox.ltwh()),
         frames,
         init_ms: mean(&running.start_ms),
         update: running.update_time(),
