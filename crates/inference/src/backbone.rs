@@ -152,6 +152,11 @@ impl Backbone {
         }
         Ok(Self { image, stem, first, first_project, blocks: made })
     }
+
+    /// What [`run`](Embedding::run) gave last.
+    pub fn features(&self) -> Option<&Map> {
+        self.blocks.last().map(|block| &block.out)
+    }
 }
 
 impl Embedding for Backbone {

@@ -37,6 +37,8 @@ pub trait Network: Layers + Debug + Clone + Send {
     const TEMPLATE_LEN: usize;
     /// Scores of a point.
     const SCORES: usize;
+    /// Numbers of the search image's features, where they are of use beside the answer.
+    const SEARCH_LEN: usize = 0;
 
     /// What the template's features are made into to be compared with.
     type Comparison: Debug + Clone + Send;
@@ -52,6 +54,9 @@ pub trait Network: Layers + Debug + Clone + Send {
 
     /// Compares the search image that has been written.
     fn search(&mut self, comparison: &Self::Comparison, scores: &mut [f32], boxes: &mut [f32]);
+
+    /// Writes the [`SEARCH_LEN`](Self::SEARCH_LEN) features of the last search: channel, row, column.
+    fn copy_features(&self, _features: &mut [f32]) {}
 }
 
 /// A network that is written out, and a template. The layers and what they overwrite, some megabytes, are shared by all that run on a
@@ -62,6 +67,7 @@ pub struct WrittenOut<N: Network> {
     comparison: N::Comparison,
     scores: Vec<f32>,
     boxes: Vec<f32>,
+    features: Vec<f32>,
 }
 
 impl<N: Network> WrittenOut<N> {
@@ -81,7 +87,8 @@ impl<N: Network> WrittenOut<N> {
     pub fn new() -> Result<Self> {
         let (mut engine, points) = (Shared::new()?, N::ANSWER_SIDE * N::ANSWER_SIDE);
         let comparison = engine.with(|engine: &mut N| engine.comparison(&vec![0.0; N::TEMPLATE_LEN]));
-        Ok(Self { engine, comparison, scores: vec![0.0; N::SCORES * points], boxes: vec![0.0; 4 * points] })
+        let [scores, boxes] = [N::SCORES * points, 4 * points].map(|len| vec![0.0; len]);
+        Ok(Self { engine, comparison, scores, boxes, features: Vec::new() })
     }
 
     /// Writes row `y` of one of the images in three planes, in the order and range of the network. An image is written, looked at and
@@ -115,9 +122,23 @@ impl<N: Network> WrittenOut<N> {
 
     /// The answer to the search image that has been written: scores and boxes, a number a point, row by row, channel after channel.
     pub fn search(&mut self) -> (&[f32], &[f32]) {
-        let Self { engine, comparison, scores, boxes } = self;
-        engine.hold().search(comparison, scores, boxes);
+        let Self { engine, comparison, scores, boxes, features } = self;
+        let layers = engine.hold();
+        layers.search(comparison, scores, boxes);
+        if !features.is_empty() {
+            layers.copy_features(features);
+        }
         engine.release();
         (&self.scores, &self.boxes)
+    }
+
+    /// Keeps the features of every search image from now on, of a network that has any to keep.
+    pub fn keep_features(&mut self) {
+        self.features.resize(N::SEARCH_LEN, 0.0);
+    }
+
+    /// The features of the last search image, channel, row, column, if they are [kept](Self::keep_features); none otherwise.
+    pub fn search_features(&self) -> &[f32] {
+        &self.features
     }
 }

@@ -4,8 +4,10 @@
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_inference::InferenceError;
-use pursuit_inference::nanotrack::NanoTrackV3;
-use pursuit_inference::siamese::{Answer, Cropper, Decoder, Exemplar, Location, Region, SiameseConfig, SiameseTracker};
+use pursuit_inference::nanotrack::{NanoTrackV3, Patch};
+use pursuit_inference::siamese::{
+    Answer, Cropper, Decoder, Exemplar, Location, Region, SiameseConfig, SiameseNetwork, SiameseTracker, Sides,
+};
 
 const POINTS: usize = 225;
 
@@ -47,6 +49,92 @@ fn a_target_that_moved_is_found_where_it_went() {
         let best = tracker.scores().nth(found.point.0 * 15 + found.point.1).unwrap();
         assert_eq!(best, found.score);
     }
+}
+
+/// A network whose features are what a test says.
+#[derive(Debug)]
+struct Features(Vec<f32>);
+
+impl SiameseNetwork for Features {
+    fn sides(&self) -> Sides {
+        Sides { template: 127, search: 255, answer: 15 }
+    }
+
+    fn write_row(&mut self, _: Patch, _: usize, _: [&[f32]; 3]) {}
+
+    fn embed(&mut self) -> Result<Vec<f32>, InferenceError> {
+        Ok(Vec::new())
+    }
+
+    fn set_template(&mut self, _: &[f32]) -> Result<(), InferenceError> {
+        Ok(())
+    }
+
+    fn search(&mut self) -> Result<Answer<'_>, InferenceError> {
+        Ok(Answer { scores: &[], distances: &[] })
+    }
+
+    fn search_features(&self) -> &[f32] {
+        &self.0
+    }
+}
+
+#[test]
+fn an_embedding_is_the_mean_of_the_features_in_the_middle_of_a_box() {
+    const SIDE: usize = 16;
+    let feature = |i: usize| ((i * 37) % 101) as f32 / 50.0 - 0.7;
+    let features: Vec<f32> = (0..3 * SIDE * SIDE).map(feature).collect();
+    let (center, size) = (Point::new(160.0, 120.0), (40.0, 30.0));
+    let bbox = BBox::from_center_size(center, size.0, size.1);
+    let network = Features(features.clone());
+    let tracker = SiameseTracker::new(network, SiameseConfig::nanotrack_v3(), &scene(0, 0), bbox).unwrap();
+    let extent = tracker.search_extent(size).0;
+    // Slowly: of many points of the box, the feature of the place that is nearest.
+    let slow = |bbox: &BBox| {
+        let (middle, n) = (bbox.scaled(0.75), 400);
+        let place = |from_middle: f64| (((from_middle / extent + 0.5) * 255.0 - 0.5) / 16.0).round() as usize;
+        let mut sums = [0.0; 3];
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let at = |k: usize, from: f64, side: f64| from + (k as f64 + 0.5) / n as f64 * side;
+            let x = place(at(i, middle.left(), middle.width()) - center.x);
+            let y = place(at(j, middle.top(), middle.height()) - center.y);
+            (0..3).for_each(|c| sums[c] += f64::from(features[(c * SIDE + y) * SIDE + x]));
+        }
+        sums
+    };
+    let cosine = |a: [f64; 3], b: [f64; 3]| {
+        let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
+    };
+    let first = tracker.embedding_of(center, size, &bbox).unwrap();
+    assert!(first.is_sound());
+    assert!((tracker.likeness_of(&first, center, size, &bbox).unwrap() - 1.0).abs() < 1e-6);
+    for other in [bbox.translated(9.0, -6.5), BBox::from_ltwh(110.0, 100.0, 70.0, 25.0), bbox.scaled(0.1)] {
+        let (fast, slow) =
+            (tracker.likeness_of(&first, center, size, &other).unwrap(), cosine(slow(&bbox), slow(&other)));
+        assert!((fast - slow).abs() < 0.01, "{fast} for {slow}");
+    }
+    // Of a box beside what was searched nothing is known, nor of no box.
+    assert_eq!(tracker.likeness_of(&first, center, size, &bbox.translated(300.0, 0.0)), None);
+    assert_eq!(tracker.likeness_of(&first, center, size, &BBox::from_ltwh(f64::NAN, 0.0, 9.0, 9.0)), None);
+    // A network that keeps no features has nothing to say.
+    let silent = SiameseTracker::new(Features(Vec::new()), SiameseConfig::nanotrack_v3(), &scene(0, 0), bbox).unwrap();
+    assert_eq!(silent.embedding_of(center, size, &bbox), None);
+}
+
+#[test]
+fn the_target_looks_like_itself_wherever_it_is_and_the_ground_does_not() {
+    let mut tracker = tracker();
+    tracker.keep_features();
+    let truth = BBox::from_ltwh(100.0, 80.0, 40.0, 40.0);
+    let (center, size) = (truth.center(), (truth.width(), truth.height()));
+    found(&mut tracker, &scene(100, 80));
+    let first = tracker.embedding_of(center, size, &truth).unwrap();
+    found(&mut tracker, &scene(112, 73));
+    let moved = tracker.likeness_of(&first, center, size, &truth.translated(12.0, -7.0)).unwrap();
+    found(&mut tracker, &scene(400, 73));
+    let ground = tracker.likeness_of(&first, center, size, &truth.translated(12.0, -7.0)).unwrap();
+    assert!(moved > 0.95 && ground < 0.8, "{moved} of the target, {ground} of the ground");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The network tracker `lightfc`: LightFC, its network written out in `pursuit-inference`, in the one loop with state, calibrated score and
 //! re-detection. See `docs/papers/lightfc.md`.
 
-use crate::siamese::{SiameseLocalizer, SiameseModel, built_in};
+use crate::siamese::{DOUBT_STAYS, ScoreWeights, SiameseLocalizer, SiameseModel, built_in};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::lightfc::LightFc;
@@ -20,9 +20,11 @@ pursuit_parameters::parameters! {
         /// Least width and height of a box.
         pub min_side_px: f64 = 2.0, in above(0.0), unit "px", source "as released";
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = 0.98, in Bounds::default(), source "ours, fitted";
+        pub score_bias: f64 = -6.5, in Bounds::default(), source "ours, fitted";
         /// Score: weight of the log odds of the network's score.
-        pub score_weight: f64 = 2.56, in 0.0.., source "ours, fitted";
+        pub score_weight: f64 = 1.7, in 0.0.., source "ours, fitted";
+        /// Score: weight of the likeness of the network's features in the box to those in the first one.
+        pub score_embedding: f64 = 9.3, in Bounds::default(), source "ours, fitted";
     }
 }
 
@@ -36,8 +38,8 @@ impl SiameseModel for LightFcParams {
         built_in(Self::NAME, LightFc::new(), config.and_then(|config| config.with_min_side_px(self.min_side_px)))
     }
 
-    fn score_weights(&self) -> (f64, f64) {
-        (self.score_bias, self.score_weight)
+    fn score_weights(&self) -> ScoreWeights {
+        ScoreWeights { bias: self.score_bias, score: self.score_weight, embedding: self.score_embedding }
     }
 }
 
@@ -45,11 +47,13 @@ impl LocalizerRecipe for LightFcParams {
     type Localizer = SiameseLocalizer<Self>;
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<SiameseLocalizer<Self>> {
-        SiameseLocalizer::new(self, frame, bbox)
+        SiameseLocalizer::remembering(self, frame, bbox)
     }
 }
 
 /// `lightfc`. The released tracker looks where the target was, and so does this one.
 pub fn lightfc(name: &'static str) -> TrackerRecipe<LightFcParams> {
-    crate::siamese::recipe(name, LightFcParams::default())
+    let mut recipe = crate::siamese::recipe(name, LightFcParams::default());
+    recipe.groups.policy.calibrated.lost_below = DOUBT_STAYS;
+    recipe
 }

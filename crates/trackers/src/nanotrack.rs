@@ -1,7 +1,7 @@
 //! The Siamese network tracker `nanotrack`: NanoTrack v3, its network written out in `pursuit-inference`, in the one loop
 //! with state, calibrated score and re-detection. See `docs/papers/nanotrack.md`.
 
-use crate::siamese::{SiameseLocalizer, SiameseModel, built_in, recipe};
+use crate::siamese::{DOUBT_STAYS, ScoreWeights, SiameseLocalizer, SiameseModel, built_in, recipe};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_inference::nanotrack::NanoTrackV3;
@@ -20,9 +20,11 @@ pursuit_parameters::parameters! {
         /// Least width and height of a box.
         pub min_side_px: f64 = 4.0, in above(0.0), unit "px", source "NanoTrack v3: 10; ours: 4, for small targets";
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = -1.84, in Bounds::default(), source "ours, fitted";
+        pub score_bias: f64 = -7.6, in Bounds::default(), source "ours, fitted";
         /// Score: weight of the log odds of the network's score.
-        pub score_weight: f64 = 0.48, in 0.0.., source "ours, fitted";
+        pub score_weight: f64 = 0.34, in 0.0.., source "ours, fitted";
+        /// Score: weight of the likeness of the network's features in the box to those in the first one.
+        pub score_embedding: f64 = 7.9, in Bounds::default(), source "ours, fitted";
     }
     renamed { "window" => ["window_weight"] }
 }
@@ -43,8 +45,8 @@ impl SiameseModel for NanoTrackParams {
         built_in(Self::NAME, NanoTrackV3::new(), config)
     }
 
-    fn score_weights(&self) -> (f64, f64) {
-        (self.score_bias, self.score_weight)
+    fn score_weights(&self) -> ScoreWeights {
+        ScoreWeights { bias: self.score_bias, score: self.score_weight, embedding: self.score_embedding }
     }
 }
 
@@ -52,7 +54,7 @@ impl LocalizerRecipe for NanoTrackParams {
     type Localizer = NanoTrackLocalizer;
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<NanoTrackLocalizer> {
-        SiameseLocalizer::new(self, frame, bbox)
+        SiameseLocalizer::remembering(self, frame, bbox)
     }
 }
 
@@ -73,10 +75,9 @@ impl NanoTrackLocalizer {
         Location { bbox: BBox::from_center_size(found.bbox.center(), width, height), ..found }
     }
 
-    /// The best score of the last look, which was about `about`, of the points next to `place`; `None` where it saw nothing
-    /// of that.
-    pub(crate) fn score_at(&self, about: &BBox, place: Point) -> Option<f64> {
-        let config = self.tracker.config();
+    /// The best score of the last look of the points next to `place`; `None` where it saw nothing of that.
+    pub(crate) fn score_at(&self, place: Point) -> Option<f64> {
+        let (config, about) = (self.tracker.config(), self.looked.as_ref()?);
         let n = config.answer_side as isize;
         let context = config.context * (about.width() + about.height());
         let side = ((about.width() + context) * (about.height() + context)).sqrt();
@@ -96,7 +97,9 @@ impl NanoTrackLocalizer {
 
 /// `nanotrack`. The released tracker looks where the target was, and so does this one.
 pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
-    recipe(name, NanoTrackParams::default())
+    let mut recipe = recipe(name, NanoTrackParams::default());
+    recipe.groups.policy.calibrated.lost_below = DOUBT_STAYS;
+    recipe
 }
 
 #[cfg(test)]

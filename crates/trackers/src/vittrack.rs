@@ -1,7 +1,7 @@
 //! The network tracker `vittrack`: VitTrack, its network written out in `pursuit-inference`, in the one loop with state, calibrated score and
 //! re-detection. See `docs/papers/vittrack.md`.
 
-use crate::siamese::{SiameseLocalizer, SiameseModel, built_in};
+use crate::siamese::{ScoreWeights, SiameseLocalizer, SiameseModel, built_in};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::siamese::SiameseConfig;
@@ -36,8 +36,8 @@ impl SiameseModel for VitTrackParams {
         built_in(Self::NAME, VitTrack::new(), config.and_then(|config| config.with_min_side_px(self.min_side_px)))
     }
 
-    fn score_weights(&self) -> (f64, f64) {
-        (self.score_bias, self.score_weight)
+    fn score_weights(&self) -> ScoreWeights {
+        ScoreWeights { bias: self.score_bias, score: self.score_weight, embedding: 0.0 }
     }
 }
 

@@ -142,9 +142,11 @@ impl Map {
 
     /// Writes the map in channel, row, column order to `tensor`, `channels · height · width` long.
     pub fn copy_to(&self, tensor: &mut [f32]) {
-        for (i, value) in tensor.iter_mut().enumerate() {
-            let (x, y, c) = (i % self.width, i / self.width % self.height, i / (self.width * self.height));
-            *value = self.row(y)[self.offset(c, x)];
+        for (i, values) in tensor.chunks_exact_mut(self.width).enumerate() {
+            let (row, c) = (self.row(i % self.height), i / self.height);
+            for (x, value) in values.iter_mut().enumerate() {
+                *value = row[self.offset(c, x)];
+            }
         }
     }
 }

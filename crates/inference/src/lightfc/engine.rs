@@ -43,6 +43,7 @@ impl Network for Engine {
     const ANSWER_SIDE: usize = SIDE;
     const TEMPLATE_LEN: usize = FEATURES * TEMPLATE_PIXELS;
     const SCORES: usize = 1;
+    const SEARCH_LEN: usize = FEATURES * SIDE * SIDE;
 
     type Comparison = Comparison;
     type Embedding = Backbone;
@@ -57,5 +58,11 @@ impl Network for Engine {
 
     fn search(&mut self, comparison: &Comparison, scores: &mut [f32], boxes: &mut [f32]) {
         self.head.run(comparison, self.search.run(), scores, boxes);
+    }
+
+    fn copy_features(&self, features: &mut [f32]) {
+        if let Some(map) = self.search.features() {
+            map.copy_to(features);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The layers of NanoTrack v3.
 
-use super::head::{ANSWER_SIDE, Branch, Comparison, TEMPLATE_SIDE};
+use super::head::{ANSWER_SIDE, Branch, Comparison, SEARCH_SIDE, TEMPLATE_SIDE};
 use crate::Result;
 use crate::backbone::{Architecture, Backbone, FEATURES};
 use crate::kernels::means;
@@ -48,6 +48,7 @@ impl Network for Engine {
     const ANSWER_SIDE: usize = ANSWER_SIDE;
     const TEMPLATE_LEN: usize = FEATURES * TEMPLATE_SIDE * TEMPLATE_SIDE;
     const SCORES: usize = 2;
+    const SEARCH_LEN: usize = FEATURES * SEARCH_SIDE * SEARCH_SIDE;
 
     /// Of score and boxes.
     type Comparison = (Comparison, Comparison);
@@ -67,5 +68,11 @@ impl Network for Engine {
         self.score.run(score, features, &self.means).copy_to(scores);
         self.boxes.run(boxes, features, &self.means).copy_to(distances);
         distances.iter_mut().for_each(|d| *d = d.exp());
+    }
+
+    fn copy_features(&self, features: &mut [f32]) {
+        if let Some(map) = self.search.features() {
+            map.copy_to(features);
+        }
     }
 }

@@ -9,6 +9,7 @@ mod config;
 mod crop;
 mod decode;
 mod description;
+mod embedding;
 mod network;
 mod scales;
 mod tracker;
@@ -19,5 +20,6 @@ pub use config::{
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};
 pub use description::SiameseDescription;
+pub use embedding::Embedding;
 pub use network::{Answer, SiameseNetwork, Sides};
 pub use tracker::{Exemplar, SiameseTracker};

@@ -48,6 +48,15 @@ pub trait SiameseNetwork: Send {
     /// # Errors
     /// Whatever running the network may bring.
     fn search(&mut self) -> Result<Answer<'_>>;
+
+    /// Keeps the features of every search image from now on, if it is a network that has any to keep.
+    fn keep_features(&mut self) {}
+
+    /// The features of the last search image, [`stride_px`](super::SiameseConfig::stride_px) apart: channel, row, column. Empty where none are
+    /// kept.
+    fn search_features(&self) -> &[f32] {
+        &[]
+    }
 }
 
 impl<N: Network> SiameseNetwork for WrittenOut<N> {
@@ -79,6 +88,14 @@ impl<N: Network> SiameseNetwork for WrittenOut<N> {
         let (scores, distances) = Self::search(self);
         Ok(Answer { scores, distances })
     }
+
+    fn keep_features(&mut self) {
+        Self::keep_features(self);
+    }
+
+    fn search_features(&self) -> &[f32] {
+        Self::search_features(self)
+    }
 }
 
 impl SiameseNetwork for Box<dyn SiameseNetwork> {
@@ -100,5 +117,13 @@ impl SiameseNetwork for Box<dyn SiameseNetwork> {
 
     fn search(&mut self) -> Result<Answer<'_>> {
         (**self).search()
+    }
+
+    fn keep_features(&mut self) {
+        (**self).keep_features();
+    }
+
+    fn search_features(&self) -> &[f32] {
+        (**self).search_features()
     }
 }

@@ -23,7 +23,7 @@ pub struct Exemplar {
 #[derive(Debug, Clone)]
 pub struct SiameseTracker<N> {
     exemplar: Exemplar,
-    network: N,
+    pub(super) network: N,
     /// Scratch, with the last answer.
     decoder: Decoder,
     cropper: Cropper,

@@ -15,7 +15,7 @@ impl WitnessLocalizer {
         frame: &Frame,
         expected: &BBox,
         fused: Option<Fusion>,
-        looked: Option<&BBox>,
+        looked: bool,
     ) -> Result<Option<Fusion>> {
         let sure = logit(self.params.networks.lightfc_below);
         let doubt = fused.is_none_or(|f| !f.agreed || f.leading().is_none_or(|c| c.log_odds < sure));
@@ -33,14 +33,14 @@ impl WitnessLocalizer {
         Ok(fused)
     }
 
-    /// The expert's box in place of `fused`, which the other witnesses saw; `looked` is where the network looked in this frame.
+    /// The expert's box in place of `fused`, which the other witnesses saw; `looked` says whether the network looked in this frame.
     fn taken_over(
         &mut self,
         frame: &Frame,
         expected: &BBox,
         mut fused: Fusion,
         opinion: &Opinion,
-        looked: Option<&BBox>,
+        looked: bool,
     ) -> Result<Fusion> {
         let overlap = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| bbox.iou(&opinion.bbox));
         let remark = Remark { score: opinion.score, overlap };
@@ -51,11 +51,7 @@ impl WitnessLocalizer {
             }
             _ => {
                 let evidence = self.filter.evidence_at(frame, &opinion.own);
-                let score = looked.and_then(|about| self.network.score_at(about, opinion.own.center()));
-                let score = match score {
-                    Some(score) => score,
-                    None => self.network.look(frame, &opinion.own)?.map_or(0.0, |l| l.score),
-                };
+                let score = self.score_at(frame, &opinion.own, looked)?;
                 self.candidate(boxes, evidence, score, overlap, expected)
             }
         };
@@ -84,9 +80,9 @@ impl WitnessLocalizer {
         let Some(location) = self.network.look(frame, &about)? else { return Ok(None) };
         let place = expert.map_or_else(|| self.convention.of(&location.bbox), |opinion| opinion.bbox);
         let peak = self.filter.sight(frame, &place);
-        let Some(mut fused) = self.fuse(frame, expected, peak, Some(location), &about)? else { return Ok(None) };
+        let Some(mut fused) = self.fuse(frame, expected, peak, Some(location))? else { return Ok(None) };
         if let Some(opinion) = expert {
-            fused = self.taken_over(frame, expected, fused, &opinion, Some(&about))?;
+            fused = self.taken_over(frame, expected, fused, &opinion, true)?;
         }
         fused.heard(&self.params.returns, |_| {});
         Ok(Some(fused))

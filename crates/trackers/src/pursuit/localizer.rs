@@ -138,15 +138,15 @@ impl WitnessLocalizer {
         let (by_filter, by_network) = (self.filter_offset.at(expected), self.network_offset.at(expected));
         let peak = self.filter.sight(frame, &by_filter);
         if let Some(fused) = self.rested(peak.as_ref(), expected) {
-            return Ok((self.consult(frame, expected, Some(fused), None)?, false));
+            return Ok((self.consult(frame, expected, Some(fused), false)?, false));
         }
         let timer = NetworkSchedule::timer(&self.params.fusion);
         let seen = self.network.look(frame, &by_network)?;
         let frames = self.schedule.frames();
         let location = seen.map(|seen| self.network.caught_up(seen, &by_network, frames, frame.size()));
-        let fused = self.fuse(frame, expected, peak, location, &by_network)?;
+        let fused = self.fuse(frame, expected, peak, location)?;
         self.schedule.spend(timer);
-        Ok((self.consult(frame, expected, fused, Some(&by_network))?, true))
+        Ok((self.consult(frame, expected, fused, true)?, true))
     }
 
     /// What both say if the network need not be asked again.
@@ -165,11 +165,10 @@ impl WitnessLocalizer {
         expected: &BBox,
         peak: Option<ResponsePeak>,
         location: Option<Location>,
-        about: &BBox,
     ) -> Result<Option<Fusion>> {
         Ok(match (peak, location) {
             (None, None) => None,
-            (Some(peak), Some(location)) => Some(self.fuse_both(frame, expected, &peak, &location, about)?),
+            (Some(peak), Some(location)) => Some(self.fuse_both(frame, expected, &peak, &location)?),
             (Some(seen), None) => {
                 let bbox = self.filter.window().bbox(seen.center, seen.scale);
                 let filter = Some(self.candidate((bbox, bbox), seen.evidence, 0.0, 0.0, expected));
@@ -180,6 +179,14 @@ impl WitnessLocalizer {
                 Some(Fusion { network, ..Fusion::NOTHING })
             }
         })
+    }
+
+    /// The network's score of `bbox`: in its last look, if it has `looked` in this frame and had that in sight, or in another one.
+    pub(super) fn score_at(&mut self, frame: &Frame, bbox: &BBox, looked: bool) -> Result<f64> {
+        match Some(bbox.center()).filter(|_| looked).and_then(|center| self.network.score_at(center)) {
+            Some(score) => Ok(score),
+            None => Ok(self.network.look(frame, bbox)?.map_or(0.0, |location| location.score)),
+        }
     }
 
     /// What the network found, examined by the filter.
@@ -196,7 +203,6 @@ impl WitnessLocalizer {
         expected: &BBox,
         peak: &ResponsePeak,
         location: &Location,
-        about: &BBox,
     ) -> Result<Fusion> {
         let bbox = self.filter.window().bbox(peak.center, peak.scale);
         let converted = self.convention.of(&location.bbox);
@@ -208,10 +214,7 @@ impl WitnessLocalizer {
             let filter = Some(filter);
             return Ok(Fusion { filter, network, agreed: true, filter_leads: true, place, ..Fusion::NOTHING });
         }
-        let there = match self.network.score_at(about, bbox.center()) {
-            Some(score) => score,
-            None => self.network.look(frame, &bbox)?.map_or(0.0, |l| l.score),
-        };
+        let there = self.score_at(frame, &bbox, true)?;
         let filter = self.candidate((bbox, bbox), peak.evidence, there, overlap, expected);
         let network = self.of_network(frame, expected, location, overlap);
         let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);

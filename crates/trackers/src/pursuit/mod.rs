@@ -21,6 +21,7 @@ pub use params::{
 };
 
 use crate::correlation::CorrelationLocalizer;
+use crate::nanotrack::NanoTrackLocalizer;
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_tracking::motion::MotionParams;
@@ -33,7 +34,7 @@ impl LocalizerRecipe for PursuitParams {
 
     fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<WitnessLocalizer> {
         let filter: CorrelationLocalizer = self.filter.localizer(frame, bbox)?;
-        let network = self.network.localizer(frame, bbox)?;
+        let network = NanoTrackLocalizer::new(&self.network, frame, bbox)?;
         WitnessLocalizer::new(self.clone(), filter, network, frame, bbox)
     }
 }

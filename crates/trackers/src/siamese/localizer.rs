@@ -2,11 +2,14 @@ use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use pursuit_inference::InferenceError;
-use pursuit_inference::siamese::{Exemplar, Location, SiameseConfig, SiameseNetwork, SiameseTracker};
+use pursuit_inference::siamese::{Embedding, Exemplar, Location, SiameseConfig, SiameseNetwork, SiameseTracker};
 use pursuit_parameters::Parameters;
 use pursuit_tracking::{Figure, Figures, Localizer, Measurement, Result, Search, TrackingError, ViewSize};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
+
+/// What stands for the likeness of the features where nothing is remembered of the target: what it is of most right boxes.
+const USUAL_EMBEDDING: f64 = 0.87;
 
 /// Parameters that say which Siamese network is used, and what its score is worth.
 pub trait SiameseModel: Parameters + Debug + Serialize + DeserializeOwned {
@@ -22,8 +25,19 @@ pub trait SiameseModel: Parameters + Debug + Serialize + DeserializeOwned {
     /// When there is no such network, or it does not fit its description.
     fn open(&self) -> Result<(Self::Network, SiameseConfig)>;
 
-    /// Constant of the logistic regression of a score, and weight of the log odds of the network's score.
-    fn score_weights(&self) -> (f64, f64);
+    /// What the score is made of.
+    fn score_weights(&self) -> ScoreWeights;
+}
+
+/// The logistic regression that makes a probability of what the network says of a box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScoreWeights {
+    /// Constant.
+    pub bias: f64,
+    /// Weight of the log odds of the network's score.
+    pub score: f64,
+    /// Weight of the likeness of the network's features in the box to those in the first one, of a network that keeps them.
+    pub embedding: f64,
 }
 
 /// Finds the target by a network that compares a window with the target as it was at the start. It learns nothing.
@@ -32,6 +46,10 @@ pub trait SiameseModel: Parameters + Debug + Serialize + DeserializeOwned {
 pub struct SiameseLocalizer<P: SiameseModel> {
     pub(crate) params: P,
     pub(crate) tracker: SiameseTracker<P::Network>,
+    /// What the target looked like to the network at first, of a network that keeps its features.
+    first: Option<Embedding>,
+    /// About what the last look was, if there was one.
+    pub(crate) looked: Option<BBox>,
 }
 
 /// What is stored: the network itself is not.
@@ -40,22 +58,29 @@ pub struct SiameseLocalizer<P: SiameseModel> {
 struct Saved<P: SiameseModel> {
     params: P,
     exemplar: Exemplar,
+    first: Option<Embedding>,
 }
 
 impl<P: SiameseModel> From<SiameseLocalizer<P>> for Saved<P> {
     fn from(localizer: SiameseLocalizer<P>) -> Self {
-        Self { params: localizer.params, exemplar: localizer.tracker.exemplar().clone() }
+        Self { params: localizer.params, exemplar: localizer.tracker.exemplar().clone(), first: localizer.first }
     }
 }
 
 impl<P: SiameseModel> TryFrom<Saved<P>> for SiameseLocalizer<P> {
     type Error = TrackingError;
 
-    fn try_from(Saved { params, exemplar }: Saved<P>) -> Result<Self> {
+    fn try_from(Saved { params, exemplar, first }: Saved<P>) -> Result<Self> {
+        let refuse = |problem: String| TrackingError::Snapshot { tracker: P::NAME.to_owned(), problem };
+        if first.as_ref().is_some_and(|first| !first.is_sound()) {
+            return Err(refuse("what the target looked like is not finite".to_owned()));
+        }
         let (network, config) = params.open()?;
-        let tracker = SiameseTracker::restore(network, config, exemplar)
-            .map_err(|e| TrackingError::Snapshot { tracker: P::NAME.to_owned(), problem: e.to_string() })?;
-        Ok(Self { params, tracker })
+        let mut tracker = SiameseTracker::restore(network, config, exemplar).map_err(|e| refuse(e.to_string()))?;
+        if first.is_some() {
+            tracker.keep_features();
+        }
+        Ok(Self { params, tracker, first, looked: None })
     }
 }
 
@@ -70,6 +95,8 @@ pursuit_tracking::figures! {
         network_score;
         /// What the score was multiplied by because size and shape changed, 0 to 1.
         penalty;
+        /// Likeness of the network's features in the box to those in the first one, −1 to 1; 0 of networks that keep none.
+        embedding;
     }
 }
 
@@ -81,7 +108,41 @@ impl<P: SiameseModel> SiameseLocalizer<P> {
     pub fn new(params: &P, frame: &Frame, bbox: BBox) -> Result<Self> {
         let (network, config) = params.open()?;
         let tracker = SiameseTracker::new(network, config, frame, bbox).map_err(failed::<P>(frame.index()))?;
-        Ok(Self { params: params.clone(), tracker })
+        Ok(Self { params: params.clone(), tracker, first: None, looked: None })
+    }
+
+    /// The same, which remembers what the target looks like.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn remembering(params: &P, frame: &Frame, bbox: BBox) -> Result<Self> {
+        let mut this = Self::new(params, frame, bbox)?;
+        this.look_first(frame, &bbox)?;
+        Ok(this)
+    }
+
+    /// Looks at the target, which is at `bbox`, and remembers what it looks like: [`embedding`](Self::embedding) compares with that from now on.
+    ///
+    /// # Errors
+    /// When the network cannot be run.
+    pub fn look_first(&mut self, frame: &Frame, bbox: &BBox) -> Result<Option<Location>> {
+        self.tracker.keep_features();
+        let found = self.look(frame, bbox)?;
+        let (center, size) = (bbox.center(), (bbox.width(), bbox.height()));
+        let seen = bbox.clipped_to(frame.size());
+        let first = seen.and_then(|seen| self.tracker.embedding_of(center, size, &seen));
+        self.first = first.filter(Embedding::is_sound);
+        Ok(found)
+    }
+
+    /// How much `bbox` looks like the target to the network in its last look, −1 to 1, and 0 where that saw nothing of it; `None` where nothing is
+    /// remembered of the target.
+    fn embedding(&self, frame: &Frame, bbox: &BBox) -> Option<f64> {
+        let first = self.first.as_ref()?;
+        let likeness = |(about, bbox): (BBox, BBox)| {
+            self.tracker.likeness_of(first, about.center(), (about.width(), about.height()), &bbox)
+        };
+        Some(self.looked.zip(bbox.clipped_to(frame.size())).and_then(likeness).unwrap_or(0.0))
     }
 
     /// Where the target is by the network, looked for about `about` at its size.
@@ -90,13 +151,16 @@ impl<P: SiameseModel> SiameseLocalizer<P> {
     /// When the network cannot be run.
     pub fn look(&mut self, frame: &Frame, about: &BBox) -> Result<Option<Location>> {
         let size = (about.width(), about.height());
+        self.looked = Some(*about);
         self.tracker.locate(frame, about.center(), size).map_err(failed::<P>(frame.index()))
     }
 
-    /// The probability that a box of the network's score is right.
-    fn probability(&self, score: f64) -> f64 {
-        let (score, (bias, weight)) = (score.clamp(1e-6, 1.0 - 1e-6), self.params.score_weights());
-        sigmoid(bias + weight * logit(score))
+    /// The probability that a box is right whose score and embedding these are.
+    fn probability(&self, score: f64, embedding: Option<f64>) -> f64 {
+        let embedding = embedding.unwrap_or(USUAL_EMBEDDING);
+        let weights = self.params.score_weights();
+        let score = logit(score.clamp(1e-6, 1.0 - 1e-6));
+        sigmoid(weights.bias + weights.score * score + weights.embedding * embedding)
     }
 }
 
@@ -107,8 +171,14 @@ impl<P: SiameseModel> Localizer for SiameseLocalizer<P> {
 
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
         let Some(found) = self.look(frame, &search.expected)? else { return Ok(None) };
-        let diagnostics = SiameseFigures { network_score: found.score, penalty: found.penalty }.into();
-        let confidence = self.probability(found.score);
+        let embedding = self.embedding(frame, &found.bbox);
+        let figures = SiameseFigures {
+            network_score: found.score,
+            penalty: found.penalty,
+            embedding: embedding.unwrap_or_default(),
+        };
+        let diagnostics = figures.into();
+        let confidence = self.probability(found.score, embedding);
         Ok(Some((Measurement { strength: found.score, diagnostics, ..Measurement::new(found.bbox, confidence) }, ())))
     }
 
@@ -120,6 +190,9 @@ impl<P: SiameseModel> Localizer for SiameseLocalizer<P> {
         // The network is open already.
         let (network, config) = (self.tracker.network().clone(), self.tracker.config().clone());
         self.tracker = SiameseTracker::new(network, config, frame, bbox).map_err(failed::<P>(frame.index()))?;
+        if self.first.is_some() {
+            self.look_first(frame, &bbox)?;
+        }
         Ok(())
     }
 

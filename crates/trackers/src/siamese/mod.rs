@@ -4,7 +4,7 @@
 mod localizer;
 mod params;
 
-pub use localizer::{SiameseLocalizer, SiameseModel};
+pub use localizer::{ScoreWeights, SiameseLocalizer, SiameseModel};
 pub use params::{Layout, SiameseParams};
 
 use pursuit_inference::InferenceError;
@@ -13,6 +13,10 @@ use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::policy::PolicyParams;
 use pursuit_tracking::search::SearchParams;
 use pursuit_tracking::{GroupParams, Result, TrackerRecipe, TrackingError};
+
+/// `policy.calibrated.lost_below` of trackers that judge by their features too: what is in doubt has often only turned, and is no reason to look
+/// elsewhere yet.
+pub(crate) const DOUBT_STAYS: f64 = 0.1;
 
 /// Released Siamese trackers look where the target was, and so do ours.
 pub(crate) fn recipe<P>(name: &'static str, localizer: P) -> TrackerRecipe<P> {

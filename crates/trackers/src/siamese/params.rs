@@ -1,4 +1,4 @@
-use super::{SiameseLocalizer, SiameseModel};
+use super::{ScoreWeights, SiameseLocalizer, SiameseModel};
 use crate::runtime::{RuntimeParams, unusable};
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
@@ -84,8 +84,8 @@ impl SiameseModel for SiameseParams {
         Ok((network, description.config))
     }
 
-    fn score_weights(&self) -> (f64, f64) {
-        (self.score_bias, self.score_weight)
+    fn score_weights(&self) -> ScoreWeights {
+        ScoreWeights { bias: self.score_bias, score: self.score_weight, embedding: 0.0 }
     }
 }
 
