@@ -55,7 +55,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
             squares = (squares.0 + now * now, squares.1 + first * first);
         }
         let norm = (squares.0 * squares.1).sqrt();
-        (norm > 0.0).then(|| product / norm)
+        Some(product / norm).filter(|likeness| likeness.is_finite())
     }
 
     fn covered(&self, center: Point, size: (f64, f64), bbox: &BBox) -> Option<Covered<'_>> {
