@@ -106,6 +106,46 @@ pub fn nanotrack(name: &'static str) -> TrackerRecipe<NanoTrackParams> {
 mod tests {
     use super::*;
     use pursuit_imaging::Image;
+    use pursuit_tracking::{Localizer, Look, Search};
+
+    /// A striped square of 40 px in the middle of a smooth ground, or the ground alone.
+    fn scene(has_target: bool) -> Frame {
+        let pixel = |x: usize, y: usize| {
+            if has_target && (100..140).contains(&x) && (80..120).contains(&y) {
+                [if x / 8 % 2 == 0 { 230 } else { 60 }, (y * 6 % 250) as u8, 40]
+            } else {
+                [(90 + x / 8) as u8, (100 + y / 6) as u8, (110 + (x + y) / 16) as u8]
+            }
+        };
+        Frame::new(0, 0.0, Image::from_fn(320, 240, pixel).unwrap())
+    }
+
+    #[test]
+    fn what_looks_like_the_target_to_the_network_counts_and_is_remembered() {
+        let bbox = BBox::from_ltwh(100.0, 80.0, 40.0, 40.0);
+        let search =
+            Search { expected: bbox, region: bbox.scaled(4.0), gate: None, look: Look::Near, keep_inside: false };
+        let mut localizer = NanoTrackParams::default().localizer(&scene(true), bbox).unwrap();
+        let embedding = |localizer: &mut NanoTrackLocalizer, has_target| {
+            let (measurement, ()) = localizer.locate(&scene(has_target), &search).unwrap().unwrap();
+            (measurement.diagnostics.get("embedding").unwrap(), measurement.confidence)
+        };
+        let (target, ground) = (embedding(&mut localizer, true), embedding(&mut localizer, false));
+        assert!(target.0 > 0.95 && target.1 > 0.8, "{target:?}");
+        assert!(ground.0 < 0.8 && ground.1 < 0.1, "{ground:?}");
+        // Of two trackers that see the same ground with the same score, the one that remembers nothing believes more.
+        let mut forgetful = NanoTrackLocalizer::new(&localizer.params, &scene(true), bbox).unwrap();
+        let unknown = embedding(&mut forgetful, false);
+        assert!(unknown.0 == 0.0 && unknown.1 > ground.1, "{unknown:?}");
+        // What is remembered is stored, and refused where it is another network's.
+        let saved = serde_json::to_value(&localizer).unwrap();
+        let mut restored: NanoTrackLocalizer = serde_json::from_value(saved.clone()).unwrap();
+        assert_eq!(embedding(&mut restored, true), target);
+        let mut broken = saved;
+        broken["first"].as_array_mut().unwrap().pop();
+        let error = serde_json::from_value::<NanoTrackLocalizer>(broken).unwrap_err().to_string();
+        assert!(error.contains("not of this network"), "{error}");
+    }
 
     #[test]
     fn a_size_catches_up_with_frames_not_asked() {

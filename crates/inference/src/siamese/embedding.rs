@@ -38,6 +38,12 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         self.network.keep_features();
     }
 
+    /// Whether `embedding` is of as many features as the network keeps.
+    pub fn has_features_of(&self, embedding: &Embedding) -> bool {
+        let side = self.features_side();
+        self.network.search_features().len() == embedding.0.len() * side * side
+    }
+
     /// What `bbox` looks like in the last search, which must have been around `center` for `size`. `None` where no features are kept, and of a
     /// box of which the search saw next to nothing.
     pub fn embedding_of(&self, center: Point, size: (f64, f64), bbox: &BBox) -> Option<Embedding> {
@@ -58,10 +64,14 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
         Some(product / norm).filter(|likeness| likeness.is_finite())
     }
 
+    /// Rows and columns of the features.
+    fn features_side(&self) -> usize {
+        (self.config().search_side_px as f64 / self.config().stride_px).ceil() as usize
+    }
+
     fn covered(&self, center: Point, size: (f64, f64), bbox: &BBox) -> Option<Covered<'_>> {
         let (features, config) = (self.network().search_features(), self.config());
-        let side = (config.search_side_px as f64 / config.stride_px).ceil() as usize;
-        let (extent, bbox) = (self.search_extent(size), bbox.scaled(MIDDLE));
+        let (side, extent, bbox) = (self.features_side(), self.search_extent(size), bbox.scaled(MIDDLE));
         if features.is_empty() || !bbox.is_finite() {
             return None;
         }

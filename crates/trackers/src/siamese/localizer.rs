@@ -72,13 +72,13 @@ impl<P: SiameseModel> TryFrom<Saved<P>> for SiameseLocalizer<P> {
 
     fn try_from(Saved { params, exemplar, first }: Saved<P>) -> Result<Self> {
         let refuse = |problem: String| TrackingError::Snapshot { tracker: P::NAME.to_owned(), problem };
-        if first.as_ref().is_some_and(|first| !first.is_sound()) {
-            return Err(refuse("what the target looked like is not finite".to_owned()));
-        }
         let (network, config) = params.open()?;
         let mut tracker = SiameseTracker::restore(network, config, exemplar).map_err(|e| refuse(e.to_string()))?;
-        if first.is_some() {
+        if let Some(first) = &first {
             tracker.keep_features();
+            if !(first.is_sound() && tracker.has_features_of(first)) {
+                return Err(refuse("what the target looked like is not of this network".to_owned()));
+            }
         }
         Ok(Self { params, tracker, first, looked: None })
     }

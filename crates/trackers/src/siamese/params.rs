@@ -29,9 +29,9 @@ pursuit_parameters::parameters! {
         /// What the network is.
         pub layout: Layout = Layout::Described;
         /// Score: constant of the logistic regression.
-        pub score_bias: f64 = -1.84, in Bounds::default(), source "of nanotrack";
+        pub score_bias: f64 = -1.84, in Bounds::default(), source "of nanotrack by its score alone";
         /// Score: weight of the log odds of the network's score.
-        pub score_weight: f64 = 0.48, in 0.0.., source "of nanotrack";
+        pub score_weight: f64 = 0.48, in 0.0.., source "of nanotrack by its score alone";
         /// How the network is run.
         pub runtime: RuntimeParams = RuntimeParams::default();
     }
