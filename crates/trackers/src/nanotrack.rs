@@ -112,7 +112,7 @@ mod tests {
     fn scene(has_target: bool) -> Frame {
         let pixel = |x: usize, y: usize| {
             if has_target && (100..140).contains(&x) && (80..120).contains(&y) {
-                [if x / 8 % 2 == 0 { 230 } else { 60 }, (y * 6 % 250) as u8, 40]
+                [if (x / 8).is_multiple_of(2) { 230 } else { 60 }, (y * 6 % 250) as u8, 40]
             } else {
                 [(90 + x / 8) as u8, (100 + y / 6) as u8, (110 + (x + y) / 16) as u8]
             }
