@@ -52,8 +52,7 @@ pub trait SiameseNetwork: Send {
     /// Keeps the features of every search image from now on, if it is a network that has any to keep.
     fn keep_features(&mut self) {}
 
-    /// The features of the last search image, [`stride_px`](super::SiameseConfig::stride_px) apart: channel, row, column. Empty where none are
-    /// kept.
+    /// The features of the last search image, as far apart as the network's stride: channel, row, column. Empty where none are kept.
     fn search_features(&self) -> &[f32] {
         &[]
     }

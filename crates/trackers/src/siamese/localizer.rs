@@ -121,7 +121,7 @@ impl<P: SiameseModel> SiameseLocalizer<P> {
         Ok(this)
     }
 
-    /// Looks at the target, which is at `bbox`, and remembers what it looks like: [`embedding`](Self::embedding) compares with that from now on.
+    /// Looks at the target, which is at `bbox`, and remembers what it looks like: what is scored from now on is compared with that.
     ///
     /// # Errors
     /// When the network cannot be run.
