@@ -15,6 +15,8 @@ pub mod condensation;
 #[cfg(feature = "zoo")]
 pub mod continuous;
 pub mod correlation;
+#[cfg(feature = "zoo")]
+pub mod csr_dcf;
 pub mod depth;
 pub mod depth_occlusion;
 pub mod detectors;
@@ -123,6 +125,13 @@ const TRACKERS: &[TrackerEntry] = &[
         "strcf",
         regularised::strcf,
         "spatial-temporal regularised correlation filter: learns each frame anew, near the last"
+    ),
+    #[cfg(feature = "zoo")]
+    tracker!(
+        "csr-dcf",
+        "lukezic2017",
+        csr_dcf::csr_dcf,
+        "a filter that has the target's outline, channels as far as they are reliable: OpenCV's CSRT"
     ),
     #[cfg(feature = "zoo")]
     tracker!(
@@ -285,7 +294,20 @@ const FAMILIES: &[Family] = &[
         name: "correlation",
         sentence: "A filter learnt from the target answers with a peak where it is, computed by Fourier transforms: very fast, and \
                    learns what is in the box, whatever it is.",
-        trackers: &["bacf", "strcf", "eco-hc", "c-cot", "kcf", "kcf-fixed", "csk", "mosse", "staple", "dsst", "fdsst"],
+        trackers: &[
+            "bacf",
+            "strcf",
+            "csr-dcf",
+            "eco-hc",
+            "c-cot",
+            "kcf",
+            "kcf-fixed",
+            "csk",
+            "mosse",
+            "staple",
+            "dsst",
+            "fdsst",
+        ],
     },
     Family {
         name: "colour",

@@ -2,8 +2,8 @@
 
 use crate::correlation::filters::FilterKind;
 use crate::correlation::{
-    CorrelationLocalizer, CorrelationSpec, ScaleLadderParams, ScoreParams, SolverParams, WindowParams, WindowShape,
-    spec,
+    CorrelationLocalizer, CorrelationSpec, GuideParams, ScaleLadderParams, ScoreParams, SolverParams, WindowParams,
+    WindowShape, spec,
 };
 use crate::features::FeatureKind;
 use pursuit_geometry::BBox;
@@ -30,6 +30,8 @@ pursuit_parameters::parameters! {
         };
         /// The solver.
         pub solver: SolverParams = SolverParams::default();
+        /// A mask that says what of the box is learnt.
+        pub guide: GuideParams = GuideParams::none();
         /// Sizes tried.
         pub scale_ladder: ScaleLadderParams = ScaleLadderParams { levels: 2, step: 1.01, penalty: 1.0 };
         /// The score, fitted as `docs/papers/bacf.md` says.
@@ -54,7 +56,7 @@ impl LocalizerRecipe for RegularisedParams {
                 FilterKind::Regularised(self.solver.clone()),
             )
         };
-        Ok(CorrelationLocalizer::new(spec, frame, &bbox))
+        CorrelationLocalizer::new(spec, frame, &bbox).guided(&self.guide, frame, bbox)
     }
 }
 

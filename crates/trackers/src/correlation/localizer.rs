@@ -1,4 +1,5 @@
 use super::filters::Filter;
+use super::guide::Guide;
 use super::params::{Subpixel, SweepBy};
 use super::peaks::Peaks;
 use super::scale::ScaleFilter;
@@ -21,15 +22,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Raw")]
 pub struct CorrelationLocalizer {
-    spec: CorrelationSpec,
-    window: SearchWindow,
-    filter: Filter,
+    pub(super) spec: CorrelationSpec,
+    pub(super) window: SearchWindow,
+    pub(super) filter: Filter,
     scale: Option<ScaleFilter>,
     colors: Option<ColorHistogram>,
     initial: InitialTemplate,
     /// Where they are part of the score.
     first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
+    /// The mask that says what the filter learns, where there is one.
+    pub(super) guide: Option<Box<Guide>>,
     #[serde(skip)]
     scratch: Scratch,
 }
@@ -45,13 +48,14 @@ struct Raw {
     initial: InitialTemplate,
     first_colors: Option<FirstColors>,
     baseline: PeakBaseline,
+    guide: Option<Box<Guide>>,
 }
 
 impl TryFrom<Raw> for CorrelationLocalizer {
     type Error = &'static str;
 
     fn try_from(raw: Raw) -> Result<Self, Self::Error> {
-        let Raw { spec, window, filter, scale, colors, initial, first_colors, baseline } = raw;
+        let Raw { spec, window, filter, scale, colors, initial, first_colors, baseline, guide } = raw;
         if !spec.is_sensible() {
             return Err("its settings are out of range");
         }
@@ -69,7 +73,7 @@ impl TryFrom<Raw> for CorrelationLocalizer {
             return Err("its first colours do not fit its score");
         }
         let scratch = Scratch::new(features, &window);
-        Ok(Self { spec, window, filter, scale, colors, initial, first_colors, baseline, scratch })
+        Ok(Self { spec, window, filter, scale, colors, initial, first_colors, baseline, guide, scratch })
     }
 }
 
@@ -128,6 +132,12 @@ pub struct ResponsePeak {
     pub log_odds: f64,
 }
 
+/// The filter before it has learnt anything.
+fn untaught(spec: &CorrelationSpec, window: &SearchWindow, features: &FeatureSet) -> Filter {
+    let target = in_cells(window.target_in_patch(), features.cell_px());
+    spec.filter.make(features.grid(window.patch()), features.channels(), target, spec.label_sigma(target))
+}
+
 /// The target's cells.
 fn support(window: &SearchWindow, features: &FeatureSet) -> Support {
     Support::middle(in_cells(window.target_in_patch(), features.cell_px()), features.grid(window.patch()))
@@ -158,11 +168,9 @@ impl CorrelationLocalizer {
     pub fn new(spec: CorrelationSpec, frame: &Frame, bbox: &BBox) -> Self {
         let features = spec.make_features();
         let window = SearchWindow::new(bbox, &spec.window, features.cell_px());
-        let target = in_cells(window.target_in_patch(), features.cell_px());
         let (support, channels) = (support(&window, &features), template_channels(&spec, &features));
+        let mut filter = untaught(&spec, &window, &features);
         let mut scratch = Scratch::new(features, &window);
-        let sigma = spec.label_sigma(target);
-        let mut filter = spec.filter.make(scratch.plain.size(), scratch.plain.channels(), target, sigma);
         let first = window.window(bbox.center(), 1.0);
         for k in 0..spec.first_samples.count.max(1) {
             scratch.extract(frame, &perturbed(first, &spec.first_samples, k));
@@ -184,7 +192,7 @@ impl CorrelationLocalizer {
         let initial = InitialTemplate::new(support, &scratch.plain, channels, spec.score.likeness_by);
         let first_colors = spec.score.first_colors(frame, bbox);
         let baseline = PeakBaseline::default();
-        Self { spec, window, filter, scale, colors, initial, first_colors, baseline, scratch }
+        Self { spec, window, filter, scale, colors, initial, first_colors, baseline, guide: None, scratch }
     }
 
     /// The window searched.
@@ -321,6 +329,17 @@ impl CorrelationLocalizer {
         self.baseline.believe(peak, spec.score.usual_rate);
     }
 
+    /// The filter before it has learnt anything.
+    pub(super) fn untaught(&self) -> Filter {
+        untaught(&self.spec, &self.window, &self.scratch.features)
+    }
+
+    /// Learns the target at `bbox`, of which nothing has been learnt.
+    pub(super) fn learn_first(&mut self, frame: &Frame, bbox: &BBox) {
+        self.scratch.extract(frame, &self.window.window(bbox.center(), self.window.scale_of(bbox)));
+        self.filter.learn(&self.scratch.windowed, 1.0);
+    }
+
     /// The middle of what `search` found at this `peak`: exact, unless it was moved into the frame.
     pub fn middle(&self, frame: &Frame, search: &Search, peak: &ResponsePeak) -> Point {
         if search.keep_inside {
@@ -360,7 +379,7 @@ impl Localizer for CorrelationLocalizer {
         Ok(Some((measurement, found)))
     }
 
-    /// Measures the size by the filter along scale.
+    /// Measures the size by the filter along scale, and by the mask.
     fn refine(
         &mut self,
         frame: &Frame,
@@ -371,12 +390,14 @@ impl Localizer for CorrelationLocalizer {
         if self.spec.scale.as_ref().is_some_and(|params| search.look == Look::Near || params.on_return) {
             finding.center = self.middle(frame, search, finding);
             finding.scale = self.scale_at(frame, finding.center, finding.scale);
+            finding.scale = self.guided_scale(frame, finding.center, finding.scale)?;
             measurement.bbox = self.window.bbox(finding.center, finding.scale);
         }
         Ok(())
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &ResponsePeak) -> Result<()> {
+        self.confine(frame, &bbox)?;
         self.learn(frame, &bbox, finding.evidence.peak);
         Ok(())
     }
@@ -384,8 +405,9 @@ impl Localizer for CorrelationLocalizer {
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {
         let mut spec = self.spec.clone();
         spec.features = spec.features.on(frame);
+        let guide = self.guide.take();
         *self = Self::new(spec, frame, &bbox);
-        Ok(())
+        guide.map_or(Ok(()), |guide| self.restart_guide(*guide, frame, bbox))
     }
 
     fn view(&self, expected: &BBox) -> Option<ViewSize> {

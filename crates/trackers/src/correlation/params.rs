@@ -202,3 +202,21 @@ pursuit_parameters::parameters! {
         pub spatial_weight: f64 = 0.0, in 0.0.., source "li2018, released code: 1e-3 squared";
     }
 }
+
+pursuit_parameters::parameters! {
+    /// The filter that is confined to the target's cells, and how far its channels are relied upon.
+    pub struct ReliabilityParams {
+        /// Regularisation λ.
+        pub lambda: f64 = 0.01, in above(0.0), source "lukezic2017, section 4.1: 0.01";
+        /// First penalty μ of a filter that is not 0 outside of the target's cells.
+        pub penalty: f64 = 5.0, in above(0.0), source "lukezic2017, section 4.1: 5";
+        /// Growth β of the penalty per iteration.
+        pub penalty_growth: f64 = 3.0, in 1.0..=100.0, source "lukezic2017, section 4.1: 3";
+        /// Iterations per frame.
+        pub iterations: usize = 4, in 1..=20, source "lukezic2017, section 3.2: 4";
+        /// Share of a frame's reliabilities of the channels in those kept.
+        pub rate: f64 = 0.02, in 0.0..=1.0, source "lukezic2017, released code: 0.02";
+        /// Whether a channel with two peaks that are nearly as high counts less where the target is looked for.
+        pub distinct: bool = true, source "lukezic2017, section 3.3";
+    }
+}

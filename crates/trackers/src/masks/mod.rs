@@ -137,17 +137,24 @@ pub enum AnySegmenter {
     Network(Box<NetworkSegmenter>),
 }
 
-impl Segmenter for AnySegmenter {
-    fn segment(&mut self, frame: &Frame, estimate: &Estimate) -> Result<Option<Mask>> {
+impl AnySegmenter {
+    /// The pixels of the target at `bbox`; learns them as far as `state` lets it.
+    pub(crate) fn look(&mut self, frame: &Frame, bbox: &BBox, state: TrackState) -> Result<Option<Mask>> {
         // What is not seen has no pixels, and where it should be is something else to learn from.
-        let seen = matches!(estimate.state, TrackState::Tracking | TrackState::Unsure);
+        let seen = matches!(state, TrackState::Tracking | TrackState::Unsure);
         Ok(match self {
-            Self::Colors(segmenter) if seen => segmenter.look(frame, &estimate.bbox, estimate.state),
+            Self::Colors(segmenter) if seen => segmenter.look(frame, bbox, state),
             Self::Colors(_) => None,
-            Self::Motion(segmenter) => segmenter.look(frame, &estimate.bbox).filter(|_| seen),
-            Self::Network(segmenter) if seen => segmenter.look(frame, &estimate.bbox)?,
+            Self::Motion(segmenter) => segmenter.look(frame, bbox).filter(|_| seen),
+            Self::Network(segmenter) if seen => segmenter.look(frame, bbox)?,
             Self::Network(_) => None,
         })
+    }
+}
+
+impl Segmenter for AnySegmenter {
+    fn segment(&mut self, frame: &Frame, estimate: &Estimate) -> Result<Option<Mask>> {
+        self.look(frame, &estimate.bbox, estimate.state)
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

@@ -5,6 +5,7 @@ pub mod compressed;
 pub mod kernel;
 pub mod mosse;
 pub mod regularised;
+pub mod reliable;
 mod spectra;
 
 pub use circulant::{CirculantCoder, SparseCodeParams};
@@ -12,9 +13,10 @@ pub use compressed::CompressedFilter;
 pub use kernel::{Kernel, KernelFilter};
 pub use mosse::MosseFilter;
 pub use regularised::RegularisedFilter;
+pub use reliable::ReliableFilter;
 pub use spectra::{Spectra, mean_power};
 
-use super::params::SolverParams;
+use super::params::{ReliabilityParams, SolverParams};
 use pursuit_geometry::Size;
 use pursuit_vision::fourier::{Complex32, RealFft2};
 use pursuit_vision::sampling::Planes;
@@ -40,6 +42,10 @@ pub trait ResponseFilter {
     fn peak_unit(&self) -> f64 {
         1.0
     }
+
+    /// Confines what is learnt from now on to the cells that are 1, of a plane of zeros and ones; without any, and by filters that are
+    /// never confined, that is not heeded.
+    fn confine(&mut self, _cells: &[f32]) {}
 }
 
 /// Which filter: a small value, saved with the tracker.
@@ -66,6 +72,8 @@ pub enum FilterKind {
     },
     /// Confined to the target (galoogahi2017, li2018).
     Regularised(SolverParams),
+    /// Confined to the target's cells, each channel for itself (lukezic2017).
+    Reliable(ReliabilityParams),
     /// A sparse code of shifted templates (zhang2016).
     Circulant(SparseCodeParams),
 }
@@ -89,6 +97,9 @@ impl FilterKind {
                 target,
                 label_sigma,
             ))),
+            Self::Reliable(params) => {
+                Filter::Reliable(Box::new(ReliableFilter::new(params.clone(), grid, channels, target, label_sigma)))
+            }
             Self::Circulant(code) => {
                 Filter::Circulant(Box::new(CirculantCoder::new(code.clone(), grid, channels, label_sigma)))
             }
@@ -107,6 +118,8 @@ pub enum Filter {
     Compressed(Box<CompressedFilter>),
     /// Confined to the target.
     Regularised(Box<RegularisedFilter>),
+    /// Confined to the target's cells, each channel for itself.
+    Reliable(Box<ReliableFilter>),
     /// A sparse code of shifted templates.
     Circulant(Box<CirculantCoder>),
 }
@@ -120,6 +133,7 @@ impl Deref for Filter {
             Self::Kernel(f) => &**f,
             Self::Compressed(f) => &**f,
             Self::Regularised(f) => &**f,
+            Self::Reliable(f) => &**f,
             Self::Circulant(f) => &**f,
         }
     }
@@ -132,6 +146,7 @@ impl DerefMut for Filter {
             Self::Kernel(f) => &mut **f,
             Self::Compressed(f) => &mut **f,
             Self::Regularised(f) => &mut **f,
+            Self::Reliable(f) => &mut **f,
             Self::Circulant(f) => &mut **f,
         }
     }

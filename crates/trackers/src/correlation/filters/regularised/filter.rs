@@ -15,7 +15,10 @@ pub struct RegularisedFilter {
     solver: SolverParams,
     grid: Size,
     channels: usize,
+    /// The rectangle that holds the cells.
     support: Support,
+    /// The cells the filter is confined to are 1, the others 0.
+    cells: Vec<f32>,
     label_sigma: f64,
     /// f, all channels one after the other.
     filter: Spectra,
@@ -35,7 +38,8 @@ impl RegularisedFilter {
             return Err("its filter does not have the size of its grid");
         }
         let Support { left, right, top, bottom } = support;
-        if !(left < right && right <= grid.width && top < bottom && bottom <= grid.height) {
+        let within = left < right && right <= grid.width && top < bottom && bottom <= grid.height;
+        if !within || self.cells.len() != grid.area() {
             return Err("its filter is confined to cells that are not there");
         }
         if self.solver.check_all().is_err() {
@@ -108,11 +112,13 @@ impl RegularisedFilter {
     pub fn new(solver: SolverParams, grid: Size, channels: usize, target: (f64, f64), label_sigma: f64) -> Self {
         let work = Work::new(grid, channels, label_sigma);
         let zero = vec![Complex32::default(); work.sample.len()];
+        let support = Support::middle(target, grid);
         Self {
             solver,
             grid,
             channels,
-            support: Support::middle(target, grid),
+            support,
+            cells: support.cells(grid),
             label_sigma,
             filter: Spectra(zero.clone()),
             model: Spectra(zero),
@@ -121,7 +127,7 @@ impl RegularisedFilter {
         }
     }
 
-    /// The cells the filter is confined to.
+    /// The rectangle that holds the cells the filter is confined to.
     pub const fn support(&self) -> Support {
         self.support
     }
@@ -172,16 +178,17 @@ impl ResponseFilter for RegularisedFilter {
             if settings.iterations == 2 {
                 // h is 0 before the step and nobody asks for it afterwards: g − h = (1 + r)·g − r·f, and g has few rows.
                 let rows = self.support.top..self.support.bottom;
+                let inner = rows.start * self.grid.width..rows.end * self.grid.width;
                 for spectrum in target.chunks_exact_mut(bins) {
                     plan.inverse_rows(spectrum, plane, rows.clone(), fft);
-                    keep(plane, self.grid.width, self.support, inside * (1.0 + rescale));
+                    keep(&mut plane[inner.clone()], &self.cells[inner.clone()], inside * (1.0 + rescale));
                     plan.forward_rows(plane, rows.clone(), dots, fft);
                     subtract_from(dots, rescale, spectrum);
                 }
             } else {
                 for (spectrum, dual) in target.chunks_exact_mut(bins).zip(dual.chunks_exact_mut(plane.len())) {
                     plan.inverse(spectrum, plane, fft);
-                    confine(plane, dual, self.grid.width, self.support, inside, rescale);
+                    confine(plane, dual, &self.cells, inside, rescale);
                     plan.forward(plane, spectrum, fft);
                 }
             }
@@ -197,6 +204,13 @@ impl ResponseFilter for RegularisedFilter {
 
     fn shape(&self) -> (Size, usize) {
         (self.grid, self.channels)
+    }
+
+    fn confine(&mut self, cells: &[f32]) {
+        if let Some(support) = Support::of(cells, self.grid) {
+            self.support = support;
+            self.cells.copy_from_slice(cells);
+        }
     }
 
     /// The label's energy does not depend on the grid, so that its peak does.

@@ -13,7 +13,7 @@
 
 mod filter;
 #[cfg(test)]
-mod reference;
+pub(super) mod reference;
 mod solve;
 
 pub use filter::RegularisedFilter;

@@ -3,9 +3,10 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
-type C = Complex<f64>;
+pub type C = Complex<f64>;
 
-fn dft(plane: &[C], w: usize, sign: f64) -> Vec<C> {
+/// The transform by its definition; not divided by anything.
+pub fn dft(plane: &[C], w: usize, sign: f64) -> Vec<C> {
     let h = plane.len() / w;
     let bin = |k: usize| {
         let (u, v) = (k % w, k / w);

@@ -1,6 +1,5 @@
 //! The two steps of an iteration, as kernels over planes and bins.
 
-use crate::appearance::Support;
 use multiversion::multiversion;
 use pursuit_vision::fourier::Complex32;
 
@@ -22,29 +21,20 @@ pub(super) fn scale(bins: &mut [Complex32], factor: f32) {
     }
 }
 
-/// The step in space. `plane` comes in as f and `dual` as h. With v = f + h, g = `inside`·v within the support and 0
-/// outside; h becomes (v − g)·`rescale`, rescaled for the next penalty, and `plane` becomes g − h.
-pub(super) fn confine(plane: &mut [f32], dual: &mut [f32], width: usize, support: Support, inside: f32, rescale: f32) {
-    let rows = plane.chunks_exact_mut(width).zip(dual.chunks_exact_mut(width));
-    for (y, (plane, dual)) in rows.enumerate() {
-        let row_inside = (support.top..support.bottom).contains(&y);
-        for (x, (f, h)) in plane.iter_mut().zip(dual).enumerate() {
-            let v = *f + *h;
-            let g = if row_inside && (support.left..support.right).contains(&x) { inside * v } else { 0.0 };
-            *h = (v - g) * rescale;
-            *f = g - *h;
-        }
+/// The step in space. `plane` comes in as f and `dual` as h. With v = f + h, g = `inside`·v in the cells that are 1 and 0
+/// elsewhere; h becomes (v − g)·`rescale`, rescaled for the next penalty, and `plane` becomes g − h.
+pub(super) fn confine(plane: &mut [f32], dual: &mut [f32], cells: &[f32], inside: f32, rescale: f32) {
+    for ((f, h), cell) in plane.iter_mut().zip(dual).zip(cells) {
+        let v = *f + *h;
+        let g = inside * cell * v;
+        *h = (v - g) * rescale;
+        *f = g - *h;
     }
 }
 
-/// Multiplies what is within the support by `factor` and clears what is beside it in its rows; other rows are left alone.
-pub(super) fn keep(plane: &mut [f32], width: usize, support: Support, factor: f32) {
-    let rows = plane.chunks_exact_mut(width).take(support.bottom).skip(support.top);
-    for row in rows {
-        row[..support.left].fill(0.0);
-        row[support.left..support.right].iter_mut().for_each(|v| *v *= factor);
-        row[support.right..].fill(0.0);
-    }
+/// Multiplies what is in the cells that are 1 by `factor` and clears the others.
+pub(super) fn keep(plane: &mut [f32], cells: &[f32], factor: f32) {
+    plane.iter_mut().zip(cells).for_each(|(v, cell)| *v *= factor * cell);
 }
 
 /// `bins = from − factor · bins`.
