@@ -315,7 +315,11 @@ impl CorrelationLocalizer {
 
 impl CorrelationLocalizer {
     /// Learns what the target looks like at `bbox`, where the response's peak was `peak` high.
-    pub fn learn(&mut self, frame: &Frame, bbox: &BBox, peak: f64) {
+    ///
+    /// # Errors
+    /// When the mask that guides it cannot be made.
+    pub fn learn(&mut self, frame: &Frame, bbox: &BBox, peak: f64) -> Result<()> {
+        self.confine(frame, bbox)?;
         let Self { spec, window, filter, scale, colors, scratch, .. } = self;
         let (center, size) = (bbox.center(), window.scale_of(bbox));
         scratch.extract(frame, &window.window(center, size));
@@ -327,6 +331,7 @@ impl CorrelationLocalizer {
             filter.learn(frame, &window.bbox(center, size));
         }
         self.baseline.believe(peak, spec.score.usual_rate);
+        Ok(())
     }
 
     /// The filter before it has learnt anything.
@@ -397,9 +402,7 @@ impl Localizer for CorrelationLocalizer {
     }
 
     fn adapt(&mut self, frame: &Frame, bbox: BBox, finding: &ResponsePeak) -> Result<()> {
-        self.confine(frame, &bbox)?;
-        self.learn(frame, &bbox, finding.evidence.peak);
-        Ok(())
+        self.learn(frame, &bbox, finding.evidence.peak)
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

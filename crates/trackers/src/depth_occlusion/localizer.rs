@@ -285,15 +285,15 @@ impl Localizer for DepthLocalizer {
         }
         self.learned = self.learned.wrapping_add(1);
         match &mut self.depth {
-            Some(part) if depth.is_some() => part.filter.learn(frame, &bbox, finding.response()),
+            Some(part) if depth.is_some() => part.filter.learn(frame, &bbox, finding.response())?,
             Some(_) => {
-                self.picture.learn(frame, &bbox, finding.response());
+                self.picture.learn(frame, &bbox, finding.response())?;
                 return Ok(());
             }
             none => *none = DepthFilter::new(&self.params, frame, &bbox),
         }
         if self.depth.is_none() || self.learned.is_multiple_of(self.params.picture_every.max(1) as u64) {
-            self.picture.learn(frame, &bbox, finding.response());
+            self.picture.learn(frame, &bbox, finding.response())?;
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ impl LocalizerRecipe for FilterParams {
                 FilterKind::Regularised(self.solver.clone()),
             )
         };
-        Ok(CorrelationLocalizer::new(spec, frame, &bbox))
+        CorrelationLocalizer::new(spec, frame, &bbox).guided(&self.guide, frame, bbox)
     }
 }
 

@@ -331,11 +331,11 @@ impl Localizer for WitnessLocalizer {
         };
         let (fusion, peak) = (&self.params.fusion, leading.evidence.peak);
         match &fused.filter {
-            Some(candidate) if fused.filter_keeps(fusion) => self.filter.learn(frame, &candidate.own, peak),
+            Some(candidate) if fused.filter_keeps(fusion) => self.filter.learn(frame, &candidate.own, peak)?,
             _ if (!fused.expert_leads && (fused.agreed || fused.filter_leads))
                 || sigmoid(leading.log_odds) >= fusion.teach_from =>
             {
-                self.filter.learn(frame, &bbox, peak);
+                self.filter.learn(frame, &bbox, peak)?;
             }
             _ => {}
         }

@@ -2,8 +2,8 @@
 
 use super::judge::{JointEvidence, JudgeParams};
 use crate::correlation::{
-    ColorParams, Likeness, PeakParams, ScaleFilterParams, ScoreParams, SolverParams, Subpixel, SweepBy, WindowParams,
-    WindowShape,
+    ColorParams, GuideParams, Likeness, PeakParams, ScaleFilterParams, ScoreParams, SolverParams, Subpixel, SweepBy,
+    WindowParams, WindowShape,
 };
 use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackParams;
@@ -29,6 +29,8 @@ pursuit_parameters::parameters! {
         };
         /// The filter's solver.
         pub solver: SolverParams = SolverParams::default();
+        /// A mask that says what of the box is learnt.
+        pub guide: GuideParams = GuideParams::none();
         /// The filter along scale.
         pub scale: ScaleFilterParams =
             ScaleFilterParams { on_return: true, size_kept_px: 8.0, size_followed_px: 24.0, ..ScaleFilterParams::default() };
