@@ -1,6 +1,6 @@
 //! A mask that guides a correlation filter: what it learns, and how large the target is.
 
-use super::localizer::CorrelationLocalizer;
+use super::localizer::{CorrelationLocalizer, untaught};
 use super::search_window::SearchWindow;
 use super::spec::in_cells;
 use crate::appearance::Support;
@@ -135,9 +135,10 @@ impl CorrelationLocalizer {
     /// Learns the target's first picture again, of the cells that the guide says.
     fn start_guide(&mut self, guide: Guide, frame: &Frame, bbox: &BBox) -> Result<()> {
         self.guide = Some(Box::new(guide));
-        self.filter = self.untaught();
+        self.filter = untaught(&self.spec, &self.window, &self.scratch.features);
         self.confine(frame, bbox)?;
-        self.learn_first(frame, bbox);
+        self.scratch.extract(frame, &self.window.window(bbox.center(), self.window.scale_of(bbox)));
+        self.filter.learn(&self.scratch.windowed, 1.0);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 use super::filters::Filter;
 use super::guide::Guide;
 use super::params::{Subpixel, SweepBy};
-use super::peaks::Peaks;
+use super::peaks::{Peaks, ResponsePeak};
 use super::scale::ScaleFilter;
 use super::score::{CorrelationFigures, Evidence, PeakBaseline, peak_quality};
 use super::search_window::SearchWindow;
@@ -34,7 +34,7 @@ pub struct CorrelationLocalizer {
     /// The mask that says what the filter learns, where there is one.
     pub(super) guide: Option<Box<Guide>>,
     #[serde(skip)]
-    scratch: Scratch,
+    pub(super) scratch: Scratch,
 }
 
 /// What is stored, before it is checked.
@@ -79,13 +79,13 @@ impl TryFrom<Raw> for CorrelationLocalizer {
 
 /// Not state: made from the spec, and overwritten at every use.
 #[derive(Debug, Clone)]
-struct Scratch {
-    features: FeatureSet,
+pub(super) struct Scratch {
+    pub(super) features: FeatureSet,
     hann: Vec<f32>,
     /// Features as they are.
     plain: Planes,
     /// Features under the Hann window.
-    windowed: Planes,
+    pub(super) windowed: Planes,
     response: Vec<f32>,
     peaks: Peaks,
 }
@@ -105,7 +105,7 @@ impl Scratch {
     }
 
     /// Features of the window.
-    fn extract(&mut self, frame: &Frame, window: &Window) {
+    pub(super) fn extract(&mut self, frame: &Frame, window: &Window) {
         self.features.extract(frame, window, &mut self.plain);
         for (plain, windowed) in self.plain.planes().zip(self.windowed.planes_mut()) {
             for ((out, v), h) in windowed.iter_mut().zip(plain).zip(&self.hann) {
@@ -115,25 +115,8 @@ impl Scratch {
     }
 }
 
-/// The peak of the response in which a look saw the target.
-#[derive(Debug, Clone, Copy)]
-pub struct ResponsePeak {
-    /// Where, in pixels: exact, where a box rounds its centre.
-    pub center: Point,
-    /// How many times larger than at the start the target was taken to be.
-    pub scale: f64,
-    /// Height of the response's peak, by which sizes are compared.
-    pub height: f64,
-    /// Average peak-to-correlation energy of the response (wang2017, eq. 9).
-    pub apce: f64,
-    /// What speaks for it.
-    pub evidence: Evidence,
-    /// ln of p / (1 − p) of the probability p that the box is right.
-    pub log_odds: f64,
-}
-
 /// The filter before it has learnt anything.
-fn untaught(spec: &CorrelationSpec, window: &SearchWindow, features: &FeatureSet) -> Filter {
+pub(super) fn untaught(spec: &CorrelationSpec, window: &SearchWindow, features: &FeatureSet) -> Filter {
     let target = in_cells(window.target_in_patch(), features.cell_px());
     spec.filter.make(features.grid(window.patch()), features.channels(), target, spec.label_sigma(target))
 }
@@ -332,17 +315,6 @@ impl CorrelationLocalizer {
         }
         self.baseline.believe(peak, spec.score.usual_rate);
         Ok(())
-    }
-
-    /// The filter before it has learnt anything.
-    pub(super) fn untaught(&self) -> Filter {
-        untaught(&self.spec, &self.window, &self.scratch.features)
-    }
-
-    /// Learns the target at `bbox`, of which nothing has been learnt.
-    pub(super) fn learn_first(&mut self, frame: &Frame, bbox: &BBox) {
-        self.scratch.extract(frame, &self.window.window(bbox.center(), self.window.scale_of(bbox)));
-        self.filter.learn(&self.scratch.windowed, 1.0);
     }
 
     /// The middle of what `search` found at this `peak`: exact, unless it was moved into the frame.

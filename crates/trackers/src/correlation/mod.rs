@@ -22,12 +22,12 @@ mod search_window;
 pub mod spec;
 
 pub use guide::GuideParams;
-pub use localizer::{CorrelationLocalizer, ResponsePeak};
+pub use localizer::CorrelationLocalizer;
 pub use params::{
     ColorParams, Likeness, PeakParams, ReliabilityParams, ScaleFilterParams, ScaleLadderParams, ScoreParams,
     SolverParams, Subpixel, SweepBy, WindowParams, WindowShape,
 };
-pub use peaks::Peaks;
+pub use peaks::{Peaks, ResponsePeak};
 pub use score::{CorrelationFigures, Evidence, PeakBaseline, peak_quality};
 pub use search_window::SearchWindow;
 pub use spec::CorrelationSpec;

@@ -1,7 +1,26 @@
 use super::params::PeakParams;
+use super::score::Evidence;
+use pursuit_geometry::Point;
 use pursuit_vision::fourier::highest;
 #[cfg(test)]
 use pursuit_vision::fourier::{parabola_peak, signed_shift};
+
+/// The peak of the response in which a look saw the target.
+#[derive(Debug, Clone, Copy)]
+pub struct ResponsePeak {
+    /// Where, in pixels: exact, where a box rounds its centre.
+    pub center: Point,
+    /// How many times larger than at the start the target was taken to be.
+    pub scale: f64,
+    /// Height of the response's peak, by which sizes are compared.
+    pub height: f64,
+    /// Average peak-to-correlation energy of the response (wang2017, eq. 9).
+    pub apce: f64,
+    /// What speaks for it.
+    pub evidence: Evidence,
+    /// ln of p / (1 − p) of the probability p that the box is right.
+    pub log_odds: f64,
+}
 
 /// Finds the peaks of a response plane that stand apart.
 #[derive(Debug, Clone, Default)]
