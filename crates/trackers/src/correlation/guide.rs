@@ -4,11 +4,11 @@ use super::localizer::{CorrelationLocalizer, untaught};
 use super::search_window::SearchWindow;
 use super::spec::in_cells;
 use crate::appearance::Support;
-use crate::masks::{AnySegmenter, MaskGroup, MaskModel, MaskParams};
+use crate::masks::{AnySegmenter, MaskModel, MaskParams};
 use pursuit_geometry::{BBox, Mask, Point, Size};
 use pursuit_imaging::Frame;
 use pursuit_parameters::Parameters;
-use pursuit_tracking::{Result, SegmenterRecipe, TrackState};
+use pursuit_tracking::{Result, TrackState};
 use serde::{Deserialize, Serialize};
 
 /// A mask moves the size by at most this factor per frame.
@@ -63,7 +63,7 @@ impl Guide {
 
     /// One for the target at `bbox`.
     fn new(params: &GuideParams, frame: &Frame, bbox: BBox) -> Result<Self> {
-        let segmenter = MaskGroup { mask: params.mask.clone() }.segmenter(frame, bbox)?;
+        let segmenter = params.mask.segmenter("guide.mask", frame, &bbox)?;
         Ok(Self { params: params.clone(), segmenter, usual: None })
     }
 
@@ -291,6 +291,16 @@ mod tests {
         };
         assert_eq!(sides(0.0), 44.0);
         assert!((sides(1.0) - 52.0).abs() < 2.5, "{}", sides(1.0));
+    }
+
+    #[test]
+    fn a_network_that_is_not_named_is_asked_for_by_the_guides_own_parameter() {
+        let (frame, bbox) = disk(24.0);
+        let mask = MaskParams { model: MaskModel::Network, ..MaskParams::default() };
+        let params = GuideParams { mask, ..GuideParams::default() };
+        let started = localizer(&GuideParams::none(), &frame, bbox).guided(&params, &frame, bbox);
+        let error = started.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(error.contains("guide.mask.network.model="), "{error}");
     }
 
     #[test]

@@ -117,11 +117,21 @@ impl SegmenterRecipe for MaskGroup {
     type Segmenter = AnySegmenter;
 
     fn segmenter(&self, frame: &Frame, bbox: BBox) -> Result<Option<AnySegmenter>> {
-        Ok(match self.mask.model {
+        self.mask.segmenter("mask", frame, &bbox)
+    }
+}
+
+impl MaskParams {
+    /// What these make for the target at `bbox`; `None` where they want no masks. Errors name them as those of `group`.
+    ///
+    /// # Errors
+    /// When a network cannot be used.
+    pub(crate) fn segmenter(&self, group: &str, frame: &Frame, bbox: &BBox) -> Result<Option<AnySegmenter>> {
+        Ok(match self.model {
             MaskModel::None => None,
-            MaskModel::Colors => Some(AnySegmenter::Colors(Box::new(ColorSegmenter::new(&self.mask, frame, &bbox)))),
-            MaskModel::Motion => Some(AnySegmenter::Motion(Box::new(MotionSegmenter::new(&self.mask, frame, &bbox)))),
-            MaskModel::Network => Some(AnySegmenter::Network(Box::new(NetworkSegmenter::new(&self.mask)?))),
+            MaskModel::Colors => Some(AnySegmenter::Colors(Box::new(ColorSegmenter::new(self, frame, bbox)))),
+            MaskModel::Motion => Some(AnySegmenter::Motion(Box::new(MotionSegmenter::new(self, frame, bbox)))),
+            MaskModel::Network => Some(AnySegmenter::Network(Box::new(NetworkSegmenter::new(self, group)?))),
         })
     }
 }

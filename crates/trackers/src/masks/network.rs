@@ -44,7 +44,7 @@ impl TryFrom<Saved> for NetworkSegmenter {
 
     fn try_from(Saved { params }: Saved) -> Result<Self> {
         params.validate(NAME)?;
-        Self::new(&params)
+        Self::new(&params, NAME)
     }
 }
 
@@ -55,18 +55,20 @@ impl std::fmt::Debug for NetworkSegmenter {
 }
 
 impl NetworkSegmenter {
-    /// Opens the network.
+    /// Opens the network; errors name its parameters as those of `group`.
     ///
     /// # Errors
     /// When none is named, or it cannot be used.
-    pub(super) fn new(params: &MaskParams) -> Result<Self> {
+    pub(super) fn new(params: &MaskParams, group: &str) -> Result<Self> {
         let Some(model) = params.network.model.path() else {
-            let problem = "names no network; give its ONNX file, or the folder with image encoder and mask decoder, for example \
-                           `--set mask.network.model=networks/mobile_sam`";
-            return Err(ParameterError::new(NAME, MODEL, problem).into());
+            let problem = format!(
+                "names no network; give its ONNX file, or the folder with image encoder and mask decoder, for example \
+                 `--set {group}.{MODEL}=networks/mobile_sam`"
+            );
+            return Err(ParameterError::new(group, MODEL, problem).into());
         };
         let opened = SegmentationNetwork::open(model, &params.network.runtime.options());
-        let network = opened.map_err(unusable(NAME, MODEL))?;
+        let network = opened.map_err(unusable(group, MODEL))?;
         tracing::info!("{}", network.taken_for());
         network.notes().iter().for_each(|note| tracing::warn!("{note}"));
         Ok(Self { params: params.clone(), network: Arc::new(Mutex::new(network)), scratch: Default::default() })
