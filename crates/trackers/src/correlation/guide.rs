@@ -150,7 +150,7 @@ impl CorrelationLocalizer {
             let usual = guide.usual.get_or_insert(*share);
             *usual += guide.params.usual_rate * (share - *usual);
         }
-        let (grid, cell_px) = (self.filter.shape().0, self.spec.window.cell_px);
+        let (grid, cell_px) = (self.filter.shape().0, self.scratch.features.cell_px());
         let seen = found
             .filter(|_| guide.params.learning)
             .map(|(mask, _)| cells_of(&mask, &self.window, (bbox.center(), self.window.scale_of(bbox)), cell_px, grid));
