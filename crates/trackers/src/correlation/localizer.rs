@@ -275,10 +275,15 @@ impl CorrelationLocalizer {
         self.respond(frame, center, scale)
     }
 
-    /// The scale at `center`, measured by the filter along scale, where there is one.
-    pub fn scale_at(&mut self, frame: &Frame, center: Point, scale: f64) -> f64 {
-        let Some(filter) = &mut self.scale else { return scale };
-        self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)))
+    /// The scale at `center`, measured by the filter along scale and by the mask, where there are any.
+    ///
+    /// # Errors
+    /// When the mask that guides it cannot be made.
+    pub fn scale_at(&mut self, frame: &Frame, center: Point, scale: f64) -> Result<f64> {
+        let scale = self.scale.as_mut().map_or(scale, |filter| {
+            self.window.within_bounds(scale * filter.locate(frame, &self.window.bbox(center, scale)))
+        });
+        self.guided_scale(frame, center, scale)
     }
 
     /// The best of all sizes tried at one place.
@@ -364,10 +369,11 @@ impl Localizer for CorrelationLocalizer {
         measurement: &mut Measurement,
         finding: &mut ResponsePeak,
     ) -> Result<()> {
-        if self.spec.scale.as_ref().is_some_and(|params| search.look == Look::Near || params.on_return) {
+        let near = search.look == Look::Near;
+        let by_mask = near && self.guide.as_ref().is_some_and(|guide| guide.sizes());
+        if by_mask || self.spec.scale.as_ref().is_some_and(|params| near || params.on_return) {
             finding.center = self.middle(frame, search, finding);
-            finding.scale = self.scale_at(frame, finding.center, finding.scale);
-            finding.scale = self.guided_scale(frame, finding.center, finding.scale)?;
+            finding.scale = self.scale_at(frame, finding.center, finding.scale)?;
             measurement.bbox = self.window.bbox(finding.center, finding.scale);
         }
         Ok(())

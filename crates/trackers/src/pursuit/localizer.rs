@@ -312,7 +312,7 @@ impl Localizer for WitnessLocalizer {
         if let (Some((center, scale)), Some(candidate), true) =
             (fused.place, &mut fused.filter, fused.filter_leads || fused.expert_leads)
         {
-            let scale = self.filter.scale_at(frame, center, scale);
+            let scale = self.filter.scale_at(frame, center, scale)?;
             candidate.bbox = self.filter.window().bbox(center, scale);
             candidate.own = candidate.bbox;
             // The proposer may have moved the middle into the frame; the size alone is new.
