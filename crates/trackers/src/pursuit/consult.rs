@@ -43,7 +43,7 @@ impl WitnessLocalizer {
         looked: bool,
     ) -> Result<Fusion> {
         let overlap = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| bbox.iou(&opinion.bbox));
-        let remark = Remark { score: opinion.score, overlap };
+        let remark = Remark { score: opinion.score, overlap, embedding: opinion.embedding };
         let boxes = (opinion.bbox, opinion.own);
         let candidate = match fused.leading() {
             Some(leading) if overlap >= self.params.fusion.agree_from => {
@@ -64,7 +64,7 @@ impl WitnessLocalizer {
         }
         fused.heard(&self.params.judge, |evidence| {
             (evidence.lightfc, evidence.lightfc_overlap) = (remark.score, overlap);
-            evidence.lightfc_fall = self.usual.map_or(0.0, |usual| remark.score - usual.1);
+            evidence.lightfc_fall = self.usual.lightfc_fall(remark.score);
         });
         Ok(fused)
     }
@@ -84,7 +84,6 @@ impl WitnessLocalizer {
         if let Some(opinion) = expert {
             fused = self.taken_over(frame, expected, fused, &opinion, true)?;
         }
-        fused.heard(&self.params.returns, |_| {});
         Ok(Some(fused))
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Opinion {
     pub own: BBox,
     /// Log odds of its score.
     pub score: f64,
+    /// How much its features there are like the first ones, −1 to 1.
+    pub embedding: f64,
 }
 
 /// What is remembered of what it said last.
@@ -28,11 +30,13 @@ pub(super) struct Remark {
     pub score: f64,
     /// Overlap of its box with what the other witnesses took for the target.
     pub overlap: f64,
+    /// How much its features there are like the first ones, −1 to 1.
+    pub embedding: f64,
 }
 
 impl Remark {
     /// Of a network that is never asked.
-    pub const USUAL: Self = Self { score: 1.0, overlap: 0.8 };
+    pub const USUAL: Self = Self { score: 1.0, overlap: 0.8, embedding: 0.8 };
 }
 
 /// A network that runs free beside the witnesses: it is asked in every so many frames and whenever there is a doubt, and looks about
@@ -55,9 +59,9 @@ impl<P: SiameseModel> Expert<P> {
     /// When the network cannot be run.
     pub fn new(params: &P, fusion: &FusionParams, frame: &Frame, bbox: BBox) -> Result<Self> {
         let mut localizer = SiameseLocalizer::new(params, frame, bbox)?;
-        let seen = localizer.look(frame, &bbox)?;
+        let seen = localizer.look_first(frame, &bbox)?;
         let convention = seen.map_or_else(BoxConvention::default, |seen| BoxConvention::new(fusion, &bbox, &seen.raw));
-        let remark = Remark { score: seen.map_or(0.0, |seen| log_odds(seen.score)), overlap: 1.0 };
+        let remark = Remark { score: seen.map_or(0.0, |seen| log_odds(seen.score)), overlap: 1.0, embedding: 1.0 };
         Ok(Self { localizer, convention, offset: SearchOffset::new(&bbox), frames: 0, remark })
     }
 
@@ -81,7 +85,12 @@ impl<P: SiameseModel> Expert<P> {
     /// When the network cannot be run.
     pub fn look_about(&mut self, frame: &Frame, about: &BBox) -> Result<Option<Opinion>> {
         let found = self.localizer.look(frame, about)?;
-        Ok(found.map(|l| Opinion { bbox: self.convention.of(&l.bbox), own: l.bbox, score: log_odds(l.score) }))
+        Ok(found.map(|l| Opinion {
+            bbox: self.convention.of(&l.bbox),
+            own: l.bbox,
+            score: log_odds(l.score),
+            embedding: self.localizer.embedding(frame, &l.bbox).unwrap_or(Remark::USUAL.embedding),
+        }))
     }
 
     /// What it said last.

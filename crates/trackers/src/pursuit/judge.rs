@@ -90,6 +90,10 @@ evidence! {
     likeness_fall as "likeness_fall": AsIs, "Weight of the likeness less what is usual." = 0.0;
     /// Log odds of LightFC's score less what is usual while the target is sure.
     lightfc_fall as "lightfc_fall": AsIs, "Weight of the log odds of LightFC's score less what is usual." = 0.0;
+    /// Likeness to the first colours less what is usual, in deviations of what is usual, −6 to 2.
+    colors_fall as "colors_fall": AsIs, "Weight of the likeness to the first colours less what is usual." = 0.0;
+    /// The same of what the target looks like to LightFC.
+    embedding_fall as "embedding_fall": AsIs, "Weight of the likeness to LightFC's first features less what is usual." = 0.0;
     /// Overlap of LightFC's box with the other witnesses' when it was asked last.
     lightfc_overlap as "lightfc_overlap": AsIs, "Weight of the overlap of LightFC's box with the other witnesses'." = 1.9;
 }
@@ -113,6 +117,8 @@ mod tests {
             lightfc_overlap: 1.2,
             likeness_fall: 0.8,
             lightfc_fall: 0.5,
+            colors_fall: 0.3,
+            embedding_fall: 0.7,
         };
         let evidence = JointEvidence {
             peak: 0.5,
@@ -126,6 +132,8 @@ mod tests {
             lightfc_overlap: 0.4,
             likeness_fall: -0.2,
             lightfc_fall: -1.5,
+            colors_fall: -2.0,
+            embedding_fall: 1.5,
         };
         let want =
             -1.5 + 0.7 * 0.5_f64.ln() + 3.0 * 0.6 + 1.1 * 0.7_f64.ln() - 0.4 * 12.0_f64.ln() + 0.25 * 4.0 + 1.7 * 0.8
@@ -133,7 +141,9 @@ mod tests {
                 - 0.6 * 2.0
                 + 1.2 * 0.4
                 - 0.8 * 0.2
-                - 0.5 * 1.5;
+                - 0.5 * 1.5
+                - 0.3 * 2.0
+                + 0.7 * 1.5;
 
         assert!((judge.log_odds(&evidence) - want).abs() < 1e-12);
         let silent = JointEvidence { peak: -0.1, psr: 0.0, color: 0.0, ..evidence };
@@ -144,7 +154,7 @@ mod tests {
     fn columns_name_their_weights() {
         let score = FILTER.iter().find(|f| f.name == "filter_score").unwrap();
         assert_eq!(score.weight, Some(Weight { parameter: "judge.network", taken: Taken::AsIs }));
-        assert_eq!((FILTER.len(), NETWORK.len()), (4 + 11, 4 + 11));
+        assert_eq!((FILTER.len(), NETWORK.len()), (4 + 13, 4 + 13));
         assert_eq!((NETWORK[0].name, NETWORK[0].text), ("network_x", "Left edge of the network's box."));
     }
 }

@@ -8,6 +8,8 @@ use super::fusion::{Candidate, Fusion, FusionFigures};
 use super::judge::{EXPERT, FILTER, JointEvidence, NETWORK};
 use super::offset::SearchOffset;
 use super::schedule::NetworkSchedule;
+use super::usual::Usual;
+use crate::appearance::FirstColors;
 use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
 use crate::lightfc::LightFcParams;
 use crate::nanotrack::NanoTrackLocalizer;
@@ -23,8 +25,6 @@ use serde::{Deserialize, Serialize};
 
 /// What is seen of a target that is at least so likely tells what is usual.
 const USUAL_FROM: f64 = 0.9;
-/// Share of a frame in what is usual.
-const USUAL_RATE: f64 = 0.05;
 
 /// Finds the target by a filter and a network, each searching about a place of its own, and judges what both say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -41,8 +41,8 @@ pub struct WitnessLocalizer {
     arbitration: Arbitration,
     /// Whether the last frame left a doubt.
     doubted: bool,
-    /// Likeness and log odds of LightFC's score while the target is sure, smoothed.
-    pub(super) usual: Option<(f64, f64)>,
+    first_colors: FirstColors,
+    pub(super) usual: Usual,
     schedule: NetworkSchedule,
 }
 
@@ -53,6 +53,8 @@ pub struct WitnessFinding {
     fused: Option<Fusion>,
     /// Whether the network was asked about the place expected.
     asked: bool,
+    /// Likeness of the box's colours to the first ones.
+    colors: f64,
 }
 
 pursuit_estimation::checked!(WitnessLocalizer);
@@ -63,9 +65,11 @@ impl WitnessLocalizer {
             return Err("its settings are out of range");
         }
         let remark = self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
-        let usual = self.usual.unwrap_or_default();
-        if ![remark.score, remark.overlap, usual.0, usual.1].iter().all(|v| v.is_finite()) {
+        if ![remark.score, remark.overlap, remark.embedding].iter().all(|v| v.is_finite()) {
             return Err("what is remembered of a network is not finite");
+        }
+        if !(self.first_colors.is_sound() && self.usual.is_sound()) {
+            return Err("what is remembered of the target's looks is out of range");
         }
         Ok(self)
     }
@@ -98,7 +102,8 @@ impl WitnessLocalizer {
             network_offset: SearchOffset::new(&bbox),
             arbitration: Arbitration::default(),
             doubted: false,
-            usual: None,
+            first_colors: FirstColors::new(frame, &bbox),
+            usual: Usual::default(),
             schedule: NetworkSchedule::default(),
         })
     }
@@ -114,7 +119,7 @@ impl WitnessLocalizer {
     ) -> Candidate {
         let moved = bbox.center().distance(expected.center()) / expected.area().sqrt().max(1.0);
         let Evidence { peak, psr, likeness, color, .. } = filter;
-        let Remark { score: lightfc, overlap: lightfc_overlap } =
+        let Remark { score: lightfc, overlap: lightfc_overlap, .. } =
             self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
         let network = logit(score.clamp(1e-6, 1.0 - 1e-6));
         let evidence = JointEvidence {
@@ -127,8 +132,10 @@ impl WitnessLocalizer {
             moved,
             lightfc,
             lightfc_overlap,
-            likeness_fall: self.usual.map_or(0.0, |usual| likeness - usual.0),
-            lightfc_fall: self.usual.map_or(0.0, |usual| lightfc - usual.1),
+            likeness_fall: self.usual.likeness_fall(likeness),
+            lightfc_fall: self.usual.lightfc_fall(lightfc),
+            colors_fall: 0.0,
+            embedding_fall: 0.0,
         };
         Candidate { bbox, own, evidence, log_odds: self.params.judge.log_odds(&evidence) }
     }
@@ -222,6 +229,21 @@ impl WitnessLocalizer {
         Ok(Fusion { filter: Some(filter), network: Some(network), filter_leads, odds, place, ..Fusion::NOTHING })
     }
 
+    /// Has what was found judged by how far it is from what is usual of this target too; and the likeness of its colours to the first ones.
+    fn judged(&mut self, frame: &Frame, mut fused: Fusion, look: Look) -> (Fusion, f64) {
+        let colors = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| self.first_colors.likeness(frame, &bbox));
+        let remembered = || self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
+        let embedding = fused.remark.unwrap_or_else(remembered).embedding;
+        let departures = (self.usual.colors_departure(colors), self.usual.embedding_departure(embedding));
+        let judge = match look {
+            Look::Centred => &self.params.returns,
+            _ if self.doubted => &self.params.doubted,
+            _ => &self.params.judge,
+        };
+        fused.heard(judge, |evidence| (evidence.colors_fall, evidence.embedding_fall) = departures);
+        (fused, colors)
+    }
+
     fn measurement(&self, fused: &Fusion) -> Option<Measurement> {
         let leading = fused.leading()?;
         Some(Measurement {
@@ -281,23 +303,21 @@ impl Localizer for WitnessLocalizer {
     fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, WitnessFinding)>> {
         let expected = &search.expected;
         let (fused, asked) = match search.look {
-            Look::Near => {
-                let (mut fused, asked) = self.near(frame, expected)?;
-                if let Some(fused) = fused.as_mut().filter(|_| self.doubted) {
-                    fused.heard(&self.params.doubted, |_| {});
-                }
-                (fused, asked)
-            }
+            Look::Near => self.near(frame, expected)?,
             Look::Sweep => {
                 let found = self.network.look(frame, expected)?;
                 return Ok(found.map(|l| {
                     let measurement = Measurement { strength: l.score, ..Measurement::new(l.bbox, 0.0) };
-                    (measurement, WitnessFinding { fused: None, asked: false })
+                    (measurement, WitnessFinding { fused: None, asked: false, colors: 0.0 })
                 }));
             }
             Look::Centred => (self.centred(frame, expected)?, false),
         };
-        Ok(fused.and_then(|fused| Some((self.measurement(&fused)?, WitnessFinding { fused: Some(fused), asked }))))
+        let Some(fused) = fused else { return Ok(None) };
+        let (fused, colors) = self.judged(frame, fused, search.look);
+        Ok(self
+            .measurement(&fused)
+            .map(|measurement| (measurement, WitnessFinding { fused: Some(fused), asked, colors })))
     }
 
     /// Measures the size by the filter along scale, where the filter saw the target.
@@ -353,9 +373,12 @@ impl Localizer for WitnessLocalizer {
         let concluded = fused.filter(|_| outcome.state == TrackState::Tracking);
         self.doubted = outcome.state != TrackState::Tracking;
         if let Some(sure) = concluded.and_then(Fusion::leading).filter(|c| c.log_odds >= logit(USUAL_FROM)) {
-            let (likeness, lightfc) = (sure.evidence.likeness, sure.evidence.lightfc);
-            let old = self.usual.unwrap_or((likeness, lightfc));
-            self.usual = Some((old.0 + USUAL_RATE * (likeness - old.0), old.1 + USUAL_RATE * (lightfc - old.1)));
+            let colors = outcome.found.map_or(0.0, |(_, finding)| finding.colors);
+            self.usual.learn(
+                &sure.evidence,
+                colors,
+                fused.and_then(|fused| fused.remark).map(|remark| remark.embedding),
+            );
         }
         let asked = outcome.found.is_some_and(|(_, finding)| finding.asked);
         self.schedule.note(&self.params.fusion, concluded, asked);

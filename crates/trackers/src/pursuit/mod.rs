@@ -12,6 +12,7 @@ mod localizer;
 mod offset;
 mod params;
 mod schedule;
+mod usual;
 
 pub use judge::{JointEvidence, JudgeParams};
 pub use light::light;
@@ -49,7 +50,7 @@ pub fn pursuit(name: &'static str) -> TrackerRecipe<PursuitParams> {
             found_from: 0.83,
             learn_from: 0.77,
             probation_s: 0.5,
-            calibrated: CalibratedParams { lost_below: 0.25, ..CalibratedParams::default() },
+            calibrated: CalibratedParams { lost_below: 0.2, ..CalibratedParams::default() },
             occluded_score: 1.0,
             ..PolicyParams::default()
         },

@@ -169,17 +169,19 @@ pursuit_parameters::parameters! {
         pub judge: JudgeParams = JudgeParams::default();
         /// The judge of a target that was doubted in the frame before: what is followed then is another thing more often.
         pub doubted: JudgeParams = JudgeParams {
-            bias: -3.9,
+            bias: -3.3,
             likeness: 3.0,
             network: 0.35,
             overlap: -0.1,
             lightfc: 1.95,
             lightfc_overlap: 0.0,
+            colors_fall: 0.25,
+            embedding_fall: 0.4,
             ..JudgeParams::default()
         };
         /// The judge of what is found again: of one place against every other.
         pub returns: JudgeParams = JudgeParams {
-            bias: -3.33,
+            bias: -2.8,
             likeness: 0.0,
             network: 0.59,
             overlap: 0.0,
@@ -187,6 +189,8 @@ pursuit_parameters::parameters! {
             lightfc_overlap: 0.0,
             likeness_fall: 3.5,
             lightfc_fall: 0.57,
+            colors_fall: 0.3,
+            embedding_fall: 0.7,
             ..JudgeParams::default()
         };
     }

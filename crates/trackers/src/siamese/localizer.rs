@@ -137,7 +137,7 @@ impl<P: SiameseModel> SiameseLocalizer<P> {
 
     /// How much `bbox` looks like the target to the network in its last look, −1 to 1, and 0 where that saw nothing of it; `None` where nothing is
     /// remembered of the target.
-    fn embedding(&self, frame: &Frame, bbox: &BBox) -> Option<f64> {
+    pub fn embedding(&self, frame: &Frame, bbox: &BBox) -> Option<f64> {
         let first = self.first.as_ref()?;
         let likeness = |(about, bbox): (BBox, BBox)| {
             self.tracker.likeness_of(first, about.center(), (about.width(), about.height()), &bbox)

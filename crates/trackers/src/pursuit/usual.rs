@@ -1,0 +1,158 @@
+//! What is usual of this target: what is seen of it while it is sure.
+
+use super::judge::JointEvidence;
+use serde::{Deserialize, Serialize};
+
+/// Share of a frame in the plain means.
+const RATE: f64 = 0.05;
+/// Frames that a spread is taken over at most.
+const MOST_FRAMES: f64 = 500.0;
+/// Frames for which it is taken for granted what the spread is before the target has shown its own.
+const PRIOR_FRAMES: f64 = 20.0;
+/// Spread of the likeness to the first colours of most targets.
+const PRIOR_COLORS: f64 = 0.07;
+/// Spread of the likeness to LightFC's first features of most targets.
+const PRIOR_EMBEDDING: f64 = 0.06;
+/// Fewer frames than this say nothing of what is usual.
+const LEAST_FRAMES: f64 = 3.0;
+/// One frame says no more than this many deviations against a target, or for it.
+const WORST: f64 = -6.0;
+const BEST: f64 = 2.0;
+
+/// What is usual of the target.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Usual {
+    /// Likeness to the initial template and log odds of LightFC's score; `None` before anything was sure.
+    plain: Option<(f64, f64)>,
+    colors: Spread,
+    embedding: Spread,
+}
+
+/// Mean and variance of a figure.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Spread {
+    frames: f64,
+    mean: f64,
+    variance: f64,
+}
+
+impl Spread {
+    fn learn(&mut self, value: f64) {
+        self.frames = (self.frames + 1.0).min(MOST_FRAMES);
+        let difference = value - self.mean;
+        let share = 1.0 / self.frames;
+        self.mean += share * difference;
+        self.variance = (1.0 - share) * (self.variance + share * difference * difference);
+    }
+
+    /// How far `value` is from what is usual, in deviations, of a figure whose deviation is `prior` of most targets.
+    fn departure(&self, value: f64, prior: f64) -> f64 {
+        if self.frames < LEAST_FRAMES {
+            return 0.0;
+        }
+        let variance = (PRIOR_FRAMES * prior * prior + self.frames * self.variance) / (PRIOR_FRAMES + self.frames);
+        ((value - self.mean) / variance.sqrt()).clamp(WORST, BEST)
+    }
+
+    fn is_sound(&self) -> bool {
+        (0.0..=MOST_FRAMES).contains(&self.frames) && self.mean.is_finite() && (0.0..=f64::MAX).contains(&self.variance)
+    }
+}
+
+impl Usual {
+    /// Whether a state that was read is one that this can be in.
+    pub fn is_sound(&self) -> bool {
+        let (likeness, lightfc) = self.plain.unwrap_or_default();
+        likeness.is_finite() && lightfc.is_finite() && self.colors.is_sound() && self.embedding.is_sound()
+    }
+
+    /// A frame in which the target was sure, whose likeness to the first colours and to LightFC's first features are these.
+    pub fn learn(&mut self, sure: &JointEvidence, colors: f64, embedding: Option<f64>) {
+        let (likeness, lightfc) = self.plain.unwrap_or((sure.likeness, sure.lightfc));
+        self.plain = Some((likeness + RATE * (sure.likeness - likeness), lightfc + RATE * (sure.lightfc - lightfc)));
+        self.colors.learn(colors);
+        if let Some(embedding) = embedding {
+            self.embedding.learn(embedding);
+        }
+    }
+
+    /// `likeness` to the initial template less what is usual.
+    pub fn likeness_fall(&self, likeness: f64) -> f64 {
+        self.plain.map_or(0.0, |usual| likeness - usual.0)
+    }
+
+    /// Log odds of LightFC's score less what is usual.
+    pub fn lightfc_fall(&self, lightfc: f64) -> f64 {
+        self.plain.map_or(0.0, |usual| lightfc - usual.1)
+    }
+
+    /// How far a likeness to the first colours is from what is usual, in deviations.
+    pub fn colors_departure(&self, likeness: f64) -> f64 {
+        self.colors.departure(likeness, PRIOR_COLORS)
+    }
+
+    /// The same of LightFC's features.
+    pub fn embedding_departure(&self, likeness: f64) -> f64 {
+        self.embedding.departure(likeness, PRIOR_EMBEDDING)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sure() -> JointEvidence {
+        JointEvidence { likeness: 0.7, lightfc: 1.5, ..JointEvidence::default() }
+    }
+
+    #[test]
+    fn a_departure_is_from_the_mean_in_deviations() {
+        let seen = [0.9, 0.82, 0.95, 0.7, 0.88, 0.91, 0.77];
+        let mut usual = Usual::default();
+        for (frame, colors) in seen.into_iter().enumerate() {
+            usual.learn(&sure(), colors, None);
+            let so_far = &seen[..=frame];
+            let frames = so_far.len() as f64;
+            let mean = so_far.iter().sum::<f64>() / frames;
+            let squares: f64 = so_far.iter().map(|v| (v - mean).powi(2)).sum();
+            let deviation = ((PRIOR_FRAMES * PRIOR_COLORS.powi(2) + squares) / (PRIOR_FRAMES + frames)).sqrt();
+            let want = if frames < LEAST_FRAMES { 0.0 } else { (0.75 - mean) / deviation };
+            assert!((usual.colors_departure(0.75) - want).abs() < 1e-12, "{frame}");
+        }
+        assert_eq!(usual.embedding_departure(0.1), 0.0, "LightFC was never asked");
+        assert_eq!((usual.colors_departure(0.0), usual.colors_departure(1.9)), (WORST, BEST));
+    }
+
+    #[test]
+    fn colors_that_change_all_the_time_are_no_reason_for_doubt() {
+        let (mut steady, mut changing) = (Usual::default(), Usual::default());
+        for frame in 0..200 {
+            steady.learn(&sure(), 0.9 + 0.01 * f64::from(frame % 2), Some(0.9));
+            changing.learn(&sure(), 0.8 + 0.2 * f64::from(frame % 2), Some(0.9 - 0.4 * f64::from(frame % 2)));
+        }
+        assert!(steady.colors_departure(0.6) < -5.0 && changing.colors_departure(0.6) > -4.0);
+        assert_eq!(steady.embedding_departure(0.5), WORST);
+        assert!(changing.embedding_departure(0.5) > -1.5);
+    }
+
+    #[test]
+    fn falls_are_from_the_smoothed_means() {
+        let mut usual = Usual::default();
+        assert_eq!((usual.likeness_fall(0.3), usual.lightfc_fall(0.3)), (0.0, 0.0));
+        usual.learn(&sure(), 0.9, None);
+        usual.learn(&JointEvidence { likeness: 0.5, lightfc: 0.5, ..sure() }, 0.9, None);
+        assert!((usual.likeness_fall(0.6) - (0.6 - 0.69)).abs() < 1e-12);
+        assert!((usual.lightfc_fall(1.0) - (1.0 - 1.45)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_was_stored_is_out_of_range_or_the_same() {
+        let mut usual = Usual::default();
+        usual.learn(&sure(), 0.9, Some(0.8));
+        assert!(usual.is_sound());
+        let negative = Usual { colors: Spread { variance: -1.0, ..usual.colors }, ..usual };
+        let endless = Usual { embedding: Spread { frames: f64::INFINITY, ..usual.embedding }, ..usual };
+        assert!(!negative.is_sound() && !endless.is_sound());
+        assert!(!Usual { plain: Some((f64::NAN, 0.0)), ..usual }.is_sound());
+    }
+}
