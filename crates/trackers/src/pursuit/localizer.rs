@@ -8,7 +8,7 @@ use super::fusion::{Candidate, Fusion, FusionFigures};
 use super::judge::{EXPERT, FILTER, JointEvidence, NETWORK};
 use super::offset::SearchOffset;
 use super::schedule::NetworkSchedule;
-use super::usual::Usual;
+use super::usual::{self, Usual};
 use crate::appearance::FirstColors;
 use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
 use crate::lightfc::LightFcParams;
@@ -231,10 +231,16 @@ impl WitnessLocalizer {
 
     /// Has what was found judged by how far it is from what is usual of this target too; and the likeness of its colours to the first ones.
     fn judged(&mut self, frame: &Frame, mut fused: Fusion, look: Look) -> (Fusion, f64) {
-        let colors = fused.bbox(&self.params.fusion).map_or(0.0, |bbox| self.first_colors.likeness(frame, &bbox));
+        let bbox = fused.bbox(&self.params.fusion);
+        let colors = bbox.map_or(0.0, |bbox| self.first_colors.likeness(frame, &bbox));
         let remembered = || self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
         let embedding = fused.remark.unwrap_or_else(remembered).embedding;
-        let departures = (self.usual.colors_departure(colors), self.usual.embedding_departure(embedding));
+        let mut departures = (self.usual.colors_departure(colors), self.usual.embedding_departure(embedding));
+        if look != Look::Centred {
+            // Followed from frame to frame, a small target passes before one thing and another; one that turns up has to look right.
+            let worth = bbox.map_or(1.0, |bbox| usual::worth(&bbox));
+            departures = (worth * departures.0, worth * departures.1);
+        }
         let judge = match look {
             Look::Centred => &self.params.returns,
             _ if self.doubted => &self.params.doubted,
@@ -373,12 +379,10 @@ impl Localizer for WitnessLocalizer {
         let concluded = fused.filter(|_| outcome.state == TrackState::Tracking);
         self.doubted = outcome.state != TrackState::Tracking;
         if let Some(sure) = concluded.and_then(Fusion::leading).filter(|c| c.log_odds >= logit(USUAL_FROM)) {
-            let colors = outcome.found.map_or(0.0, |(_, finding)| finding.colors);
-            self.usual.learn(
-                &sure.evidence,
-                colors,
-                fused.and_then(|fused| fused.remark).map(|remark| remark.embedding),
-            );
+            self.usual.learn(&sure.evidence);
+        }
+        if let (Some(fused), Some((_, finding))) = (concluded, &outcome.found) {
+            self.usual.learn_looks(finding.colors, fused.remark.map(|remark| remark.embedding));
         }
         let asked = outcome.found.is_some_and(|(_, finding)| finding.asked);
         self.schedule.note(&self.params.fusion, concluded, asked);

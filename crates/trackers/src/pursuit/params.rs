@@ -169,7 +169,7 @@ pursuit_parameters::parameters! {
         pub judge: JudgeParams = JudgeParams::default();
         /// The judge of a target that was doubted in the frame before: what is followed then is another thing more often.
         pub doubted: JudgeParams = JudgeParams {
-            bias: -3.3,
+            bias: -3.6,
             likeness: 3.0,
             network: 0.35,
             overlap: -0.1,
@@ -181,7 +181,7 @@ pursuit_parameters::parameters! {
         };
         /// The judge of what is found again: of one place against every other.
         pub returns: JudgeParams = JudgeParams {
-            bias: -2.8,
+            bias: -3.1,
             likeness: 0.0,
             network: 0.59,
             overlap: 0.0,

@@ -1,6 +1,7 @@
 //! What is usual of this target: what is seen of it while it is sure.
 
 use super::judge::JointEvidence;
+use pursuit_geometry::BBox;
 use serde::{Deserialize, Serialize};
 
 /// Share of a frame in the plain means.
@@ -18,6 +19,13 @@ const LEAST_FRAMES: f64 = 3.0;
 /// One frame says no more than this many deviations against a target, or for it.
 const WORST: f64 = -6.0;
 const BEST: f64 = 2.0;
+/// Of a target with sides of so many pixels what departs from the usual is worth 1/√2 of what it says.
+const SMALL_PX: f64 = 24.0;
+
+/// What the departure of the looks in `bbox` is worth: in a small one there is much of what lies behind the target.
+pub(super) fn worth(bbox: &BBox) -> f64 {
+    (1.0 + SMALL_PX * SMALL_PX / bbox.area().max(1.0)).sqrt().recip()
+}
 
 /// What is usual of the target.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -66,10 +74,15 @@ impl Usual {
         likeness.is_finite() && lightfc.is_finite() && self.colors.is_sound() && self.embedding.is_sound()
     }
 
-    /// A frame in which the target was sure, whose likeness to the first colours and to LightFC's first features are these.
-    pub fn learn(&mut self, sure: &JointEvidence, colors: f64, embedding: Option<f64>) {
+    /// A frame in which the target was sure.
+    pub fn learn(&mut self, sure: &JointEvidence) {
         let (likeness, lightfc) = self.plain.unwrap_or((sure.likeness, sure.lightfc));
         self.plain = Some((likeness + RATE * (sure.likeness - likeness), lightfc + RATE * (sure.lightfc - lightfc)));
+    }
+
+    /// A frame in which the target was believed, whose likeness to the first colours and, where that was asked, to LightFC's first features
+    /// are these. What is believed without being sure belongs to what is usual: a target that changes is not to run out of it.
+    pub fn learn_looks(&mut self, colors: f64, embedding: Option<f64>) {
         self.colors.learn(colors);
         if let Some(embedding) = embedding {
             self.embedding.learn(embedding);
@@ -110,7 +123,7 @@ mod tests {
         let seen = [0.9, 0.82, 0.95, 0.7, 0.88, 0.91, 0.77];
         let mut usual = Usual::default();
         for (frame, colors) in seen.into_iter().enumerate() {
-            usual.learn(&sure(), colors, None);
+            usual.learn_looks(colors, None);
             let so_far = &seen[..=frame];
             let frames = so_far.len() as f64;
             let mean = so_far.iter().sum::<f64>() / frames;
@@ -127,8 +140,8 @@ mod tests {
     fn colors_that_change_all_the_time_are_no_reason_for_doubt() {
         let (mut steady, mut changing) = (Usual::default(), Usual::default());
         for frame in 0..200 {
-            steady.learn(&sure(), 0.9 + 0.01 * f64::from(frame % 2), Some(0.9));
-            changing.learn(&sure(), 0.8 + 0.2 * f64::from(frame % 2), Some(0.9 - 0.4 * f64::from(frame % 2)));
+            steady.learn_looks(0.9 + 0.01 * f64::from(frame % 2), Some(0.9));
+            changing.learn_looks(0.8 + 0.2 * f64::from(frame % 2), Some(0.9 - 0.4 * f64::from(frame % 2)));
         }
         assert!(steady.colors_departure(0.6) < -5.0 && changing.colors_departure(0.6) > -4.0);
         assert_eq!(steady.embedding_departure(0.5), WORST);
@@ -136,11 +149,18 @@ mod tests {
     }
 
     #[test]
+    fn looks_of_a_small_target_are_worth_less() {
+        let worth = |side| worth(&BBox::from_ltwh(3.0, 4.0, side, side));
+        assert!((worth(SMALL_PX) - 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!(worth(12.0) < 0.45 && worth(200.0) > 0.99 && worth(0.0) > 0.0);
+    }
+
+    #[test]
     fn falls_are_from_the_smoothed_means() {
         let mut usual = Usual::default();
         assert_eq!((usual.likeness_fall(0.3), usual.lightfc_fall(0.3)), (0.0, 0.0));
-        usual.learn(&sure(), 0.9, None);
-        usual.learn(&JointEvidence { likeness: 0.5, lightfc: 0.5, ..sure() }, 0.9, None);
+        usual.learn(&sure());
+        usual.learn(&JointEvidence { likeness: 0.5, lightfc: 0.5, ..sure() });
         assert!((usual.likeness_fall(0.6) - (0.6 - 0.69)).abs() < 1e-12);
         assert!((usual.lightfc_fall(1.0) - (1.0 - 1.45)).abs() < 1e-12);
     }
@@ -148,7 +168,8 @@ mod tests {
     #[test]
     fn what_was_stored_is_out_of_range_or_the_same() {
         let mut usual = Usual::default();
-        usual.learn(&sure(), 0.9, Some(0.8));
+        usual.learn(&sure());
+        usual.learn_looks(0.9, Some(0.8));
         assert!(usual.is_sound());
         let negative = Usual { colors: Spread { variance: -1.0, ..usual.colors }, ..usual };
         let endless = Usual { embedding: Spread { frames: f64::INFINITY, ..usual.embedding }, ..usual };
