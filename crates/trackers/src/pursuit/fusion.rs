@@ -194,7 +194,7 @@ mod tests {
         for (network, score, want) in
             [(faint, params.lightfc_seen_from, Doubt::Changed), (clear, params.lightfc_seen_from - 0.1, Doubt::Covered)]
         {
-            let (filter, remark) = (Some(candidate(network)), Some(Remark { score, overlap: 0.5 }));
+            let (filter, remark) = (Some(candidate(network)), Some(Remark { score, overlap: 0.5, embedding: 0.8 }));
             let fusion = Fusion { filter, network: filter, agreed: true, remark, ..Fusion::NOTHING };
             assert_eq!(fusion.doubt(&params), want, "{fusion:?}");
         }
