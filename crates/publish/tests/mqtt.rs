@@ -116,6 +116,11 @@ fn what_a_former_publisher_left_is_forgotten() {
     assert_eq!((counts.messages, counts.dropped), (1, 0), "{counts:?}");
     let fresh = mosquitto.listen(&[]);
     fresh.wait_for("t/status", "offline");
+    // What is said now comes after everything that was left.
+    let mut last = publisher(broker(mosquitto.port), options(), Qos::AtLeastOnce);
+    last.push(Message::retained("t/end", "here"));
+    assert_eq!(last.finish().dropped, 0);
+    fresh.wait_for("t/end", "here");
     let left: BTreeSet<String> =
         fresh.heard().iter().filter(|h| h.is_old && h.topic != "t/status").map(|h| h.topic.clone()).collect();
     let even = (0..60).step_by(2).map(|n| format!("t/numbers/{n}"));
