@@ -8,8 +8,15 @@ use pursuit_tracking::{Doubt, Estimate, Measurement, TrackState, Tracker};
 
 const SIZE: Size = Size::new(320, 240);
 
+const FACE: [u8; 3] = [230, 190, 60];
+
 /// A disc with a face of its own over a background of slow stripes.
 fn frame(k: u64, target: Option<BBox>) -> Frame {
+    painted(k, target, FACE)
+}
+
+/// The same with a face of another colour.
+fn painted(k: u64, target: Option<BBox>, face: [u8; 3]) -> Frame {
     let image = Image::from_fn(SIZE.width, SIZE.height, |x, y| {
         let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
         let back = 110.0 + 25.0 * (0.11 * x + 0.05 * y).sin() + 20.0 * (0.13 * y - 0.04 * x).cos();
@@ -22,7 +29,7 @@ fn frame(k: u64, target: Option<BBox>) -> Frame {
                 let (u, v) = ((x - b.left()) / b.width(), (y - b.top()) / b.height());
                 let eye = ((u - 0.3).hypot(v - 0.35) < 0.1) || ((u - 0.7).hypot(v - 0.35) < 0.1);
                 let mouth = (v - 0.7).abs() < 0.05 && (u - 0.5).abs() < 0.2;
-                if eye || mouth { [20, 10, 10] } else { [230, 190, 60] }
+                if eye || mouth { [20, 10, 10] } else { face }
             }
             None => [back as u8, (back * 0.9) as u8, (back * 0.8) as u8],
         }
@@ -109,6 +116,23 @@ fn a_target_back_elsewhere_is_found() {
         estimate.state == TrackState::Tracking && estimate.bbox.iou(&back) > 0.5
     });
     assert!(found.is_some_and(|after| after < 40), "found after {found:?} frames");
+}
+
+#[test]
+fn what_comes_back_in_other_colors_is_not_the_target() {
+    // As bright as its own, and not yellow.
+    for (face, is_target) in [(FACE, true), ([120, 190, 255], false)] {
+        let mut tracker = start(&[]);
+        let shown = |k: u64| match k {
+            0..30 => frame(k, Some(place(k))),
+            30..60 => frame(k, None),
+            _ => painted(k, Some(place(k)), face),
+        };
+        let told: Vec<bool> =
+            (1..75).map(|k| tracker.update(&shown(k)).unwrap().state == TrackState::Tracking).collect();
+        assert!(told[..29].iter().all(|&told| told) && !told[40..59].iter().any(|&told| told), "{told:?}");
+        assert_eq!(told[59..].iter().any(|&told| told), is_target, "{face:?}: {told:?}");
+    }
 }
 
 #[test]

@@ -90,7 +90,7 @@ evidence! {
     likeness_fall as "likeness_fall": AsIs, "Weight of the likeness less what is usual." = 0.0;
     /// Log odds of LightFC's score less what is usual while the target is sure.
     lightfc_fall as "lightfc_fall": AsIs, "Weight of the log odds of LightFC's score less what is usual." = 0.0;
-    /// Likeness to the first colours less what is usual, in deviations of what is usual, −6 to 2.
+    /// Likeness to the first colours less what is usual, in deviations of what is usual, −6 to 2; nearer 0 of a small target that is followed.
     colors_fall as "colors_fall": AsIs, "Weight of the likeness to the first colours less what is usual." = 0.0;
     /// The same of what the target looks like to LightFC.
     embedding_fall as "embedding_fall": AsIs, "Weight of the likeness to LightFC's first features less what is usual." = 0.0;

@@ -8,7 +8,7 @@ use super::fusion::{Candidate, Fusion, FusionFigures};
 use super::judge::{EXPERT, FILTER, JointEvidence, NETWORK};
 use super::offset::SearchOffset;
 use super::schedule::NetworkSchedule;
-use super::usual::{self, Usual};
+use super::usual::Usual;
 use crate::appearance::FirstColors;
 use crate::correlation::{CorrelationLocalizer, Evidence, ResponsePeak};
 use crate::lightfc::LightFcParams;
@@ -40,8 +40,8 @@ pub struct WitnessLocalizer {
     network_offset: SearchOffset,
     arbitration: Arbitration,
     /// Whether the last frame left a doubt.
-    doubted: bool,
-    first_colors: FirstColors,
+    pub(super) doubted: bool,
+    pub(super) first_colors: FirstColors,
     pub(super) usual: Usual,
     schedule: NetworkSchedule,
 }
@@ -227,27 +227,6 @@ impl WitnessLocalizer {
         let odds = Arbitration::now(&self.params.arbitration, &filter.evidence, &network.evidence);
         let filter_leads = self.arbitration.filter_leads(&self.params.arbitration, odds);
         Ok(Fusion { filter: Some(filter), network: Some(network), filter_leads, odds, place, ..Fusion::NOTHING })
-    }
-
-    /// Has what was found judged by how far it is from what is usual of this target too; and the likeness of its colours to the first ones.
-    fn judged(&mut self, frame: &Frame, mut fused: Fusion, look: Look) -> (Fusion, f64) {
-        let bbox = fused.bbox(&self.params.fusion);
-        let colors = bbox.map_or(0.0, |bbox| self.first_colors.likeness(frame, &bbox));
-        let remembered = || self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
-        let embedding = fused.remark.unwrap_or_else(remembered).embedding;
-        let mut departures = (self.usual.colors_departure(colors), self.usual.embedding_departure(embedding));
-        if look != Look::Centred {
-            // Followed from frame to frame, a small target passes before one thing and another; one that turns up has to look right.
-            let worth = bbox.map_or(1.0, |bbox| usual::worth(&bbox));
-            departures = (worth * departures.0, worth * departures.1);
-        }
-        let judge = match look {
-            Look::Centred => &self.params.returns,
-            _ if self.doubted => &self.params.doubted,
-            _ => &self.params.judge,
-        };
-        fused.heard(judge, |evidence| (evidence.colors_fall, evidence.embedding_fall) = departures);
-        (fused, colors)
     }
 
     fn measurement(&self, fused: &Fusion) -> Option<Measurement> {

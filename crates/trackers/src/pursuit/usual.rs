@@ -1,7 +1,12 @@
-//! What is usual of this target: what is seen of it while it is sure.
+//! What is usual of this target, and judging what was found by how far it is from that.
 
+use super::expert::{Expert, Remark};
+use super::fusion::Fusion;
 use super::judge::JointEvidence;
+use super::localizer::WitnessLocalizer;
 use pursuit_geometry::BBox;
+use pursuit_imaging::Frame;
+use pursuit_tracking::Look;
 use serde::{Deserialize, Serialize};
 
 /// Share of a frame in the plain means.
@@ -23,7 +28,7 @@ const BEST: f64 = 2.0;
 const SMALL_PX: f64 = 24.0;
 
 /// What the departure of the looks in `bbox` is worth: in a small one there is much of what lies behind the target.
-pub(super) fn worth(bbox: &BBox) -> f64 {
+fn worth(bbox: &BBox) -> f64 {
     (1.0 + SMALL_PX * SMALL_PX / bbox.area().max(1.0)).sqrt().recip()
 }
 
@@ -107,6 +112,29 @@ impl Usual {
     /// The same of LightFC's features.
     pub fn embedding_departure(&self, likeness: f64) -> f64 {
         self.embedding.departure(likeness, PRIOR_EMBEDDING)
+    }
+}
+
+impl WitnessLocalizer {
+    /// Has what was found judged by how far it is from what is usual of this target too; and the likeness of its colours to the first ones.
+    pub(super) fn judged(&mut self, frame: &Frame, mut fused: Fusion, look: Look) -> (Fusion, f64) {
+        let bbox = fused.bbox(&self.params.fusion);
+        let colors = bbox.map_or(0.0, |bbox| self.first_colors.likeness(frame, &bbox));
+        let remembered = || self.expert.as_ref().map_or(Remark::USUAL, Expert::remark);
+        let embedding = fused.remark.unwrap_or_else(remembered).embedding;
+        let mut departures = (self.usual.colors_departure(colors), self.usual.embedding_departure(embedding));
+        if look != Look::Centred {
+            // Followed from frame to frame, a small target passes before one thing and another; one that turns up has to look right.
+            let worth = bbox.map_or(1.0, |bbox| worth(&bbox));
+            departures = (worth * departures.0, worth * departures.1);
+        }
+        let judge = match look {
+            Look::Centred => &self.params.returns,
+            _ if self.doubted => &self.params.doubted,
+            _ => &self.params.judge,
+        };
+        fused.heard(judge, |evidence| (evidence.colors_fall, evidence.embedding_fall) = departures);
+        (fused, colors)
     }
 }
 
