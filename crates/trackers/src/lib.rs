@@ -5,6 +5,7 @@ pub mod acpf;
 mod ahead;
 pub mod appearance;
 pub mod at_point;
+mod backdrop;
 pub mod ball;
 #[cfg(feature = "zoo")]
 pub mod cam_shift;

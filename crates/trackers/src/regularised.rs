@@ -81,7 +81,15 @@ pub fn strcf(name: &'static str) -> TrackerRecipe<RegularisedParams> {
         // li2018, released code: from 150² to 200² pixels.
         window: WindowParams { smallest_area_px: 22_500.0, ..RegularisedParams::default().window },
         solver: SolverParams { temporal_weight: 15.0, spatial_weight: 1e-6, ..SolverParams::default() },
-        score: ScoreParams { bias: -2.8, psr: 0.95, collapse: 1.5, likeness: 4.1, ..ScoreParams::default() },
+        // Fitted as `docs/papers/strcf.md` says.
+        score: ScoreParams {
+            bias: -5.6,
+            psr: 0.86,
+            collapse: 3.9,
+            likeness: 4.9,
+            first_colors: 2.6,
+            ..ScoreParams::default()
+        },
         ..RegularisedParams::default()
     };
     recipe(name, localizer)

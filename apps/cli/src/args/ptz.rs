@@ -79,7 +79,7 @@ pub struct PtzSimulate {
     #[arg(long, value_name = "FILE.toml")]
     pub head: Option<PathBuf>,
     /// Set what such a file says: KEY=VALUE, for example head.delay_s=0.3 or follower.gain_per_s=2; tracker.KEY is a
-    /// parameter of the tracker, whose motion.camera is pose for the controller forecast
+    /// parameter of the tracker, whose motion.camera is pose for the controller forecast, detect.KEY one of the detector
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
     /// How the target moves [default: pacing, passing, standing, dog_leg; of a drone all]
@@ -98,9 +98,13 @@ pub struct PtzSimulate {
     /// How wide the clip is, from its left to its right edge
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0, requires = "clip")]
     pub clip_view: f64,
-    /// The tracker that looks at the pictures of a scene or a clip
-    #[arg(long, value_name = "NAME", default_value = pursuit::trackers::registry::DEFAULT_TRACKER)]
-    pub tracker: String,
+    /// The tracker that looks at the pictures of a scene or a clip [default: pursuit, or that of the detector]
+    #[arg(long, value_name = "NAME")]
+    pub tracker: Option<String>,
+    /// The target is found by this detector, as by `ptz follow --detect`: the camera looks straight ahead at first, and a clip is
+    /// looked at from its first frame to its last, a line of figures for each time that somebody comes
+    #[arg(long, value_name = "NAME")]
+    pub detect: Option<String>,
     /// Controllers to compare [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',',
           value_parser = Contender::ALL.map(Contender::name))]

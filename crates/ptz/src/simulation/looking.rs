@@ -2,16 +2,24 @@ use super::closed_loop::Eye;
 use super::{Exposure, World};
 use crate::{Aim, Forecast, Result};
 use pursuit_imaging::{CameraPose, Frame};
+use pursuit_tracking::many::{MultiTracker, Track};
 use pursuit_tracking::{Estimate, Recipe, Tracker};
 
 /// A tracker that looks at what a simulated camera sees of a world: nothing of the loop is assumed but the head and the
-/// world. It is started on the target's true box in the first picture that shows the target.
+/// world. It is started on the target's true box in the first picture that shows the target, or finds its target by itself.
 pub struct TrackingEye<'a> {
     world: Box<dyn World + 'a>,
-    recipe: &'a dyn Recipe,
-    tracker: Option<Box<dyn Tracker>>,
+    looker: Looker<'a>,
     looked: u64,
     watcher: Option<Box<Watcher<'a>>>,
+}
+
+/// What looks at the pictures.
+enum Looker<'a> {
+    /// A tracker by the recipe, once the target was shown.
+    Told(&'a dyn Recipe, Option<Box<dyn Tracker>>),
+    /// The first of its targets is followed.
+    Finds(Box<dyn MultiTracker>, Vec<Track>),
 }
 
 /// Is shown each picture that was looked at, how it was taken, and what the tracker said of it.
@@ -20,7 +28,12 @@ type Watcher<'a> = dyn FnMut(&Frame, &Exposure, Option<&Estimate>) -> Result<()>
 impl<'a> TrackingEye<'a> {
     /// An eye for `world`, with a tracker by `recipe`.
     pub const fn new(world: Box<dyn World + 'a>, recipe: &'a dyn Recipe) -> Self {
-        Self { world, recipe, tracker: None, looked: 0, watcher: None }
+        Self { world, looker: Looker::Told(recipe, None), looked: 0, watcher: None }
+    }
+
+    /// An eye for `world` that is told nothing of a target: `targets` finds one.
+    pub const fn finding(world: Box<dyn World + 'a>, targets: Box<dyn MultiTracker>) -> Self {
+        Self { world, looker: Looker::Finds(targets, Vec::new()), looked: 0, watcher: None }
     }
 
     /// The same, and `watcher` is shown each picture that was looked at, how it was taken, and what the tracker said of it.
@@ -28,15 +41,31 @@ impl<'a> TrackingEye<'a> {
     pub fn shown_to(self, watcher: impl FnMut(&Frame, &Exposure, Option<&Estimate>) -> Result<()> + 'a) -> Self {
         Self { watcher: Some(Box::new(watcher)), ..self }
     }
+}
 
+impl Looker<'_> {
     /// What is said of a frame.
     fn estimate(&mut self, frame: &Frame, exposure: &Exposure) -> Result<Option<Estimate>> {
-        if let Some(tracker) = &mut self.tracker {
-            return Ok(Some(tracker.update(frame)?));
+        match self {
+            Self::Told(_, Some(tracker)) => Ok(Some(tracker.update(frame)?)),
+            Self::Told(recipe, tracker) => {
+                let Some(truth) = exposure.truth.filter(|_| exposure.shows_target()) else { return Ok(None) };
+                *tracker = Some(recipe.init(frame, truth)?);
+                Ok(Some(Estimate::started(frame.time_s(), truth, 1.0)))
+            }
+            Self::Finds(targets, tracks) => {
+                targets.step(frame, tracks)?;
+                Ok(tracks.first().and_then(|track| track.estimate.clone()))
+            }
         }
-        let Some(truth) = exposure.truth.filter(|_| exposure.shows_target()) else { return Ok(None) };
-        self.tracker = Some(self.recipe.init(frame, truth)?);
-        Ok(Some(Estimate::started(frame.time_s(), truth, 1.0)))
+    }
+
+    /// Where it expects the target so many seconds after the last frame.
+    fn forecast(&self, seconds: f64) -> Option<pursuit_tracking::Forecast> {
+        match self {
+            Self::Told(_, tracker) => tracker.as_deref()?.forecast(seconds).ok(),
+            Self::Finds(targets, tracks) => targets.forecast(tracks.first()?.id, seconds).ok(),
+        }
     }
 }
 
@@ -56,13 +85,13 @@ impl Eye for TrackingEye<'_> {
             None => frame,
         };
         self.looked += 1;
-        let seen = self.estimate(&frame, exposure)?;
+        let seen = self.looker.estimate(&frame, exposure)?;
         if let Some(watcher) = &mut self.watcher {
             watcher(&frame, exposure, seen.as_ref())?;
         }
-        let (tracker, stamp_s) = (self.tracker.as_deref(), exposure.arrival_s);
+        let (looker, stamp_s) = (&self.looker, exposure.arrival_s);
         Ok(Box::new(move |time_s: f64| {
-            Aim::ahead(seen.as_ref()?, time_s - stamp_s, |seconds| tracker?.forecast(seconds).ok())
+            Aim::ahead(seen.as_ref()?, time_s - stamp_s, |seconds| looker.forecast(seconds))
         }))
     }
 }

@@ -6,6 +6,7 @@ use pursuit_ptz::geometry::{AngleFormula, Lens, direction_of};
 use pursuit_ptz::simulation::{Rendered, WideClip, World};
 use pursuit_ptz::{Direction, PtzError};
 use pursuit_scenes::{Scene, View};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A direction, and the tangents of width and height.
@@ -19,13 +20,17 @@ enum Kind {
     Clip(Box<Clip>),
 }
 
+/// A time in seconds, and where the target is then.
+type TimedBox = (f64, Option<BBox>);
+
 /// A clip of a wide camera that stands still, with its true boxes.
 struct Clip {
     input: String,
     options: OpenOptions,
     lens: Lens,
-    /// Times and boxes from the first on that shows enough of the target, seconds from there.
-    boxes: Vec<(f64, Option<BBox>)>,
+    /// Times and boxes of what is looked at, seconds from where that starts; never empty.
+    boxes: Vec<TimedBox>,
+    /// When that is in the clip.
     starts_s: f64,
 }
 
@@ -43,30 +48,26 @@ impl KnownWorld {
         Ok(world)
     }
 
-    /// A clip whose picture is `width_deg` wide, with true boxes; `options` say how it is opened.
+    /// A clip whose picture is `width_deg` wide, with true boxes, from where enough of the target is to be seen to where it is seen last;
+    /// `options` say how it is opened.
     ///
     /// # Errors
     /// An input that cannot be read, [`RunError::Usage`] for one that does not say where its target is.
     pub fn clip(input: &str, width_deg: f64, options: OpenOptions) -> Result<Self, RunError> {
-        let mut source = open_with(input, &options)?;
-        let lens = Lens::new(source.info().size, 0.5 * width_deg)?;
-        let Some(truth) = source.info().truth.clone() else {
-            return Err(RunError::usage(format!(
-                "{input} has no true boxes, and a simulation has to know where the target is; give a folder with frames.csv, or a \
-                 video with a CSV of boxes of the same name beside it"
-            )));
-        };
-        let mut boxes = Vec::new();
-        while let Some(frame) = source.next_frame()? {
-            let truth = usize::try_from(frame.index()).ok().and_then(|k| truth.get(k));
-            boxes.push((frame.time_s(), truth.and_then(Truth::bbox)));
-        }
-        let first = start(&boxes);
-        boxes.drain(..first.unwrap_or(boxes.len()));
-        let starts_s = boxes.first().map(|b| b.0);
-        let starts_s = starts_s.ok_or_else(|| RunError::usage(format!("nobody is to be seen in {input}")))?;
-        boxes.iter_mut().for_each(|b| b.0 -= starts_s);
-        Ok(Self(Kind::Clip(Box::new(Clip { input: input.to_owned(), options, lens, boxes, starts_s }))))
+        let mut clip = Clip::read(input, width_deg, options)?;
+        let first = start(&clip.boxes).unwrap_or_default();
+        clip.starts_s = clip.boxes[first].0;
+        let last = clip.boxes.iter().rposition(|b| b.1.is_some()).unwrap_or(first);
+        clip.boxes = clip.boxes[first..=last].iter().map(|b| (b.0 - clip.starts_s, b.1)).collect();
+        Ok(Self(Kind::Clip(Box::new(clip))))
+    }
+
+    /// A clip from its first frame to its last, whether anybody is to be seen there or not.
+    ///
+    /// # Errors
+    /// As [`clip`](Self::clip).
+    pub fn whole_clip(input: &str, width_deg: f64, options: OpenOptions) -> Result<Self, RunError> {
+        Ok(Self(Kind::Clip(Box::new(Clip::read(input, width_deg, options)?))))
     }
 
     /// What it is called in a table.
@@ -81,7 +82,15 @@ impl KnownWorld {
     pub fn duration_s(&self) -> f64 {
         match &self.0 {
             Kind::Scene { scene, .. } => scene.duration_s(),
-            Kind::Clip(clip) => clip.boxes.iter().rev().find(|b| b.1.is_some()).map_or(0.0, |b| b.0),
+            Kind::Clip(clip) => clip.boxes.last().map_or(0.0, |b| b.0),
+        }
+    }
+
+    /// When somebody is there, seconds from and to: from where enough of them is to be seen until they have left.
+    pub fn visits(&self) -> Vec<Range<f64>> {
+        match &self.0 {
+            Kind::Scene { scene, .. } => vec![0.0..scene.duration_s()],
+            Kind::Clip(clip) => visits(&clip.boxes),
         }
     }
 
@@ -145,14 +154,45 @@ fn in_scene(scene: &dyn Scene, time_s: f64) -> Option<KnownTarget> {
 const LEAST_SEEN: f64 = 0.5;
 
 /// The first box to start on; `None` where there is none at all.
-fn start(boxes: &[(f64, Option<BBox>)]) -> Option<usize> {
+fn start(boxes: &[TimedBox]) -> Option<usize> {
     let mut areas: Vec<f64> = boxes.iter().filter_map(|b| Some(b.1?.area())).collect();
     areas.sort_by(f64::total_cmp);
     let usual = *areas.get(areas.len() / 2)?;
     boxes.iter().position(|b| b.1.is_some_and(|b| b.area() >= LEAST_SEEN * usual))
 }
 
+/// Who is not seen for less than this is behind something; else they have left, and who comes is another.
+const LEFT_S: f64 = 1.0;
+
+/// Spans of time in which somebody is there.
+fn visits(boxes: &[TimedBox]) -> Vec<Range<f64>> {
+    let seen: Vec<TimedBox> = boxes.iter().filter(|b| b.1.is_some()).copied().collect();
+    let spans = seen.chunk_by(|a, b| b.0 - a.0 < LEFT_S);
+    spans.filter_map(|span| Some(span[start(span)?].0..span.last()?.0)).collect()
+}
+
 impl Clip {
+    /// All of it.
+    fn read(input: &str, width_deg: f64, options: OpenOptions) -> Result<Self, RunError> {
+        let mut source = open_with(input, &options)?;
+        let lens = Lens::new(source.info().size, 0.5 * width_deg)?;
+        let Some(truth) = source.info().truth.clone() else {
+            return Err(RunError::usage(format!(
+                "{input} has no true boxes, and a simulation has to know where the target is; give a folder with frames.csv, or a \
+                 video with a CSV of boxes of the same name beside it"
+            )));
+        };
+        let mut boxes = Vec::new();
+        while let Some(frame) = source.next_frame()? {
+            let truth = usize::try_from(frame.index()).ok().and_then(|k| truth.get(k));
+            boxes.push((frame.time_s(), truth.and_then(Truth::bbox)));
+        }
+        if boxes.iter().all(|b| b.1.is_none()) {
+            return Err(RunError::usage(format!("nobody is to be seen in {input}")));
+        }
+        Ok(Self { input: input.to_owned(), options, lens, boxes, starts_s: 0.0 })
+    }
+
     /// Between two frames the box is between theirs.
     fn target(&self, time_s: f64) -> Option<KnownTarget> {
         let next = self.boxes.partition_point(|b| b.0 <= time_s);
@@ -249,6 +289,24 @@ mod tests {
         assert_eq!(start(&comes), Some(3), "half of 40 and more");
         assert_eq!(start(&[(0.0, None), seen(1.0, 4.0)]), Some(1));
         assert_eq!((start(&[(0.0, None)]), start(&[])), (None, None));
+    }
+
+    #[test]
+    fn who_comes_after_a_while_is_another_visit() {
+        let seen = |k: f64, width: f64| (k, Some(BBox::from_ltwh(0.0, 0.0, width, 100.0)));
+        let boxes = [
+            (0.0, None),
+            seen(0.5, 10.0),
+            seen(1.0, 40.0),
+            (1.5, None),
+            seen(1.9, 40.0),
+            seen(2.5, 8.0),
+            (3.0, None),
+            seen(3.5, 90.0),
+            (4.0, None),
+        ];
+        assert_eq!(visits(&boxes), [1.0..2.5, 3.5..3.5], "hidden for .9 s, away for a whole second");
+        assert!(visits(&[(0.0, None)]).is_empty());
     }
 
     #[test]

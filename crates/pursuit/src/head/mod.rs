@@ -17,3 +17,16 @@ pub use grid_map::grid_map;
 pub use known_world::{KnownTarget, KnownWorld};
 pub use sink::HeadSink;
 pub use steering::{Poses, compensated, follow, steer};
+
+use crate::{RunConfig, RunError};
+use pursuit_tracking::many::{Acquiring, MultiTracker};
+
+/// What finds one target and follows it as a run of `config` does, which names a detector: for the pictures of a simulated camera.
+///
+/// # Errors
+/// As [`RunConfig::methods`], and where no detector is named.
+pub fn finder(config: &RunConfig) -> Result<Box<dyn MultiTracker>, RunError> {
+    let methods = config.methods()?;
+    let detector = methods.detector.ok_or_else(|| RunError::usage("no detector is named; add one, `--detect motion`"))?;
+    Ok(Box::new(Acquiring::new(detector, methods.recipe, methods.acquire)?))
+}

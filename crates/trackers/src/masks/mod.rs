@@ -5,7 +5,7 @@ mod motion;
 mod network;
 mod pieces;
 
-use crate::person::backdrop::about;
+use crate::backdrop::about;
 use crate::runtime::RuntimeParams;
 use colors::ColorSegmenter;
 use motion::MotionSegmenter;

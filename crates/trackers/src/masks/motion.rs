@@ -3,7 +3,7 @@
 
 use super::pieces::Pieces;
 use super::{MaskParams, about};
-use crate::person::backdrop::{Backdrop, BackdropParams};
+use crate::backdrop::{Backdrop, BackdropParams};
 use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::Frame;
 use pursuit_vision::PixelWindow;

@@ -1,5 +1,5 @@
 use super::PersonParams;
-use super::backdrop::{Backdrop, BackdropParams, about};
+use crate::backdrop::{Backdrop, BackdropParams, about};
 use crate::correlation::{CorrelationFigures, CorrelationLocalizer, ResponsePeak};
 use pursuit_estimation::{logit, sigmoid};
 use pursuit_geometry::BBox;

@@ -2,10 +2,9 @@
 //! stands out of the background says how large the person is there, and whether anybody is there at all; the paper's
 //! predictor says where the person will be at the next sample.
 
-pub(crate) mod backdrop;
 mod localizer;
 
-pub use backdrop::BackdropParams;
+pub use crate::backdrop::BackdropParams;
 pub use localizer::PersonLocalizer;
 
 use crate::pursuit::FilterParams;

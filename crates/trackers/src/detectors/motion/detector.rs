@@ -2,6 +2,7 @@ use super::detected_motion;
 use super::found::Found;
 use super::params::{MotionDetectorParams, StartParams};
 use super::scene::{Scene, Sight};
+use super::turning::Turning;
 use pursuit_geometry::{BBox, Size};
 use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_tracking::motion::MotionParams;
@@ -18,6 +19,9 @@ impl DetectorRecipe for MotionDetectorParams {
         Ok(Box::new(MotionDetector {
             params: self.clone(),
             scene: None,
+            last: None,
+            turning: None,
+            is_away: false,
             size: Size::new(0, 0),
             sight: Sight::default(),
         }))
@@ -29,6 +33,12 @@ struct MotionDetector {
     params: MotionDetectorParams,
     /// `None` before the first frame.
     scene: Option<Kind>,
+    /// The frame before.
+    last: Option<Frame>,
+    /// Of a camera that says how it stands: the background all about.
+    turning: Option<Turning>,
+    /// Whether that camera is turned away from the scene.
+    is_away: bool,
     /// Of that first frame, as every further one must be.
     size: Size,
     sight: Sight,
@@ -40,27 +50,81 @@ enum Kind {
     Color(Scene<Rgb8>),
 }
 
+impl Kind {
+    fn new(frame: &Frame, params: &MotionDetectorParams) -> Result<Self, VisionError> {
+        Ok(if frame.has_color() { Self::Color(Scene::new(params)?) } else { Self::Gray(Scene::new(params)?) })
+    }
+
+    fn foreground(&mut self, params: &MotionDetectorParams) -> Option<Arc<Image<u8>>> {
+        match self {
+            Self::Gray(scene) => scene.foreground(params),
+            Self::Color(scene) => scene.foreground(params),
+        }
+    }
+
+    const fn wait(&mut self, time_s: f64) {
+        match self {
+            Self::Gray(scene) => scene.wait(time_s),
+            Self::Color(scene) => scene.wait(time_s),
+        }
+    }
+}
+
 impl MotionDetector {
     fn look(&mut self, frame: &Frame, followed: &[Followed]) -> Result<(), VisionError> {
-        let params = &self.params;
         if self.scene.is_none() {
             self.size = frame.size();
-            self.scene = Some(if frame.has_color() {
-                Kind::Color(Scene::new(params)?)
-            } else {
-                Kind::Gray(Scene::new(params)?)
-            });
+            self.scene = Some(Kind::new(frame, &self.params)?);
         }
-        let boxes = followed.iter().map(|f| f.bbox);
+        let is_again = self.last.as_ref().is_some_and(|last| is_same(last, frame));
+        self.last = Some(frame.clone());
+        let boxes: Vec<BBox> = followed.iter().map(|f| f.bbox).collect();
+        let Some(pose) = frame.camera().copied() else {
+            (self.turning, self.is_away) = (None, false);
+            return self.look_at_scene(frame, is_again, &boxes);
+        };
+        let mut turning = match self.turning.take() {
+            Some(turning) => turning,
+            None => Turning::new(frame, pose, &self.params)?,
+        };
+        turning.place(frame, pose, &boxes);
+        self.is_away = !turning.is_home(frame.size(), &self.params);
+        if self.is_away && turning.stays(&self.params) {
+            self.scene = Some(Kind::new(frame, &self.params)?);
+            self.is_away = false;
+        }
+        if self.is_away {
+            self.scene.iter_mut().for_each(|scene| scene.wait(frame.time_s()));
+            turning.look(frame, is_again, &boxes, &self.params)?;
+            self.sight = Sight { changed: turning.changed(), ..Sight::default() };
+        } else {
+            self.look_at_scene(frame, is_again, &boxes)?;
+            turning.learn(frame, self.scene.as_mut().and_then(|s| s.foreground(&self.params)).as_deref(), &boxes);
+        }
+        self.turning = Some(turning);
+        Ok(())
+    }
+
+    /// Of a camera that looks where the scene is known.
+    fn look_at_scene(&mut self, frame: &Frame, is_again: bool, boxes: &[BBox]) -> Result<(), VisionError> {
+        let (boxes, params) = (boxes.iter().copied(), &self.params);
+        let shown = (frame.time_s(), is_again);
         self.sight = match &mut self.scene {
-            Some(Kind::Gray(scene)) => scene.look(frame.gray(), frame.time_s(), boxes, params)?,
-            Some(Kind::Color(scene)) => scene.look(frame.color(), frame.time_s(), boxes, params)?,
+            Some(Kind::Gray(scene)) => scene.look(frame.gray(), shown, boxes, params)?,
+            Some(Kind::Color(scene)) => scene.look(frame.color(), shown, boxes, params)?,
             None => Sight::default(),
         };
         Ok(())
     }
 
+    fn away(&self) -> Option<&Turning> {
+        self.turning.as_ref().filter(|_| self.is_away)
+    }
+
     fn found(&self) -> &[Found] {
+        if let Some(turning) = self.away() {
+            return turning.found();
+        }
         match &self.scene {
             Some(Kind::Gray(scene)) => scene.found(),
             Some(Kind::Color(scene)) => scene.found(),
@@ -69,7 +133,7 @@ impl MotionDetector {
     }
 
     fn colors(&self) -> &[Option<Arc<[f32]>>] {
-        match &self.scene {
+        match self.scene.as_ref().filter(|_| !self.is_away) {
             Some(Kind::Gray(scene)) => scene.colors(),
             Some(Kind::Color(scene)) => scene.colors(),
             None => &[],
@@ -102,6 +166,9 @@ impl Detector for MotionDetector {
     }
 
     fn standing_out(&self, bbox: &BBox) -> Option<f64> {
+        if let Some(turning) = self.away() {
+            return turning.standing_out(bbox);
+        }
         match &self.scene {
             Some(Kind::Gray(scene)) => scene.standing_out(bbox, &self.params),
             Some(Kind::Color(scene)) => scene.standing_out(bbox, &self.params),
@@ -110,10 +177,9 @@ impl Detector for MotionDetector {
     }
 
     fn foreground(&mut self) -> Option<Arc<Image<u8>>> {
-        match &mut self.scene {
-            Some(Kind::Gray(scene)) => scene.foreground(&self.params),
-            Some(Kind::Color(scene)) => scene.foreground(&self.params),
-            None => None,
+        match (&mut self.turning, &mut self.scene) {
+            (Some(turning), _) if self.is_away => turning.foreground(),
+            (_, scene) => scene.as_mut()?.foreground(&self.params),
         }
     }
 
@@ -149,6 +215,11 @@ pursuit_tracking::figures! {
         /// Share of the picture whose change the light explains.
         light_step_explained;
     }
+}
+
+/// Whether a frame is shown once more: videos do that where the camera is slower than they are.
+fn is_same(a: &Frame, b: &Frame) -> bool {
+    a.size() == b.size() && a.gray().rows().eq(b.gray().rows())
 }
 
 /// Where a target is: in the region that it overlaps most, else where it was expected.

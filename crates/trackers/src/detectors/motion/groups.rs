@@ -1,9 +1,11 @@
 //! Several people in one region: each pixel belongs to the target whose expected place is nearest.
 
+use super::found::Found;
 use super::params::GroupingParams;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::Image;
 use pursuit_vision::PixelWindow;
+use pursuit_vision::region_features::RegionFeatures;
 
 /// Who has a part in a region.
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +32,29 @@ impl Part {
     }
 }
 
-/// Divides the pixels of `mask` inside `bounds` among the targets expected there; `parts` is empty when fewer than two are.
+/// Puts parts in the place of regions of `mask` in which several targets are expected.
 pub(super) fn divide(
+    found: &mut Vec<Found>,
+    (mask, expected): (&Image<u8>, &[BBox]),
+    params: &GroupingParams,
+    parts: &mut Vec<Part>,
+) {
+    for i in 0..found.len() {
+        let whole = found[i];
+        share_out(params, &whole.features.bounds, mask, expected, parts);
+        let mut seen = parts.iter().filter_map(|part| part.bbox(params)).map(|bbox| {
+            let features = RegionFeatures { bounds: bbox, centroid: bbox.center(), ..whole.features };
+            Found { features, part: true, ..whole }
+        });
+        if let Some(first) = seen.next() {
+            found[i] = first;
+            found.extend(seen);
+        }
+    }
+}
+
+/// Divides the pixels of `mask` inside `bounds` among the targets expected there; `parts` is empty when fewer than two are.
+fn share_out(
     params: &GroupingParams,
     bounds: &BBox,
     mask: &Image<u8>,
@@ -77,21 +100,21 @@ mod tests {
         let (left, right) = (BBox::from_ltrb(9.0, 5.0, 24.0, 50.0), BBox::from_ltrb(26.0, 9.0, 41.0, 54.0));
         let far = BBox::from_ltrb(60.0, 5.0, 75.0, 50.0);
         let mut parts = Vec::new();
-        divide(&params, &bounds, &mask, &[left, far, right], &mut parts);
+        share_out(&params, &bounds, &mask, &[left, far, right], &mut parts);
         let boxes: Vec<_> = parts.iter().map(|p| p.bbox(&params).unwrap()).collect();
         // One stands lower than the other: the border between them leans by a pixel.
         assert_eq!(boxes, [BBox::from_ltrb(10.0, 5.0, 26.0, 50.0), BBox::from_ltrb(24.0, 9.0, 42.0, 53.0)]);
         // One alone has the region for itself, and who is hardly in it has no part.
-        divide(&params, &bounds, &mask, &[left, far], &mut parts);
+        share_out(&params, &bounds, &mask, &[left, far], &mut parts);
         assert!(parts.is_empty());
-        divide(&params, &bounds, &mask, &[left, BBox::from_ltrb(36.0, 9.0, 51.0, 50.0)], &mut parts);
+        share_out(&params, &bounds, &mask, &[left, BBox::from_ltrb(36.0, 9.0, 51.0, 50.0)], &mut parts);
         assert!(parts.is_empty());
         // Someone hidden behind the other is not seen.
         let hidden = BBox::from_ltrb(14.0, 20.0, 24.0, 60.0);
-        divide(&params, &bounds, &mask, &[left, right, hidden.translated(0.0, -20.0)], &mut parts);
+        share_out(&params, &bounds, &mask, &[left, right, hidden.translated(0.0, -20.0)], &mut parts);
         assert_eq!(parts.len(), 3);
         let nobody = Image::filled(80, 60, 0u8).unwrap();
-        divide(&params, &bounds, &nobody, &[left, right], &mut parts);
+        share_out(&params, &bounds, &nobody, &[left, right], &mut parts);
         assert!(parts.iter().all(|p| p.bbox(&params).is_none()));
     }
 }

@@ -15,6 +15,7 @@ mod paper;
 mod params;
 mod scene;
 mod shade;
+mod turning;
 
 pub use paper::PaperParams;
 pub use params::{

@@ -5,7 +5,7 @@ use super::found::{Found, admits, join};
 use super::ghost::ghostliness;
 use super::groups::{Part, divide};
 use super::held::Held;
-use super::params::{BackgroundKind, GroupingParams, MotionDetectorParams};
+use super::params::{BackgroundKind, MotionDetectorParams};
 use super::shade::Shade;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
@@ -72,6 +72,8 @@ pub(super) struct Scene<P> {
     /// The frame before, and the frame looked at, in the exposure of the background.
     last: Image<P>,
     now: Option<Image<P>>,
+    /// The last frame that was another than the frame looked at.
+    before: Image<P>,
     ghosts: Vec<BBox>,
 }
 
@@ -100,6 +102,7 @@ impl<P: Channels> Scene<P> {
             colors: Vec::new(),
             last: Image::filled(1, 1, P::default())?,
             now: None,
+            before: Image::filled(1, 1, P::default())?,
             ghosts: Vec::new(),
         })
     }
@@ -141,11 +144,16 @@ impl<P: Channels> Scene<P> {
         Some(self.shown.clone())
     }
 
-    /// Looks at the next frame; the foreground of the last frame inside the boxes `followed` is not learnt.
+    /// The camera looked elsewhere until now: what the scene was like meanwhile is not known.
+    pub const fn wait(&mut self, time_s: f64) {
+        self.time_s = time_s;
+    }
+
+    /// Looks at the next frame, of this time and shown once more or not; the foreground of the last frame inside the boxes `followed` is not learnt.
     pub fn look(
         &mut self,
         frame: ImageView<'_, P>,
-        time_s: f64,
+        (time_s, is_again): (f64, bool),
         followed: impl Iterator<Item = BBox>,
         params: &MotionDetectorParams,
     ) -> Result<Sight, VisionError> {
@@ -174,7 +182,7 @@ impl<P: Channels> Scene<P> {
             let background = (self.background.view(), self.model.fineness_px());
             self.shade.remove(&params.shade, lit, background, &mut self.mask);
         }
-        self.clean(params)?;
+        clean(&mut self.mask, params, &mut self.morphology)?;
         self.held.count(&self.mask, dt_s);
         self.seen_s += dt_s;
         self.found.clear();
@@ -186,6 +194,9 @@ impl<P: Channels> Scene<P> {
             Some(mut now) => copy(lit, &mut now).map(|()| now)?,
             None => lit.to_image(),
         };
+        if !is_again {
+            std::mem::swap(&mut self.before, &mut self.last);
+        }
         let judged = if self.frames > params.settled_frames { self.judge(now.view(), params) } else { Ok(()) };
         self.now = Some(std::mem::replace(&mut self.last, now));
         judged?;
@@ -215,17 +226,6 @@ impl<P: Channels> Scene<P> {
         Some(learning_rate(dt_s, params.history_s).max(settling))
     }
 
-    /// Drops shadows and noise, joins what belongs together.
-    fn clean(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
-        let height = self.mask.height() as f64;
-        let (open, close) = ((params.opening * height).round() as usize, (params.closing * height).round() as usize);
-        self.mask.as_mut_slice().iter_mut().filter(|v| **v != FOREGROUND).for_each(|v| *v = 0);
-        erode(&mut self.mask, open, &mut self.morphology)?;
-        dilate(&mut self.mask, open + close, &mut self.morphology)?;
-        erode(&mut self.mask, close, &mut self.morphology)?;
-        Ok(())
-    }
-
     /// Fetches the background, where there is one and anything stands out of it.
     fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
         let wanted = params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().contains(&FOREGROUND);
@@ -240,7 +240,7 @@ impl<P: Channels> Scene<P> {
         self.ghosts.clear();
         for region in self.finder.find(self.mask.view(), least.max(1.0) as usize) {
             let features = RegionFeatures::of(region, self.mask.view(), &mut self.outline);
-            let stirred = stirred(&features.bounds, &self.mask, frame, &self.last, params.codes());
+            let stirred = stirred(&features.bounds, &self.mask, frame, self.before.view(), params.codes());
             let edges = (self.outline.as_slice(), self.mask.view(), features.centroid);
             let uncovered =
                 self.known && ghostliness(&params.ghost, edges, frame, self.background.view()) > params.ghost.ratio;
@@ -252,7 +252,7 @@ impl<P: Channels> Scene<P> {
             }
         }
         join(&mut self.found, frame.size(), params);
-        self.divide(&params.grouping);
+        divide(&mut self.found, (&self.mask, &self.boxes), &params.grouping, &mut self.parts);
         self.found.retain(|f| f.part || admits(&ranges, &f.features, frame.size()));
         // The part that one has in a region shows colours of the others too.
         let worn = |f: &Found| colors(&params.colors, &f.features.bounds, &self.mask, frame);
@@ -267,22 +267,19 @@ impl<P: Channels> Scene<P> {
     }
 }
 
-impl<P: Channels> Scene<P> {
-    /// Puts parts in the place of regions in which several targets are expected.
-    fn divide(&mut self, params: &GroupingParams) {
-        for i in 0..self.found.len() {
-            let whole = self.found[i];
-            divide(params, &whole.features.bounds, &self.mask, &self.boxes, &mut self.parts);
-            let mut seen = self.parts.iter().filter_map(|part| part.bbox(params)).map(|bbox| {
-                let features = RegionFeatures { bounds: bbox, centroid: bbox.center(), ..whole.features };
-                Found { features, part: true, ..whole }
-            });
-            if let Some(first) = seen.next() {
-                self.found[i] = first;
-                self.found.extend(seen);
-            }
-        }
-    }
+/// Drops shadows and noise of a mask, joins what belongs together.
+pub(super) fn clean(
+    mask: &mut Image<u8>,
+    params: &MotionDetectorParams,
+    morphology: &mut MorphologyScratch,
+) -> Result<(), VisionError> {
+    let height = mask.height() as f64;
+    let (open, close) = ((params.opening * height).round() as usize, (params.closing * height).round() as usize);
+    mask.as_mut_slice().iter_mut().filter(|v| **v != FOREGROUND).for_each(|v| *v = 0);
+    erode(mask, open, morphology)?;
+    dilate(mask, open + close, morphology)?;
+    erode(mask, close, morphology)?;
+    Ok(())
 }
 
 /// Copies `from` to `to`, which becomes as large.
@@ -309,12 +306,12 @@ fn shift(mask: &Image<u8>, (dx, dy): (f64, f64), to: &mut Image<u8>) -> Result<(
     Ok(())
 }
 
-/// Share of the mask's pixels inside `bounds` that differ from the frame before.
-fn stirred<P: Channels>(
+/// Share of the mask's pixels inside `bounds` that differ from a frame before.
+pub(super) fn stirred<P: Channels>(
     bounds: &BBox,
     mask: &Image<u8>,
     frame: ImageView<'_, P>,
-    last: &Image<P>,
+    last: ImageView<'_, P>,
     threshold: u8,
 ) -> f64 {
     let Some(window) = PixelWindow::of(bounds, frame.size()).filter(|_| last.size() == frame.size()) else {

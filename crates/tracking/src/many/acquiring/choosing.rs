@@ -5,7 +5,7 @@ use super::super::{
     AcquisitionParams, Associating, Clock, Elapsed, ManyParams, MultiTracker, RecipeOf, TargetId, Track,
 };
 use crate::belief::Belief;
-use crate::motion::{MotionFilter, MotionParams};
+use crate::motion::{CameraCompensation, CameraMotion, MotionFilter, MotionParams};
 use crate::policy::PolicyParams;
 use crate::{Detector, Estimate, Forecast, Measurement, Recipe, Result, TrackState, TrackingError, snapshot};
 use pursuit_geometry::BBox;
@@ -67,7 +67,11 @@ impl Choosing {
     ) -> Result<Self> {
         params.validate(NAME)?;
         // What models the scene says where something stands out of it, not with which chance it is a target.
-        let many = ManyParams::counting(detector.motion().unwrap_or_else(|| ManyParams::default().motion));
+        let mut many = ManyParams::counting(detector.motion().unwrap_or_else(|| ManyParams::default().motion));
+        if motion(&*recipe)?.camera == CameraCompensation::Pose {
+            // Before a head all that is followed moves with the picture.
+            many.motion.camera = CameraCompensation::Pose;
+        }
         let everyone = Associating::new(detector, many)?.timed_by(clock).with_appearance(recipe.boxed_clone());
         let known = Known { sought: Some(TargetId(1)), last_id: 1, ..Known::default() };
         Ok(Self { params, recipe, everyone, known })
@@ -96,16 +100,6 @@ impl Choosing {
         self.known.sought.is_some() && self.known.chosen.is_some()
     }
 
-    /// How the tracker models motion.
-    fn motion(&self) -> Result<MotionParams> {
-        let parameters = self.recipe.parameters()?;
-        let usual = MotionParams::default();
-        match parameters.get("motion").and_then(toml::Value::as_table) {
-            Some(own) => Ok(usual.with(NAME, own)?),
-            None => Ok(usual),
-        }
-    }
-
     /// Leaves the one chosen where it has gone, or is lost while another is seen, and chooses another.
     fn choose(&mut self, frame: &Frame, tracks: &[Track]) -> Result<()> {
         let seen = |t: &&Track| t.estimate.as_ref().is_some_and(|e| e.state == TrackState::Tracking);
@@ -123,7 +117,7 @@ impl Choosing {
             self.known.sought = Some(TargetId(self.known.last_id));
         }
         if let Some((id, estimate)) = best.and_then(|t| Some((t.id, t.estimate.as_ref()?))) {
-            let belief = Belief::new(&self.motion()?, &PolicyParams::default(), frame, estimate.bbox);
+            let belief = Belief::new(&motion(&*self.recipe)?, &PolicyParams::default(), frame, estimate.bbox);
             let belief = belief.map_err(|e| failed(frame.index(), e))?;
             self.known.chosen = Some(Chosen { id, belief, lost_s: 0.0 });
         }
@@ -157,9 +151,23 @@ impl Choosing {
     }
 }
 
+/// How trackers of `recipe` model motion.
+fn motion(recipe: &dyn Recipe) -> Result<MotionParams> {
+    let parameters = recipe.parameters()?;
+    let usual = MotionParams::default();
+    match parameters.get("motion").and_then(toml::Value::as_table) {
+        Some(own) => Ok(usual.with(NAME, own)?),
+        None => Ok(usual),
+    }
+}
+
 impl Chosen {
-    /// Goes on to `frame`, in which `estimate` says where it is, and says what the tracker's motion model expects.
-    fn look(&mut self, frame: &Frame, estimate: &mut Estimate) -> Result<()> {
+    /// Goes on to `frame`, in which `estimate` says where it is, and says what the tracker's motion model expects; the camera has `moved`
+    /// the picture since the frame before.
+    fn look(&mut self, frame: &Frame, moved: Option<&CameraMotion>, estimate: &mut Estimate) -> Result<()> {
+        if let Some(shift) = moved.and_then(|moved| moved.at(self.belief.motion.bbox().center())) {
+            self.belief.carry(shift);
+        }
         let failed = |e| failed(frame.index(), e);
         let dt_s = self.belief.last.advance(frame)?;
         let prior = self.belief.predict(dt_s).map_err(failed)?;
@@ -182,7 +190,7 @@ impl MultiTracker for Choosing {
                 && let Some(track) = tracks.iter_mut().find(|t| t.id == chosen.id)
                 && let Some(estimate) = &mut track.estimate
             {
-                chosen.look(frame, estimate)?;
+                chosen.look(frame, self.everyone.moved(), estimate)?;
             }
             let before = self.known.chosen.as_ref().map(|c| c.id);
             self.choose(frame, tracks)?;
@@ -221,7 +229,7 @@ impl MultiTracker for Choosing {
         } else {
             let recipe = self.recipe.boxed_clone();
             let inner = self.everyone.add(&*recipe, frame, bbox)?;
-            let belief = Belief::new(&self.motion()?, &PolicyParams::default(), frame, bbox);
+            let belief = Belief::new(&motion(&*self.recipe)?, &PolicyParams::default(), frame, bbox);
             let belief = belief.map_err(|e| failed(frame.index(), e))?;
             self.known.chosen = Some(Chosen { id: inner, belief, lost_s: 0.0 });
         }
@@ -238,7 +246,7 @@ impl MultiTracker for Choosing {
         }
         let recipe = self.recipe.with(changes)?;
         let before = std::mem::replace(&mut self.recipe, recipe);
-        let changed = self.motion().and_then(|motion| match &mut self.known.chosen {
+        let changed = motion(&*self.recipe).and_then(|motion| match &mut self.known.chosen {
             Some(chosen) => chosen.belief.change(&motion, &PolicyParams::default()).map_err(|e| failed(0, e)),
             None => Ok(()),
         });

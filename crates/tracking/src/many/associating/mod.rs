@@ -11,7 +11,7 @@ use super::cells::Cells;
 use super::target::{Sighting, Standing, Target, View, failed};
 use super::{Clock, Elapsed, ManyParams, RecipeOf, TargetId, Track, WallClock, doubles, whole};
 use crate::belief::Stamp;
-use crate::motion::CameraShift;
+use crate::motion::{CameraMotion, CameraShift};
 use crate::{Detection, Detector, Embedder, Followed, Recipe, Result};
 use fed::Fed;
 use pursuit_geometry::BBox;
@@ -62,6 +62,8 @@ pub struct Associating {
     association: Association,
     claimants: Vec<Claimant<'static>>,
     camera: CameraShift,
+    /// How the camera's motion moved the picture into the last frame.
+    moved: Option<CameraMotion>,
     /// Where the targets are, also in cells; scratch.
     boxes: Vec<BBox>,
     cells: Cells,
@@ -130,6 +132,7 @@ impl Associating {
             association: association(&params)?,
             claimants: Vec::new(),
             camera: CameraShift::new(params.motion.camera),
+            moved: None,
             boxes: Vec::new(),
             cells: Cells::default(),
             births: Vec::new(),
@@ -169,6 +172,11 @@ impl Associating {
     #[must_use]
     pub fn timed_by(self, clock: Arc<dyn Clock>) -> Self {
         Self { clock, ..self }
+    }
+
+    /// How the camera's motion moved the picture into the last frame, where that was asked for and can be told.
+    pub(super) const fn moved(&self) -> Option<&CameraMotion> {
+        self.moved.as_ref()
     }
 
     /// Targets that are confirmed later get a tracker of this recipe.
@@ -249,8 +257,9 @@ impl Associating {
         if let Some(frame) = view.frame {
             self.boxes.clear();
             self.boxes.extend(self.targets.iter().map(Target::bbox));
-            if let Some(motion) = self.camera.look(frame, &self.boxes) {
-                self.targets.iter_mut().for_each(|t| t.carry(&motion));
+            self.moved = self.camera.look(frame, &self.boxes);
+            if let Some(motion) = &self.moved {
+                self.targets.iter_mut().for_each(|t| t.carry(motion));
             }
         }
         let params = &self.params;

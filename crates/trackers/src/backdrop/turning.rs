@@ -6,7 +6,6 @@ use super::canvas::{Canvas, around, sample};
 use super::marks::{self, Mark};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{CameraPose, Frame};
-use pursuit_vision::PixelWindow;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -24,6 +23,9 @@ pub(super) struct Turning {
     /// The pose of the last frame, and how far its picture lay from where that says, in pixels right and down.
     pose: CameraPose,
     off: (f64, f64),
+    /// By how many codes the marks of the background differ there; 0 where there are too few to say.
+    #[serde(skip)]
+    difference: f64,
     /// Frames learnt.
     learnt: usize,
     /// Made from the poses; `None` after it was restored, until the next frame.
@@ -75,7 +77,7 @@ impl Maps {
 impl Turning {
     pub fn new(pose: CameraPose, picture: Size) -> Self {
         let maps = Some(Maps::new(pose, pose, picture));
-        Self { middle: pose, pose, off: (0.0, 0.0), learnt: 0, maps, placed: None, marks: Vec::new() }
+        Self { middle: pose, pose, off: (0.0, 0.0), difference: 0.0, learnt: 0, maps, placed: None, marks: Vec::new() }
     }
 
     /// The size of the canvas for pictures of this size.
@@ -106,11 +108,22 @@ impl Turning {
         self.maps = Some(maps);
         let reach = params.turn_error * picture.width as f64;
         marks::find(&mut self.marks, &maps, picture, keep, canvas);
-        self.off = marks::descend(&self.marks, (frame, canvas.channels()), self.off, reach);
+        let lies = marks::descend(&self.marks, (frame, canvas.channels()), self.off, reach);
+        (self.difference, self.off) = lies.unwrap_or_default();
     }
 
-    /// Learns with weight `rate` what of the frame lies outside of `kept`.
-    pub fn learn(&mut self, frame: &Frame, kept: Option<PixelWindow>, rate: f64, canvas: &mut Canvas) {
+    /// How far the frame placed last lies from where its pose says, pixels to the right and down.
+    pub const fn off(&self) -> (f64, f64) {
+        self.off
+    }
+
+    /// By how many codes the background's marks differ where the frame placed last lies.
+    pub const fn difference(&self) -> f64 {
+        self.difference
+    }
+
+    /// Learns with weight `rate` what of the frame is not `kept`, which is told places in the picture.
+    pub fn learn(&mut self, frame: &Frame, kept: impl Fn(Point) -> bool, rate: f64, canvas: &mut Canvas) {
         let Some(maps) = self.maps else { return };
         let shares = frame.size().area().div_ceil(LEARNT).max(1);
         let due = self.learnt % shares;
@@ -130,11 +143,7 @@ impl Turning {
                 }
                 let at = mapped(&maps.back, Point::new(x as f64 + 0.5, y as f64 + 0.5));
                 let Some(at) = at.map(|p| Point::new(p.x + self.off.0, p.y + self.off.1)) else { continue };
-                let within = |w: PixelWindow| {
-                    let (x, y) = (at.x - w.x as f64, at.y - w.y as f64);
-                    x >= 0.0 && y >= 0.0 && x <= w.width as f64 && y <= w.height as f64
-                };
-                if !kept.is_some_and(within) && sample(frame, at, value) {
+                if !kept(at) && sample(frame, at, value) {
                     canvas.learn(number, value, rate);
                 }
             }

@@ -114,11 +114,35 @@ impl Backdrop {
         }
     }
 
+    /// How far the frame placed last lies from where its pose says, pixels to the right and down; 0 of a camera that stands still.
+    pub fn off(&self) -> (f64, f64) {
+        self.turning.as_ref().map_or((0.0, 0.0), Turning::off)
+    }
+
+    /// By how many codes the edges of the background differ where the frame placed last lies: little where it lies right. 0 of a camera
+    /// that stands still, and where there are too few of them to say.
+    pub fn difference(&self) -> f64 {
+        self.turning.as_ref().map_or(0.0, Turning::difference)
+    }
+
+    /// Of a camera that turns: learns what is not `kept`, which is told places in the picture, with weight `rate`.
+    pub fn learn_where(&mut self, frame: &Frame, kept: impl Fn(Point) -> bool, rate: f64) {
+        if let Some(turning) = &mut self.turning {
+            turning.learn(frame, kept, rate, &mut self.canvas);
+        }
+    }
+
     /// Learns everything but the target at `bbox` and `margin` about it, with weight `rate`; what was never seen is taken as it is.
     pub fn learn(&mut self, params: &BackdropParams, frame: &Frame, bbox: &BBox, rate: f64) {
         let window = PixelWindow::of(&about(bbox, params.margin), frame.size());
-        if let Some(turning) = &mut self.turning {
-            return turning.learn(frame, window, rate, &mut self.canvas);
+        if self.turns() {
+            let within = |at: Point| {
+                window.is_some_and(|w| {
+                    let (x, y) = (at.x - w.x as f64, at.y - w.y as f64);
+                    x >= 0.0 && y >= 0.0 && x <= w.width as f64 && y <= w.height as f64
+                })
+            };
+            return self.learn_where(frame, within, rate);
         }
         let Size { width, height } = self.size();
         for y in 0..height {

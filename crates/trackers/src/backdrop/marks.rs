@@ -12,6 +12,12 @@ const FEWEST: usize = 24;
 const PLENTY: usize = 150;
 /// Sum of the differences of brightness across and down, in codes over two pixels, that makes an edge.
 const EDGE: f64 = 24.0;
+/// Places that are tried at first lie so many pixels apart, but there are no more than so many across.
+const FIRST_STEP: f64 = 2.5;
+const ACROSS: f64 = 24.0;
+/// One of so many marks is compared there, and so many of the places are gone into.
+const SOME: usize = 3;
+const STARTS: usize = 4;
 /// Differences of brightness count up to this many codes: what moves before the background hardly disturbs.
 const MOST: f64 = 24.0;
 
@@ -57,34 +63,46 @@ pub(super) fn find(marks: &mut Vec<Mark>, maps: &Maps, picture: Size, keep: &BBo
 }
 
 /// How far the picture lies from where the pose puts it, in pixels, up to `reach` each way: the shift under which the marks are as
-/// bright as on the canvas, by steps that become smaller, from where it lay last and from where it should.
+/// bright as on the canvas; and the mean difference of brightness there, in codes. Some of the marks are compared all over the reach, all
+/// of them about the best places of those, about where the picture lay last and about where it should.
 ///
 /// Nothing where the marks are too few. `channels` are those of the canvas: 1 for grey, 3 for red, green and blue.
-pub(super) fn descend(marks: &[Mark], (frame, channels): (&Frame, usize), last: (f64, f64), reach: f64) -> (f64, f64) {
+pub(super) fn descend(
+    marks: &[Mark],
+    (frame, channels): (&Frame, usize),
+    last: (f64, f64),
+    reach: f64,
+) -> Option<(f64, (f64, f64))> {
     if marks.len() < FEWEST || reach <= 0.0 {
-        return (0.0, 0.0);
+        return None;
     }
     let mut value = [0_u16; 3];
-    let mut cost = |(dx, dy): (f64, f64)| {
+    let mut cost = |(dx, dy): (f64, f64), every: usize| {
         let (mut sum, mut count) = (0.0, 0);
-        for mark in marks {
+        for mark in marks.iter().step_by(every) {
             if sample(frame, Point::new(mark.at.x + dx, mark.at.y + dy), &mut value[..channels]) {
                 sum += (brightness(&value[..channels]) - mark.brightness).abs().min(MOST);
                 count += 1;
             }
         }
-        if count < FEWEST { f64::INFINITY } else { sum / count as f64 }
+        if count * every < FEWEST { f64::INFINITY } else { sum / count as f64 }
     };
-    let mut best = (cost((0.0, 0.0)), (0.0, 0.0));
-    for start in [(0.0, 0.0), last] {
-        let mut own = (cost(start), start);
-        let mut step = reach.min(8.0);
+    let apart = FIRST_STEP.max(2.0 * reach / ACROSS);
+    let side = (reach / apart).floor() as i32;
+    let all_over = (-side..=side).flat_map(|y| (-side..=side).map(move |x| (f64::from(x) * apart, f64::from(y) * apart)));
+    let mut places: Vec<_> = all_over.map(|at| (cost(at, SOME), at)).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let starts = places.iter().take(STARTS).map(|(_, at)| *at).chain([(0.0, 0.0), last]);
+    let mut best = (f64::INFINITY, (0.0, 0.0));
+    for start in starts {
+        let mut own = (cost(start, 1), start);
+        let mut step = apart;
         while step >= 0.2 {
             let about = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
             let (_, (x, y)) = own;
             let tried = about.map(|(i, j)| (x + f64::from(i) * step, y + f64::from(j) * step));
             let within = tried.into_iter().filter(|(x, y)| x.abs() <= reach && y.abs() <= reach);
-            let found = within.map(|at| (cost(at), at)).min_by(|a, b| a.0.total_cmp(&b.0));
+            let found = within.map(|at| (cost(at, 1), at)).min_by(|a, b| a.0.total_cmp(&b.0));
             match found.filter(|found| found.0 < own.0) {
                 Some(found) => own = found,
                 None => step /= 2.0,
@@ -94,5 +112,5 @@ pub(super) fn descend(marks: &[Mark], (frame, channels): (&Frame, usize), last: 
             best = own;
         }
     }
-    best.1
+    best.0.is_finite().then_some(best)
 }
