@@ -8,6 +8,9 @@ use std::ops::Range;
 
 /// Codes are kept in 256ths.
 pub(super) const UNIT: i32 = 256;
+/// Frames in which a pixel is to be seen alike before a steady canvas knows it, and up to how many codes of difference are alike.
+const STEADY: u8 = 8;
+const ALIKE: u16 = 16;
 /// A place nearer than this to the middle of a pixel, in pixels, is that pixel's.
 const EXACT: f64 = 0.02;
 
@@ -20,6 +23,9 @@ pub(super) struct Canvas {
     /// In 256ths of a code, pixel by pixel.
     mean: Vec<u16>,
     known: Vec<bool>,
+    /// In how many frames one after the other a pixel that is not known yet was seen alike; empty where once is enough.
+    #[serde(skip)]
+    alike: Vec<u8>,
 }
 
 impl Canvas {
@@ -27,7 +33,17 @@ impl Canvas {
     pub fn new(size: Size, channels: usize) -> Self {
         let Size { width, height } = size;
         let n = width * height;
-        Self { width, height, channels, mean: vec![0; n * channels], known: vec![false; n] }
+        Self { width, height, channels, mean: vec![0; n * channels], known: vec![false; n], alike: Vec::new() }
+    }
+
+    /// The same, of which a pixel is known only once it was seen alike in [`STEADY`] frames: what passes by is no background.
+    pub fn steady(self) -> Self {
+        Self { alike: vec![0; self.known.len()], ..self }
+    }
+
+    /// Whether that is so.
+    pub const fn is_steady(&self) -> bool {
+        !self.alike.is_empty()
     }
 
     /// Whether it can be one of this size.
@@ -70,6 +86,15 @@ impl Canvas {
     /// Takes the value of one pixel, in 256ths of a code, with weight `rate`.
     pub fn learn(&mut self, at: usize, value: &[u16], rate: f64) {
         let Some(known) = self.known.get_mut(at) else { return };
+        if let (false, Some(alike)) = (*known, self.alike.get_mut(at)) {
+            let mean = &mut self.mean[at * self.channels..(at + 1) * self.channels];
+            let is_alike = value.iter().zip(&*mean).all(|(v, m)| v.abs_diff(*m) <= ALIKE * UNIT as u16);
+            *alike = if is_alike { alike.saturating_add(1) } else { 1 };
+            let share = i32::from(*alike);
+            value.iter().zip(mean).for_each(|(v, m)| *m = (i32::from(*m) + (i32::from(*v) - i32::from(*m)) / share) as u16);
+            *known = *alike >= STEADY;
+            return;
+        }
         let rate = weight(rate);
         for (v, m) in value.iter().zip(&mut self.mean[at * self.channels..(at + 1) * self.channels]) {
             *m = if *known { mixed(*m, i32::from(*v), rate) } else { *v };

@@ -90,6 +90,11 @@ impl Backdrop {
         Self { picture: (size.width, size.height), canvas: Canvas::new(canvas, channels), turning }
     }
 
+    /// The same, of which a place is known only once it was seen alike in several frames: what passes by is no background.
+    pub fn steady(self) -> Self {
+        Self { canvas: self.canvas.steady(), ..self }
+    }
+
     /// Whether it is the background of such frames.
     pub fn fits(&self, frame: &Frame) -> bool {
         frame.size() == self.size()

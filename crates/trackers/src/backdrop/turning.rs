@@ -101,7 +101,8 @@ impl Turning {
         self.pose = pose;
         let mut maps = Maps::new(self.middle, pose, picture);
         if !holds(&maps, picture, canvas) {
-            *canvas = carried(&maps, picture, canvas);
+            let moved = carried(&maps, picture, canvas);
+            *canvas = if canvas.is_steady() { moved.steady() } else { moved };
             (self.middle, self.off) = (pose, (0.0, 0.0));
             maps = Maps::new(pose, pose, picture);
         }

@@ -97,7 +97,7 @@ impl Turning {
         let blank = || Image::filled(frame.size().width, frame.size().height, 0);
         Ok(Self {
             params: BackdropParams { history_s: params.history_s, ..BackdropParams::default() },
-            backdrop: Backdrop::new(frame),
+            backdrop: Backdrop::new(frame).steady(),
             home: stand,
             was_away: false,
             usual_difference: None,
@@ -161,7 +161,7 @@ impl Turning {
         let mut rate = learning_rate(self.dt_s, self.params.history_s);
         if followed.is_empty() && std::mem::take(&mut self.was_away) {
             // Here it is known where the picture lies; what was learnt on the way may lie beside it.
-            self.backdrop = Backdrop::new(frame);
+            self.backdrop = Backdrop::new(frame).steady();
             self.now.off = (0.0, 0.0);
             rate = 1.0;
         }
@@ -197,7 +197,7 @@ impl Turning {
         self.astray_s = if is_astray { self.astray_s + self.dt_s } else { 0.0 };
         if is_astray {
             if self.astray_s > ASTRAY_S {
-                self.backdrop = Backdrop::new(frame);
+                self.backdrop = Backdrop::new(frame).steady();
                 self.backdrop.learn_where(frame, kept(&self.params, None, followed), 1.0);
                 (self.astray_s, self.usual_difference) = (0.0, None);
             }
