@@ -456,3 +456,31 @@ fn a_detector_that_models_the_scene_measures_every_frame() {
     assert!(asked[25..=30].iter().all(|(_, followed)| *followed == 2), "{asked:?}");
     assert!(right >= 7, "{right}");
 }
+
+/// A detector that models the scene and loses sight of it when the head turns.
+#[test]
+fn what_is_followed_moves_with_the_picture_of_a_head_that_turns() {
+    use pursuit_imaging::{CameraPose, Lens};
+    let script = |k: u64| if k < 20 { vec![seen(at(160.0, 60.0))] } else { vec![] };
+    let boxes = |camera: &str| {
+        let watcher = Watcher { script, asked: std::sync::Arc::default() };
+        let recipe = recipe().with(&format!("motion.camera = '{camera}'").parse().unwrap()).unwrap();
+        let mut target = Acquiring::new(Box::new(watcher), recipe, params()).unwrap();
+        let mut said = Vec::new();
+        for k in 0..24 {
+            let pan_rad = 0.02 * k.max(20) as f64 - 0.4;
+            let pose = CameraPose::new(0.0, pan_rad, 0.0, Lens::field_of_view(1.0).unwrap()).unwrap();
+            let tracks = step(&mut target, &film(k).with_camera(pose));
+            said.extend(tracks[0].estimate.as_ref().map(|e| (e.prediction.unwrap_or(e.bbox).center().x, pose)));
+        }
+        said
+    };
+    let by_pose = boxes("pose");
+    let (Some((before, _)), Some((now, pose))) = (by_pose.get(by_pose.len() - 5), by_pose.last()) else { panic!() };
+    let size = film(0).size();
+    let ahead = CameraPose::new(0.0, 0.0, 0.0, Lens::field_of_view(1.0).unwrap()).unwrap();
+    let there = pose.point_of(ahead.direction_of(pursuit_geometry::Point::new(*before, 60.0), size), size).unwrap();
+    assert!((now - there.x).abs() < 3.0 && before - now > 8.0, "{before} to {now}, {}", there.x);
+    let still = boxes("none");
+    assert!((still[still.len() - 5].0 - still[still.len() - 1].0).abs() < 3.0);
+}

@@ -158,6 +158,42 @@ fn a_simulated_camera_crops_its_pictures_from_a_wide_clip() {
     fails(&pursuit(&["ptz", "simulate", "--clip", clip]), 2, &["no true boxes"]);
 }
 
+/// A clip of a room through which somebody walks after a while, and its list of boxes.
+fn room(folder: &std::path::Path, frames: u32, empty: u32) {
+    let mut list = "index,image,x,y,w,h\n".to_owned();
+    for k in 0..frames {
+        let name = format!("{k:04}.png");
+        let file = std::fs::File::create(folder.join(&name)).unwrap();
+        let mut encoder = png::Encoder::new(file, 320, 200);
+        encoder.set_color(png::ColorType::Grayscale);
+        let left = (k >= empty).then(|| 100 + (k - empty) * 2);
+        let pixel = |i: u32| {
+            let (x, y) = (i % 320, i / 320);
+            let on = left.is_some_and(|left| (left..left + 24).contains(&x) && (60..140).contains(&y));
+            if on { (200 + 40 * ((y / 8) % 2)) as u8 } else { (50 + 22 * ((x / 16 + y / 12 * 3) % 5)) as u8 }
+        };
+        let data: Vec<u8> = (0..320 * 200).map(pixel).collect();
+        encoder.write_header().unwrap().write_image_data(&data).unwrap();
+        list += &left.map_or(format!("{k},{name},nan,nan,nan,nan\n"), |left| format!("{k},{name},{left},60,24,80\n"));
+    }
+    std::fs::write(folder.join("frames.csv"), list).unwrap();
+}
+
+#[test]
+fn a_simulated_head_waits_finds_who_comes_and_follows() {
+    let folder = tempfile::tempdir().unwrap();
+    room(folder.path(), 150, 60);
+    let clip = folder.path().to_str().unwrap();
+    let found = ["--clip", clip, "--clip-view", "100", "--detect", "motion", "--set", "duration_s=30"];
+    let run = simulated(&[&found[..], &["--tracker", "kcf"]].concat());
+    assert!(run["walk"].as_str().unwrap().contains(" to "), "{run}");
+    assert_eq!(run["before_deg"], 0.0, "{run}");
+    assert!(run["shown"].as_f64().unwrap() > 0.99 && run["central"].as_f64().unwrap() > 0.8, "{run}");
+    let wrong = pursuit(&[&["ptz", "simulate", "--set", "detect.hold_s=1"], &found[..4]].concat());
+    fails(&wrong, 2, &["--detect motion"]);
+    fails(&pursuit(&["ptz", "simulate", "--clip", clip, "--detect", "nobody"]), 2, &["nobody"]);
+}
+
 #[test]
 fn a_grid_is_printed_and_drawn() {
     let folder = tempfile::tempdir().unwrap();

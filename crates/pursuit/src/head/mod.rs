@@ -27,6 +27,7 @@ use pursuit_tracking::many::{Acquiring, MultiTracker};
 /// As [`RunConfig::methods`], and where no detector is named.
 pub fn finder(config: &RunConfig) -> Result<Box<dyn MultiTracker>, RunError> {
     let methods = config.methods()?;
-    let detector = methods.detector.ok_or_else(|| RunError::usage("no detector is named; add one, `--detect motion`"))?;
+    let detector =
+        methods.detector.ok_or_else(|| RunError::usage("no detector is named; add one, `--detect motion`"))?;
     Ok(Box::new(Acquiring::new(detector, methods.recipe, methods.acquire)?))
 }

@@ -91,7 +91,10 @@ impl Canvas {
             let is_alike = value.iter().zip(&*mean).all(|(v, m)| v.abs_diff(*m) <= ALIKE * UNIT as u16);
             *alike = if is_alike { alike.saturating_add(1) } else { 1 };
             let share = i32::from(*alike);
-            value.iter().zip(mean).for_each(|(v, m)| *m = (i32::from(*m) + (i32::from(*v) - i32::from(*m)) / share) as u16);
+            value
+                .iter()
+                .zip(mean)
+                .for_each(|(v, m)| *m = (i32::from(*m) + (i32::from(*v) - i32::from(*m)) / share) as u16);
             *known = *alike >= STEADY;
             return;
         }
@@ -169,6 +172,24 @@ pub(super) fn brightness(value: &[u16]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_steady_canvas_knows_what_was_seen_alike_for_a_while() {
+        let size = Size::new(2, 1);
+        let code = |v: u16| [v * UNIT as u16];
+        let mut canvas = Canvas::new(size, 1).steady();
+        for k in 0..u16::from(STEADY) {
+            assert_eq!(canvas.known(0), None, "{k}");
+            canvas.learn(0, &code(100 + k % 3), 0.1);
+            canvas.learn(1, &code(if k == 4 { 200 } else { 100 }), 0.1);
+        }
+        let mean = f64::from(canvas.known(0).unwrap()[0]) / f64::from(UNIT);
+        assert!((mean - 101.0).abs() < 0.5, "{mean}");
+        assert_eq!(canvas.known(1), None, "something passed by");
+        // What is known is learnt as ever.
+        canvas.learn(0, &code(200), 1.0);
+        assert_eq!(canvas.known(0), Some(&code(200)[..]));
+    }
 
     #[test]
     fn places_between_pixels_are_weighed() {

@@ -15,6 +15,8 @@ const EDGE: f64 = 24.0;
 /// Places that are tried at first lie so many pixels apart, but there are no more than so many across.
 const FIRST_STEP: f64 = 2.5;
 const ACROSS: f64 = 24.0;
+/// The first step from one place where no others are tried, pixels.
+const FARTHEST_STEP: f64 = 8.0;
 /// One of so many marks is compared there, and so many of the places are gone into.
 const SOME: usize = 3;
 const STARTS: usize = 4;
@@ -63,15 +65,15 @@ pub(super) fn find(marks: &mut Vec<Mark>, maps: &Maps, picture: Size, keep: &BBo
 }
 
 /// How far the picture lies from where the pose puts it, in pixels, up to `reach` each way: the shift under which the marks are as
-/// bright as on the canvas; and the mean difference of brightness there, in codes. Some of the marks are compared all over the reach, all
-/// of them about the best places of those, about where the picture lay last and about where it should.
+/// bright as on the canvas; and the mean difference of brightness there, in codes. It is looked for from where the picture lay last and from
+/// where it should; `all_over` the reach too, by some of the marks: where the canvas is sure of what it knows.
 ///
 /// Nothing where the marks are too few. `channels` are those of the canvas: 1 for grey, 3 for red, green and blue.
 pub(super) fn descend(
     marks: &[Mark],
     (frame, channels): (&Frame, usize),
     last: (f64, f64),
-    reach: f64,
+    (reach, all_over): (f64, bool),
 ) -> Option<(f64, (f64, f64))> {
     if marks.len() < FEWEST || reach <= 0.0 {
         return None;
@@ -89,14 +91,14 @@ pub(super) fn descend(
     };
     let apart = FIRST_STEP.max(2.0 * reach / ACROSS);
     let side = (reach / apart).floor() as i32;
-    let all_over = (-side..=side).flat_map(|y| (-side..=side).map(move |x| (f64::from(x) * apart, f64::from(y) * apart)));
-    let mut places: Vec<_> = all_over.map(|at| (cost(at, SOME), at)).collect();
+    let grid = (-side..=side).flat_map(|y| (-side..=side).map(move |x| (f64::from(x) * apart, f64::from(y) * apart)));
+    let mut places: Vec<_> = grid.filter(|_| all_over).map(|at| (cost(at, SOME), at)).collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
     let starts = places.iter().take(STARTS).map(|(_, at)| *at).chain([(0.0, 0.0), last]);
     let mut best = (f64::INFINITY, (0.0, 0.0));
     for start in starts {
         let mut own = (cost(start, 1), start);
-        let mut step = apart;
+        let mut step = if all_over { apart } else { reach.min(FARTHEST_STEP) };
         while step >= 0.2 {
             let about = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
             let (_, (x, y)) = own;

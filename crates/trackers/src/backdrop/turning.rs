@@ -109,7 +109,7 @@ impl Turning {
         self.maps = Some(maps);
         let reach = params.turn_error * picture.width as f64;
         marks::find(&mut self.marks, &maps, picture, keep, canvas);
-        let lies = marks::descend(&self.marks, (frame, canvas.channels()), self.off, reach);
+        let lies = marks::descend(&self.marks, (frame, canvas.channels()), self.off, (reach, canvas.is_steady()));
         (self.difference, self.off) = lies.unwrap_or_default();
     }
 

@@ -6,12 +6,12 @@ use pursuit::head::Film;
 use pursuit::head::{KnownWorld, compensated, finder};
 use pursuit::media::OpenOptions;
 use pursuit::parameters::{Table, Value, merge, nested};
+use pursuit::ptz::Direction;
 #[cfg(feature = "encode")]
 use pursuit::ptz::PtzError;
 #[cfg(feature = "encode")]
 use pursuit::ptz::simulation::{CameraParams, Exposure};
 use pursuit::ptz::simulation::{Contender, Eye, Figures, Sample, Study, TrackingEye, Walk};
-use pursuit::ptz::Direction;
 use pursuit::trackers::registry;
 use pursuit::{Recipe, RunConfig, RunError};
 use std::cell::Cell;

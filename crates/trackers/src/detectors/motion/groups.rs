@@ -54,13 +54,7 @@ pub(super) fn divide(
 }
 
 /// Divides the pixels of `mask` inside `bounds` among the targets expected there; `parts` is empty when fewer than two are.
-fn share_out(
-    params: &GroupingParams,
-    bounds: &BBox,
-    mask: &Image<u8>,
-    expected: &[BBox],
-    parts: &mut Vec<Part>,
-) {
+fn share_out(params: &GroupingParams, bounds: &BBox, mask: &Image<u8>, expected: &[BBox], parts: &mut Vec<Part>) {
     parts.clear();
     let involved = || expected.iter().filter(|b| b.fraction_inside(bounds) >= params.share);
     // Something much smaller than another is a part of it, not somebody beside it.

@@ -319,3 +319,93 @@ fn kept<'a>(
         foreground.is_some_and(out) || followed.iter().any(|bbox| bbox.contains(at))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pursuit_imaging::Lens;
+    use pursuit_tracking::{Detection, DetectorRecipe, Followed};
+
+    const SIZE: Size = Size::new(160, 120);
+
+    fn pose(pan_rad: f64) -> CameraPose {
+        CameraPose::new(0.0, pan_rad, 0.0, Lens::field_of_view(0.7).unwrap()).unwrap()
+    }
+
+    /// Where a camera that looks there sees somebody at a pan.
+    fn person(at: CameraPose, pan_rad: f64) -> BBox {
+        let edge = |pan: f64, tilt: f64| at.point_of(pursuit_imaging::Direction { pan_rad: pan, tilt_rad: tilt }, SIZE);
+        let (first, last) = (edge(pan_rad - 0.05, 0.12).unwrap(), edge(pan_rad + 0.05, -0.18).unwrap());
+        BBox::from_ltrb(first.x, first.y.min(last.y), last.x, first.y.max(last.y))
+    }
+
+    /// A wall with patches, and somebody red before it; the camera says that it stands as `told`.
+    fn frame(k: u64, at: CameraPose, told: CameraPose, walker: Option<f64>) -> Frame {
+        let bbox = walker.map(|pan| person(at, pan));
+        let image = Image::from_fn(SIZE.width, SIZE.height, |x, y| {
+            let point = Point::new(x as f64 + 0.5, y as f64 + 0.5);
+            if bbox.is_some_and(|b| b.contains(point)) {
+                return [230, 20, 20];
+            }
+            let seen = at.direction_of(point, SIZE);
+            let (a, b) = (40.0 * seen.pan_rad, 40.0 * seen.tilt_rad);
+            let wave =
+                |phase: f64| (118.0 + 40.0 * (a + phase).sin() * (0.7 * b).cos() + 30.0 * (0.31 * a + b).sin()) as u8;
+            [wave(0.0), wave(0.4), wave(0.8)]
+        });
+        Frame::new(k, k as f64 / 25.0, image.unwrap()).with_camera(told)
+    }
+
+    /// The head waits, follows somebody to the right by more than its picture holds, who leaves at once, and goes home.
+    #[test]
+    fn who_is_followed_by_a_head_stands_out_all_the_way_and_nobody_does_at_home() {
+        let mut detector = MotionDetectorParams::default().detector().unwrap();
+        let mut followed: Vec<Followed> = Vec::new();
+        let (mut overlaps, mut away) = (Vec::new(), Vec::new());
+        for k in 0..260_u64 {
+            let since = k.saturating_sub(40) as f64;
+            let walker = (40..160).contains(&k).then_some(-0.25 + 0.006 * since);
+            // The head follows behind, and is wrong about where it stands while it turns.
+            let pan = match k {
+                0..60 => 0.0,
+                60..160 => 0.0055 * (k - 60) as f64,
+                _ => (0.55 - 0.02 * (k - 160) as f64).max(0.0),
+            };
+            let wrong = if (60..190).contains(&k) { 0.02 } else { 0.0 };
+            let at = pose(pan);
+            let seen = frame(k, at, pose(pan - wrong), walker);
+            let found: Vec<Detection> = detector.detect(&seen, &followed).unwrap();
+            let truth = walker.map(|pan| person(at, pan));
+            followed.clear();
+            if let Some(truth) = truth {
+                overlaps.push((k, found.iter().map(|d| d.bbox.iou(&truth)).fold(0.0, f64::max)));
+                followed.push(Followed { bbox: truth, measured: true });
+            } else if k >= 40 {
+                away.push((k, found.iter().any(|d| d.confidence > 0.5)));
+            }
+            if k == 150 {
+                let floor = detector.standing_out(&BBox::from_ltwh(4.0, 4.0, 30.0, 20.0));
+                assert_eq!(floor, Some(0.0), "a wall does not stand out because the camera turns");
+                assert!(detector.foreground().is_some());
+            }
+        }
+        let late: Vec<f64> = overlaps.iter().filter(|o| o.0 >= 50).map(|o| o.1).collect();
+        let well = late.iter().filter(|overlap| **overlap > 0.7).count();
+        assert!(well * 10 >= late.len() * 9, "{overlaps:?}");
+        assert!(away.iter().all(|(_, sure)| !sure), "{away:?}");
+    }
+
+    #[test]
+    fn a_head_that_has_turned_for_good_waits_there() {
+        let mut detector = MotionDetectorParams::default().detector().unwrap();
+        let mut sure = 0;
+        for k in 0..200_u64 {
+            let pan = (0.02 * k.saturating_sub(30) as f64).min(0.9);
+            let walker = (k >= 160).then_some(0.75 + 0.008 * (k.saturating_sub(160)) as f64);
+            let found = detector.detect(&frame(k, pose(pan), pose(pan), walker), &[]).unwrap();
+            assert!(walker.is_some() || found.iter().all(|d| d.confidence < 0.5), "{k}: {found:?}");
+            sure += usize::from(found.iter().any(|d| d.confidence > 0.5));
+        }
+        assert!(sure > 30, "in {sure} of 40 pictures");
+    }
+}
