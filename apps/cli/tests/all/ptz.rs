@@ -191,7 +191,8 @@ fn a_simulated_head_waits_finds_who_comes_and_follows() {
     assert!(run["shown"].as_f64().unwrap() > 0.99 && run["central"].as_f64().unwrap() > 0.8, "{run}");
     let wrong = pursuit(&[&["ptz", "simulate", "--set", "detect.hold_s=1"], &found[..4]].concat());
     fails(&wrong, 2, &["--detect motion"]);
-    fails(&pursuit(&["ptz", "simulate", "--clip", clip, "--detect", "nobody"]), 2, &["nobody"]);
+    let unknown = ["ptz", "simulate", "--clip", clip, "--set", "judged_from_s=1", "--detect", "nobody"];
+    fails(&pursuit(&unknown), 2, &["nobody"]);
 }
 
 #[test]
