@@ -119,7 +119,7 @@ enum Looker {
     /// A tracker that is told where the target is at first.
     Told(Box<dyn Recipe>),
     /// A tracker and a detector that finds the target.
-    Finds(RunConfig),
+    Finds(Box<RunConfig>),
 }
 
 impl Looker {
@@ -135,7 +135,8 @@ impl Looker {
             if !of_detector.is_empty() {
                 parameters.insert("detect".to_owned(), Value::Table(of_detector.clone()));
             }
-            return Ok(Self::Finds(compensated(RunConfig { tracker, detect, parameters, ..RunConfig::default() })));
+            let config = RunConfig { tracker, detect, parameters, ..RunConfig::default() };
+            return Ok(Self::Finds(Box::new(compensated(config))));
         }
         let by_pose = (contender == Contender::Forecast).then(|| ("motion.camera".to_owned(), "pose".into()));
         let mut parameters = nested(&by_pose.into_iter().collect::<Table>());
