@@ -230,7 +230,9 @@ pursuit_tracking::figures! {
 
 /// Whether a frame is shown once more: videos do that where the camera is slower than they are.
 fn is_same(a: &Frame, b: &Frame) -> bool {
-    a.size() == b.size() && a.gray().rows().eq(b.gray().rows())
+    let is_colored = a.has_color() && b.has_color();
+    a.size() == b.size()
+        && if is_colored { a.color().rows().eq(b.color().rows()) } else { a.gray().rows().eq(b.gray().rows()) }
 }
 
 /// Where a target is: in the region that it overlaps most, else where it was expected.

@@ -15,6 +15,7 @@ mod paper;
 mod params;
 mod scene;
 mod shade;
+mod stand;
 mod turning;
 
 pub use paper::PaperParams;

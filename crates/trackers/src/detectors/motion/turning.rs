@@ -4,6 +4,7 @@ use super::found::{Found, admits, join};
 use super::groups::{Part, divide};
 use super::params::MotionDetectorParams;
 use super::scene::{clean, stirred};
+use super::stand::Stand;
 use crate::backdrop::{Backdrop, BackdropParams, about};
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{CameraPose, Frame, Image};
@@ -34,30 +35,6 @@ const SWINGS: f64 = 0.01;
 const LEAST_KNOWN: f64 = 0.5;
 /// Nothing is known there.
 const UNKNOWN: u8 = 128;
-
-/// Where a camera stands, as its pose and the edges of the background say.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Stand {
-    pose: CameraPose,
-    /// How far the picture lies from where the pose says, pixels.
-    off: (f64, f64),
-}
-
-impl Stand {
-    /// How far the picture has moved since another stand, pixels: its corners or its middle, whichever moved most.
-    fn moved_px(&self, since: &Self, picture: Size) -> f64 {
-        let (width, height) = (picture.width as f64, picture.height as f64);
-        let places = [(0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        let moved = places.map(|(x, y)| {
-            let at = Point::new(x * width, y * height);
-            let there = self.pose.point_of(since.pose.direction_of(at, picture), picture);
-            there.map_or(f64::INFINITY, |p| {
-                (p.x + self.off.0 - since.off.0 - at.x).hypot(p.y + self.off.1 - since.off.1 - at.y)
-            })
-        });
-        moved.into_iter().fold(0.0, f64::max)
-    }
-}
 
 /// The background all about.
 pub(super) struct Turning {
@@ -124,9 +101,7 @@ impl Turning {
     pub fn place(&mut self, frame: &Frame, pose: CameraPose, followed: &[BBox]) {
         self.dt_s = (frame.time_s() - self.time_s).max(0.0);
         self.time_s = frame.time_s();
-        let largest = followed.iter().copied().max_by(|a, b| a.area().total_cmp(&b.area()));
-        let keep = largest.map_or_else(nowhere, |bbox| about(&bbox, self.params.reach));
-        self.backdrop.place(&self.params, frame, &keep);
+        self.backdrop.place(&self.params, frame, &about(&largest(followed), self.params.reach));
         self.before = self.now;
         self.now = Stand { pose, off: self.backdrop.off() };
         let waits = followed.is_empty() && self.stands(frame.size());
@@ -217,8 +192,7 @@ impl Turning {
     /// Marks what stands out.
     fn mark(&mut self, frame: &Frame, followed: &[BBox]) {
         let Size { width, height } = frame.size();
-        let largest = followed.iter().copied().max_by(|a, b| a.area().total_cmp(&b.area()));
-        let gain = self.backdrop.gain(&self.params, frame, &largest.unwrap_or_else(nowhere));
+        let gain = self.backdrop.gain(&self.params, frame, &largest(followed));
         let gain = (gain * 256.0).round().clamp(1.0, 4096.0) as i32;
         let side = ((frame.size().area() as f64 / LOOKED_AT as f64).sqrt().ceil() as usize).max(1);
         for top in (0..height).step_by(side) {
@@ -303,8 +277,10 @@ impl Turning {
     }
 }
 
-fn nowhere() -> BBox {
-    BBox::from_ltwh(-9.0, -9.0, 1.0, 1.0)
+/// The largest of the targets; a box beside the picture where there are none.
+fn largest(followed: &[BBox]) -> BBox {
+    let largest = followed.iter().copied().max_by(|a, b| a.area().total_cmp(&b.area()));
+    largest.unwrap_or_else(|| BBox::from_ltwh(-9.0, -9.0, 1.0, 1.0))
 }
 
 /// What is not learnt: who is followed, and what the detector's own model says stands out.
