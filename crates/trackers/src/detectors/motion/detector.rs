@@ -85,10 +85,9 @@ impl MotionDetector {
         let is_again = self.last.as_ref().is_some_and(|last| is_same(last, frame));
         self.last = Some(frame.clone());
         let boxes: Vec<BBox> = followed.iter().map(|f| f.bbox).collect();
-        let Some(pose) = frame.camera().copied() else {
-            (self.turning, self.is_away) = (None, false);
-            return self.look_at_scene(frame, is_again, &boxes);
-        };
+        // A head that does not say how it stood when one picture was taken is taken to stand as before.
+        let pose = frame.camera().copied().or_else(|| self.turning.as_ref().map(Turning::pose));
+        let Some(pose) = pose else { return self.look_at_scene(frame, is_again, &boxes) };
         let mut turning = match self.turning.take() {
             Some(turning) => turning,
             None => Turning::new(frame, pose, &self.params)?,
