@@ -89,6 +89,11 @@ impl Command {
             _ => true,
         }
     }
+
+    /// Whether a head that obeys it moves until it is told otherwise; other ways end by themselves.
+    pub fn runs_on(&self) -> bool {
+        matches!(self, Self::Move(_)) && self.moves()
+    }
 }
 
 /// What a head says of itself. Heads lie: some never say that they stand, some give an old position.
@@ -122,7 +127,9 @@ mod tests {
     #[test]
     fn what_moves_is_told() {
         assert!(!Command::Stop.moves() && !Command::Move(Velocity::ZERO).moves());
-        assert!(Command::Home.moves() && Command::Move(Velocity { zoom_per_s: 0.1, ..Velocity::ZERO }).moves());
+        let turns = Command::Move(Velocity { zoom_per_s: 0.1, ..Velocity::ZERO });
+        assert!(turns.runs_on() && !Command::Move(Velocity::ZERO).runs_on() && !Command::Home.runs_on());
+        assert!(Command::Home.moves() && turns.moves());
     }
 
     #[test]

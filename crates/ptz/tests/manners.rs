@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use pursuit_geometry::Point;
-use pursuit_ptz::control::{Follower, FollowerParams, LostParams, LostPolicy, NearParams, ZoneList, ZoomParams};
+use pursuit_ptz::control::{
+    Follower, FollowerParams, LostParams, LostPolicy, NearParams, Scheme, ZoneList, ZoomParams,
+};
 use pursuit_ptz::geometry::{AngleFormula, FieldOfView, FieldsOfView, direction_of};
 use pursuit_ptz::simulation::{CameraParams, HeadParams, NoisyEye, Sample, Simulation, Walk, Walker, run};
 use pursuit_ptz::{Direction, Position};
@@ -95,6 +97,24 @@ fn a_search_keeps_to_what_is_allowed() {
         pans().fold((0.0f64, 0.0f64), |(a, b), p| (a.min(p), b.max(p)))
     );
     assert!(pans().fold(0.0, f64::max) > 15.0, "it does search");
+}
+
+#[test]
+fn a_head_whose_target_has_gone_waits_and_goes_back_to_where_it_began() {
+    let mut simulation = simulation();
+    simulation.head.home.direction = Direction::new(-30.0, 0.0);
+    let target = |time_s: f64| if time_s < 4.0 { sweeping(time_s) } else { (Direction::new(180.0, 0.0), 0.1, 0.3) };
+    for scheme in [Scheme::Velocity, Scheme::Steps] {
+        let when_lost = LostParams { policy: LostPolicy::Return, after_s: 3.0, ..LostParams::default() };
+        let samples =
+            follow(&simulation, FollowerParams { scheme, when_lost, ..FollowerParams::default() }, 1, &target);
+        let pan =
+            |time_s: f64| samples.iter().find(|s| s.time_s >= time_s).map(|s| s.position.direction.pan_deg).unwrap();
+        assert!(pan(3.9) > 10.0, "{scheme:?} follows: {}", pan(3.9));
+        // It is given up after 1.5 s, and stops within another.
+        assert!((pan(6.8) - pan(8.3)).abs() < 0.2, "{scheme:?} waits: {} {}", pan(6.8), pan(8.3));
+        assert!((pan(20.0) + 30.0).abs() < 0.3 && pan(20.0) == pan(29.0), "{scheme:?} is back: {}", pan(20.0));
+    }
 }
 
 #[test]

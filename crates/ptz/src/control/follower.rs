@@ -38,6 +38,8 @@ pub struct Follower {
     measured_s: f64,
     given_up: bool,
     loss: Option<Loss>,
+    /// Where it looked when it began to follow.
+    post: Option<Position>,
     rests: [DeadZone; 2],
     manual_until_s: f64,
     next_s: f64,
@@ -77,6 +79,7 @@ impl Follower {
             measured_s: f64::NEG_INFINITY,
             given_up: false,
             loss: None,
+            post: None,
             rests: [DeadZone::default(); 2],
             manual_until_s: f64::NEG_INFINITY,
             next_s: f64::NEG_INFINITY,
@@ -97,6 +100,8 @@ impl Follower {
     pub fn manual(&mut self, now_s: f64, command: Command) -> Command {
         self.manual_until_s = now_s + self.params.manual_s;
         self.mode = Mode::Manual;
+        // Where it waits from now on is where the person leaves it.
+        self.post = None;
         self.note(now_s, command)
     }
 
@@ -338,6 +343,10 @@ impl Follower {
                 Loss::new(now_s, around)
             }
         };
+        if let Some(post) = self.post.filter(|_| loss.returns(&self.params.when_lost, now_s)) {
+            self.loss = Some(loss);
+            return Ok(self.go_back(now_s, effect_s, post));
+        }
         let command = loss.act(&self.params.when_lost, now_s, head, &self.params.limits);
         self.loss = Some(loss);
         self.goal = None;
@@ -349,5 +358,21 @@ impl Follower {
             other => other,
         };
         Ok(command.map(|command| self.note(now_s, command)))
+    }
+
+    /// Drives to where it waited as to a target that stands there: any head can do that, and zones are kept.
+    fn go_back(&mut self, now_s: f64, effect_s: f64, post: Position) -> Option<Command> {
+        let (head, turning) = self.head.at(effect_s);
+        let zoom = self.params.zoom.map(|_| post.zoom);
+        if self.params.scheme == Scheme::Steps {
+            let direction = self.permit().goal(head, post.direction, zoom)?;
+            let goal = Position { direction, zoom: zoom.unwrap_or(post.zoom) };
+            let is_new = self.goal.replace(goal) != Some(goal);
+            return is_new.then(|| self.note(now_s, Command::GoTo { direction, zoom }));
+        }
+        let there =
+            Prediction { direction: post.direction, speed: Direction::AHEAD, sigma_deg: 0.0, is_waypoint: true };
+        let (there, zoom) = self.permit().first(head, there, zoom);
+        self.velocity(now_s, head, turning, &there, zoom)
     }
 }

@@ -11,6 +11,8 @@ choices! {
         ZoomOut = "zoom_out",
         /// Go to the head's home position.
         Home = "home",
+        /// Stand still, and after a while go back to where it looked when it began to follow.
+        Return = "return",
         /// Zoom out and look to both sides of where the target was expected, wider and wider.
         Search = "search",
         /// Stand still, and after a while go to a stored position of the head.
@@ -24,13 +26,14 @@ parameters! {
     /// What to do about a target that is lost.
     #[derive(Copy)]
     pub struct LostParams {
-        /// Stand still, zoom out, go home, or search: zoom out and look to both sides, wider and wider.
+        /// Stand still, zoom out, go home, go back to where it waited, search (zoom out and look to both sides, wider and wider), or go to
+        /// stored positions.
         pub policy: LostPolicy = LostPolicy::Hold;
         /// Of `search`: how far the first look to the side goes.
         pub amplitude_deg: f64 = 20.0, in above(0.0).at_most(180.0), unit "deg";
         /// Of `search` and `patrol`: how long to look at each place; a patrol's way there counts.
         pub dwell_s: f64 = 1.0, in 0.0..=3600.0, unit "s";
-        /// Of `preset` and `patrol`: for how long to stand still first.
+        /// Of `return`, `preset` and `patrol`: for how long to stand still first.
         pub after_s: f64 = 10.0, in 0.0..=86400.0, unit "s";
         /// Of `preset` and `patrol`: the number of the stored position, the first of several.
         pub preset: u32 = 1, in 0..=255;
@@ -59,6 +62,11 @@ impl Loss {
         Self { around, looked: 0, next_s: now_s, began_s: now_s }
     }
 
+    /// Whether it has stood long enough and is to go back to where it waited.
+    pub fn returns(&self, params: &LostParams, now_s: f64) -> bool {
+        params.policy == LostPolicy::Return && now_s >= self.began_s + params.after_s
+    }
+
     /// The next command of the policy, if one is due; the head stands at `from` by then.
     pub fn act(&mut self, params: &LostParams, now_s: f64, from: Position, limits: &HeadLimits) -> Option<Command> {
         if now_s < self.next_s {
@@ -68,7 +76,7 @@ impl Loss {
         self.looked = look.saturating_add(1);
         self.next_s = f64::INFINITY;
         match params.policy {
-            LostPolicy::Hold => Some(self.stop(now_s)),
+            LostPolicy::Hold | LostPolicy::Return => Some(self.stop(now_s)),
             LostPolicy::ZoomOut => {
                 (look == 0).then_some(Command::GoTo { direction: limits.reachable(from.direction), zoom: Some(0.0) })
             }

@@ -20,7 +20,8 @@ pub struct Report {
 /// A head on a thread of its own.
 ///
 /// Telling it something never waits. Of several commands that wait for a slow head only the newest is sent. A head that is
-/// told nothing for `watchdog` while it may be moving is stopped: whoever steered it has gone. When this value is dropped
+/// told nothing for `watchdog` while it turns on and on is stopped: whoever steered it has gone. One that goes to a place stands there by
+/// itself. When this value is dropped
 /// the head is stopped, and the thread is waited for as long as one call of the driver may take.
 pub struct HeadThread {
     name: String,
@@ -181,23 +182,23 @@ enum Task {
 }
 
 fn serve(mut head: impl Head, shared: &Shared, care: Care) {
-    let mut moving = false;
+    let mut runs_on = false;
     let (mut told, mut polled) = (Instant::now(), Instant::now());
     loop {
-        let quiet = moving.then(|| told + care.watchdog);
+        let quiet = runs_on.then(|| told + care.watchdog);
         let poll = care.poll.map(|every| polled + every);
         match next(shared, quiet, poll) {
             Task::Send(command) => {
                 told = Instant::now();
                 // It may move even when the answer gets lost.
-                moving = command.moves() || moving;
+                runs_on = command.runs_on() || runs_on;
                 match head.send(&command) {
-                    Ok(()) => moving = command.moves(),
+                    Ok(()) => runs_on = command.runs_on(),
                     Err(error) => shared.complain(error),
                 }
             }
             Task::Stop => match head.send(&Command::Stop) {
-                Ok(()) => moving = false,
+                Ok(()) => runs_on = false,
                 Err(error) => {
                     // Again after another while.
                     told = Instant::now();
@@ -271,7 +272,7 @@ mod tests {
     use super::*;
     use crate::Velocity;
     use crate::drivers::Capabilities;
-    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 
     const MOVE: Command = Command::Move(Velocity { pan_deg_s: 3.0, tilt_deg_s: 0.0, zoom_per_s: 0.0 });
     const LONG: Duration = Duration::from_secs(30);
@@ -348,6 +349,20 @@ mod tests {
         assert_eq!(got.recv().unwrap(), Command::Stop, "nothing was told for 20 ms");
         std::thread::sleep(Duration::from_millis(80));
         assert!(got.try_recv().is_err(), "once it stands it is left alone");
+        drop(head);
+    }
+
+    #[test]
+    fn a_head_on_its_way_to_a_place_is_not_stopped() {
+        let (head, got) = start(Duration::from_millis(5), None);
+        head.tell(MOVE).unwrap();
+        head.tell(Command::Home).unwrap();
+        while got.recv().unwrap() != Command::Home {}
+        assert_eq!(
+            got.recv_timeout(Duration::from_millis(80)),
+            Err(RecvTimeoutError::Timeout),
+            "it stands there by itself"
+        );
         drop(head);
     }
 

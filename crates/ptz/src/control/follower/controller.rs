@@ -12,7 +12,7 @@ use pursuit_imaging::CameraPose;
 use pursuit_tracking::TrackState;
 
 impl Controller for Follower {
-    fn see(&mut self, _now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()> {
+    fn see(&mut self, now_s: f64, stamp_s: f64, forecast: &dyn Forecast) -> Result<()> {
         let Some(aim) = forecast.at(stamp_s) else { return Ok(()) };
         match aim.state {
             TrackState::Unsure | TrackState::Occluded => return Ok(()),
@@ -22,6 +22,7 @@ impl Controller for Follower {
             }
             TrackState::Tracking => {}
         }
+        self.post.get_or_insert(self.head.at(now_s).0);
         let taken_s = stamp_s - self.params.frame_age_s;
         let (views, size, formula) = (&self.views, self.size, self.params.formula);
         let view = View { views, size, formula, motion: &self.params.motion };
