@@ -3,7 +3,7 @@
 use crate::NetworkFile;
 
 /// One that knows what is red: of 9 × 9 points of a search image of 64 pixels the score is how much redder a square of 16 pixels is than what is
-/// about it, the box that square, and the mask how red 16 × 16 places of the 32 pixels about the point are. The template counts for nothing.
+/// about it, the box that square, and the mask how red every second of the 32 × 32 pixels about the point is. The template counts for nothing.
 #[derive(Debug)]
 pub struct SiameseFile;
 
@@ -34,10 +34,11 @@ impl SiameseFile {
         let (inside, outside) = ((Self::SQUARE * Self::SQUARE) as f32, (t * t - Self::SQUARE * Self::SQUARE) as f32);
         let within = |k: usize| (edge..t - edge).contains(&k);
         let score = Self::weights(1, |_, y, x| if within(y) && within(x) { 1.0 / inside } else { -1.0 / outside });
-        let cell = t / m;
+        // As SiamMask is trained, the first place is the first pixel.
+        let every = t / m;
         let drawn = Self::weights(m * m, |plane, y, x| {
-            let is_here = y / cell == plane / m && x / cell == plane % m;
-            if is_here { 1.0 / (cell * cell) as f32 } else { 0.0 }
+            let is_here = y == every * (plane / m) && x == every * (plane % m);
+            if is_here { 1.0 } else { 0.0 }
         });
         let (kernel, strides) = ([t as u64; 2], [Self::STRIDE; 2]);
         let sides: [(&str, &[u64]); 2] = [("kernel_shape", &kernel), ("strides", &strides)];

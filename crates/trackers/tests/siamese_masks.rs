@@ -18,7 +18,7 @@ fn bbox(k: u64) -> BBox {
 
 fn is_target(k: u64, x: usize, y: usize) -> bool {
     let (u, v) = (x as f64 + 0.5 - bbox(k).left(), y as f64 + 0.5 - bbox(k).top());
-    (0.0..20.0).contains(&u) && (0.0..20.0).contains(&v) && u + v > 10.0
+    (0.0..20.0).contains(&u) && (0.0..20.0).contains(&v) && u + v > 16.0
 }
 
 fn frame(k: u64, hidden: bool) -> Frame {
@@ -56,8 +56,10 @@ fn the_mask_is_where_the_target_is_seen_and_only_there() {
     for (k, said) in (1..).zip(run(&mut *tracker, 1..15, false)) {
         assert_eq!(said.state, TrackState::Tracking, "{k}: {said:?}");
         let (mask, truth) = (said.mask.unwrap(), Mask::from_fn(SIZE, |x, y| is_target(k, x, y)));
-        assert!(mask.iou(&truth) > 0.8, "{k}: {}", mask.iou(&truth));
-        assert!(Mask::from_bbox(&bbox(k), SIZE).iou(&truth) < 0.9);
+        // Places of the mask are 2.5 pixels apart; the box itself says less.
+        let (drawn, whole) = (mask.iou(&truth), Mask::from_bbox(&bbox(k), SIZE).iou(&truth));
+        println!("{k}: {drawn:.2}, the box {whole:.2}");
+        assert!(drawn > 0.7 && whole < 0.69, "{k}: {drawn}, {whole}");
     }
     let hidden = run(&mut *tracker, 15..200, true);
     assert!(hidden.iter().all(|e| e.mask.is_none() || matches!(e.state, TrackState::Tracking | TrackState::Unsure)));
