@@ -71,7 +71,7 @@ impl SiameseFile {
         format!(
             "search = '{name}'\n[config]\ntemplate_side_px = {template}\nsearch_side_px = {search}\nanswer_side = {answer}\n\
              stride_px = 4.0\nchannels = 'rgb'\nscores = 'sigmoid'\ncontext = 0.5\nwindow = 0.05\npenalty = 0.05\nrate = 0.3\n\
-             mask_side = {}\n",
+             min_side_px = 4.0\nmask_side = {}\n",
             Self::MASK
         )
     }

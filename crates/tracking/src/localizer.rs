@@ -158,8 +158,8 @@ pub trait Localizer: Send {
         None
     }
 
-    /// Which pixels of `frame` are the target's, of which `finding` was seen, of localizers that see them; asked once a frame, where the target is
-    /// seen. None of their pixels is beyond the frame.
+    /// Which pixels of `frame` are those of the target of which `finding` was seen, of localizers that see them; none may lie beyond the frame.
+    /// Asked once a frame, where the target is `tracking` or `unsure`. One that wraps another passes on what that sees where it believes it.
     fn mask(&self, frame: &Frame, finding: &Self::Finding) -> Option<Mask> {
         let _ = (frame, finding);
         None

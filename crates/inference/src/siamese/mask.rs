@@ -72,8 +72,8 @@ impl DrawnMask {
     }
 
     /// The pixels of a side of the frame that may be the target's, where the window covers `length` of them from `first` on, and where in the
-    /// mask they lie. As in the released trackers, the first place lies in the first pixel of the window, and the frame's last pixel where one more
-    /// would.
+    /// mask they lie. As in the released trackers (`_crop_back`), the first place lies on the pixel with which the window begins, and a frame of n
+    /// pixels is taken to reach from its first to one beyond its last.
     fn taps(&self, first: f64, length: f64, pixels: usize) -> (Range<usize>, Vec<Tap>) {
         let grown = pixels as f64 / (pixels.max(2) - 1) as f64;
         let scale = self.side as f64 / length;
