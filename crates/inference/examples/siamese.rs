@@ -4,7 +4,7 @@
 //! `siamese DESCRIPTION rten|LIBRARY`, where LIBRARY is onnxruntime's. Standard input: a line `WIDTH HEIGHT`; then for each frame a line
 //! `LEFT TOP BOX_WIDTH BOX_HEIGHT` and `WIDTH · HEIGHT` red, green, blue bytes. The first box is the target, each later one what it is
 //! looked for about; where the line is `-`, that is the last answer. Standard output: a line `LEFT TOP WIDTH HEIGHT SCORE` for each
-//! frame but the first.
+//! frame but the first, and in it the mask as VOT has it, where the network draws one.
 #![allow(clippy::expect_used, clippy::panic, reason = "an example may panic")]
 
 use pursuit_geometry::BBox;
@@ -52,10 +52,12 @@ fn main() {
             tracker = Some(SiameseTracker::new(network, config, &frame, last).expect("a box with an area"));
             continue;
         };
-        let found = tracker.locate(&frame, last.center(), (last.width(), last.height()));
-        let found = found.expect("a finite box").expect("a finite answer");
+        let (center, sides) = (last.center(), (last.width(), last.height()));
+        let found = tracker.locate(&frame, center, sides).expect("a finite box").expect("a finite answer");
+        let drawn = tracker.mask(frame.size(), center, sides, &found).expect("a mask of its size");
+        let mask = drawn.map_or_else(String::new, |drawn| format!(" {}", drawn.in_frame(frame.size()).to_vot()));
         last = found.bbox;
         let (left, top, width, height) = last.ltwh();
-        println!("{left:.6} {top:.6} {width:.6} {height:.6} {:.6}", found.score);
+        println!("{left:.6} {top:.6} {width:.6} {height:.6} {:.6}{mask}", found.score);
     }
 }

@@ -3,10 +3,12 @@
 
 mod numbers;
 mod onnx;
+mod siamese;
 mod texture;
 
 pub use numbers::{Noise, SplitMix};
 pub use onnx::{NetworkFile, network_that_answers};
+pub use siamese::SiameseFile;
 pub use texture::{PixelTable, lattice, value_noise};
 
 /// CRC-32 as in PNG and zip, bit by bit.

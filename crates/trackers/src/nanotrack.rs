@@ -127,7 +127,7 @@ mod tests {
             Search { expected: bbox, region: bbox.scaled(4.0), gate: None, look: Look::Near, keep_inside: false };
         let mut localizer = NanoTrackParams::default().localizer(&scene(true), bbox).unwrap();
         let embedding = |localizer: &mut NanoTrackLocalizer, has_target| {
-            let (measurement, ()) = localizer.locate(&scene(has_target), &search).unwrap().unwrap();
+            let (measurement, _) = localizer.locate(&scene(has_target), &search).unwrap().unwrap();
             (measurement.diagnostics.get("embedding").unwrap(), measurement.confidence)
         };
         let (target, ground) = (embedding(&mut localizer, true), embedding(&mut localizer, false));

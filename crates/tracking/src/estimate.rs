@@ -142,7 +142,8 @@ pub struct Estimate {
     pub velocity: Option<Velocity>,
     /// Where the target will be at the next sample, of motion models that sample.
     pub next: Option<NextSample>,
-    /// Which pixels of the frame are the target's, where it is seen and a [`Segmenter`](crate::Segmenter) was asked and could tell.
+    /// Which pixels of the frame are the target's, where it is seen and what was asked could tell: a [`Segmenter`](crate::Segmenter), else the
+    /// [`Localizer`](crate::Localizer::mask).
     pub mask: Option<Arc<Mask>>,
     /// Raw figures of the method: peaks, ratios, areas.
     pub diagnostics: Diagnostics,

@@ -2,7 +2,7 @@
 
 use crate::roles::Prior;
 use crate::{BoxCovariance, Diagnostics, Doubt, Figure, Result, TrackState};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::Frame;
 
 /// What kind of look a [`Search`] is.
@@ -155,6 +155,13 @@ pub trait Localizer: Send {
     /// everything was looked at. `finding` is what was found and not believed.
     fn doubt(&self, frame: &Frame, expected: &BBox, finding: Option<&Self::Finding>) -> Option<Doubt> {
         let _ = (frame, expected, finding);
+        None
+    }
+
+    /// Which pixels of `frame` are those of the target of which `finding` was seen, of localizers that see them; none may lie beyond the frame.
+    /// Asked once a frame, where the target is `tracking` or `unsure`. One that wraps another passes on what that sees where it believes it.
+    fn mask(&self, frame: &Frame, finding: &Self::Finding) -> Option<Mask> {
+        let _ = (frame, finding);
         None
     }
 

@@ -6,7 +6,7 @@
 //! | where to look | [`Proposer`](crate::search::Proposer) | the group `[search]` |
 //! | find, learn | a [`Localizer`](crate::Localizer) | the tracker |
 //! | judge | [`Policy`](crate::policy::Policy) | the group `[policy]` |
-//! | which pixels | a [`Segmenter`](crate::Segmenter), once the target is found | the group `[mask]` |
+//! | which pixels | a [`Segmenter`](crate::Segmenter), once the target is found, else the localizer | the group `[mask]` |
 
 use crate::motion::MotionParams;
 use crate::{BoxCovariance, Class, Diagnostics, Result};

@@ -8,6 +8,7 @@ use crate::{Estimate, Localizer, Measurement, Outcome, Prior, Result, Search, Tr
 use pursuit_geometry::BBox;
 use pursuit_imaging::Frame;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Looks for one target around a belief that is its caller's: the part of a tracker that knows looks.
 pub trait Appearance: Send {
@@ -164,6 +165,10 @@ impl<L: Localizer> Searcher<L> {
             Outcome { state: verdict.state, bbox: belief.motion.bbox(), found: seen, followed, dt_s: prior.dt_s };
         self.localizer.observe(frame, &outcome)?;
         estimate.searched = searched;
+        // What is hidden or gone has no pixels.
+        if matches!(verdict.state, TrackState::Tracking | TrackState::Unsure) {
+            estimate.mask = finding.and_then(|f| self.localizer.mask(frame, f)).filter(|m| !m.is_empty()).map(Arc::new);
+        }
         estimate.diagnostics = found.map(|f| f.measurement.diagnostics).unwrap_or_default();
         Ok(estimate)
     }

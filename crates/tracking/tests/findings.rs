@@ -1,7 +1,7 @@
 //! What a look saw reaches the later stages of the frame in its finding, whichever look came last.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::{Frame, Image};
 use pursuit_tracking::{
     Doubt, GroupParams, Localizer, LocalizerRecipe, Measurement, Outcome, Prior, Result, Search, TrackState, Tracker,
@@ -74,6 +74,10 @@ impl Localizer for Three {
     fn doubt(&self, _: &Frame, _: &BBox, place: Option<&usize>) -> Option<Doubt> {
         used("doubt", *place?);
         WHY.get()
+    }
+
+    fn mask(&self, frame: &Frame, place: &usize) -> Option<Mask> {
+        (*place > 0).then(|| Mask::from_bbox(&self.place(*place), frame.size()))
     }
 
     fn observe(&mut self, _: &Frame, outcome: &Outcome<'_, usize>) -> Result<()> {
@@ -149,4 +153,33 @@ fn what_is_hidden_by_its_reason_is_occluded_and_followed() {
     }
     assert!(boxes[0].iou(&Three(40.0).place(1)) > 0.99, "{}", boxes[0]);
     assert!(boxes.iter().all(|b| *b == boxes[0]), "the word moves no box: {boxes:?}");
+}
+
+#[test]
+fn a_mask_is_of_the_best_look_where_the_target_is_seen() {
+    let mask_of = |place: usize| Some(Mask::from_bbox(&Three(40.0).place(place), frame(0).size()));
+    let said = |looks: [f64; 4], why: Option<Doubt>| {
+        WHY.set(why);
+        let mut tracker = unseen();
+        LOOKS.set(looks);
+        let estimate = tracker.update(&frame(2)).unwrap();
+        (estimate.state, estimate.mask.map(|mask| (*mask).clone()))
+    };
+    assert_eq!(said([0.3, 0.3, 0.95, 0.3], None), (TrackState::Tracking, mask_of(2)));
+    assert_eq!(said([0.1, 0.4, 0.3, 0.2], None), (TrackState::Unsure, mask_of(1)));
+    assert_eq!(said([0.1, 0.4, 0.3, 0.2], Some(Doubt::Covered)), (TrackState::Occluded, None));
+    // The place expected has no mask here.
+    assert_eq!(said([0.95, 0.0, 0.0, 0.0], None), (TrackState::Tracking, None));
+    // One that was lost has none, whatever is found of it, and none for the frame before.
+    WHY.set(None);
+    let mut tracker = unseen();
+    LOOKS.set([0.0; 4]);
+    let states: Vec<TrackState> = (2..400)
+        .map(|k| tracker.update(&frame(k)).map(|e| (e.mask.is_none(), e.state)).unwrap())
+        .map(|(none, state)| {
+            assert!(none);
+            state
+        })
+        .collect();
+    assert!(states.contains(&TrackState::Lost), "{states:?}");
 }

@@ -251,3 +251,41 @@ fn a_network_draws_the_masks_of_any_tracker() {
     fails(&track(&clip, &other, &[&boxed[..], &sets].concat()), 2, &["`network.model` of `mask`", "red.onnx"]);
     assert!(!other.exists());
 }
+
+#[test]
+fn a_siamese_network_that_draws_has_masks_without_a_model_of_masks() {
+    if !runs_networks() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let clip = clip(folder.path());
+    let network = pursuit_testkit::SiameseFile::bytes(|file| file.node("Identity", &["drawn"], "masks", &[]));
+    std::fs::write(folder.path().join("net.onnx"), network).unwrap();
+    let description = folder.path().join("net.toml");
+    std::fs::write(&description, pursuit_testkit::SiameseFile::description("net.onnx")).unwrap();
+    let out = folder.path().join("out");
+    let model = format!("model={}", description.display());
+    let more = ["--box", "16,32,8,8", "--tracker", "siamese", "--set", &model, "--format", "jsonl,coco,vot"];
+    let found = track(&clip, &out, &more);
+    assert!(found.status.success(), "{}", stderr(&found));
+    let text = std::fs::read_to_string(out.join("trajectory.jsonl")).unwrap();
+    let frames: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let size = pursuit::geometry::Size::new(128, 96);
+    let square = pursuit::geometry::Mask::from_fn(size, |x, y| x / 8 == 2 && y / 8 == 4);
+    assert_eq!((frames.len(), frames[0].get("mask")), (10, None), "the frame that starts has none");
+    for frame in &frames[1..] {
+        let coco: pursuit::geometry::CocoMask = serde_json::from_value(frame["mask"].clone()).unwrap();
+        let overlap = coco.mask().unwrap().iou(&square);
+        assert!(frame["state"] == "tracking" && overlap > 0.7, "{overlap}: {frame}");
+    }
+    let regions = std::fs::read_to_string(out.join("regions.txt")).unwrap();
+    assert!(regions.lines().skip(1).all(|line| line.starts_with('m')), "{regions}");
+    let coco = std::fs::read_to_string(out.join("annotations.json")).unwrap();
+    assert_eq!(coco.matches("\"counts\"").count(), 9, "{coco}");
+    // Its masks and no others, of a network that says so.
+    let other = folder.path().join("other");
+    let text = std::fs::read_to_string(&description).unwrap().replace("mask_side = 16", "mask_side = 63");
+    std::fs::write(&description, text).unwrap();
+    fails(&track(&clip, &other, &more), 2, &["net.onnx", "no mask of [1, 3969, 9, 9]", "mask_side"]);
+    assert!(!other.exists());
+}

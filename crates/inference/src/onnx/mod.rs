@@ -8,6 +8,7 @@
 #[cfg(any(feature = "onnxruntime", feature = "rten"))]
 mod file;
 mod library;
+mod masks;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
 #[cfg(any(feature = "onnxruntime", feature = "rten"))]

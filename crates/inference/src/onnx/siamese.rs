@@ -1,5 +1,6 @@
+use super::masks::{Masks, Points};
 use crate::nanotrack::Patch;
-use crate::siamese::{Answer, AnswerCoding, SiameseNetwork, Sides};
+use crate::siamese::{Answer, AnswerCoding, SiameseConfig, SiameseNetwork, Sides};
 use crate::{InferenceError, Network, Result};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,6 +17,9 @@ pub struct OnnxSiamese {
     features: Vec<f32>,
     scores: Vec<f32>,
     boxes: Vec<f32>,
+    /// What masks are drawn of, and the last one drawn.
+    kept: Vec<Vec<f32>>,
+    drawn: Vec<f32>,
 }
 
 struct Networks {
@@ -31,6 +35,15 @@ struct Networks {
     /// Which outputs are the scores, and the numbers of boxes one after another.
     scores: usize,
     boxes: Vec<usize>,
+    /// What draws masks, if anything does.
+    masks: Option<Masks>,
+}
+
+impl Networks {
+    /// What answers.
+    fn answering(&self) -> &dyn Network {
+        self.head.as_deref().unwrap_or(&*self.search)
+    }
 }
 
 impl std::fmt::Debug for OnnxSiamese {
@@ -43,8 +56,9 @@ impl OnnxSiamese {
     /// What a user should know of how its networks are run, a line each.
     pub fn notes(&self) -> Vec<String> {
         let networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = networks.template.iter().chain([&networks.search]).chain(&networks.head);
-        let mut notes: Vec<String> = all.flat_map(|network| network.notes()).cloned().collect();
+        let drawing = networks.masks.as_ref().and_then(Masks::network);
+        let all = [networks.template.as_deref(), Some(&*networks.search), networks.head.as_deref(), drawing];
+        let mut notes: Vec<String> = all.into_iter().flatten().flat_map(Network::notes).cloned().collect();
         // Several files, one library: it lacks the same for all.
         notes.dedup();
         notes
@@ -102,6 +116,8 @@ impl OnnxSiamese {
             features: vec![0.0; features.unwrap_or(0)],
             scores: Vec::new(),
             boxes: Vec::new(),
+            kept: Vec::new(),
+            drawn: Vec::new(),
             networks: Arc::new(Mutex::new(Networks {
                 template,
                 search,
@@ -110,8 +126,32 @@ impl OnnxSiamese {
                 image_input,
                 scores,
                 boxes,
+                masks: None,
             })),
         })
+    }
+
+    /// The same, which draws masks as `config` says: with `refine`, that network draws one of the outputs of the others that are called like its
+    /// inputs, cut about the point; without, an output of the answering network has a plane for each place of the mask. Where `config` wants no
+    /// masks, nothing is read but scores and boxes.
+    ///
+    /// # Errors
+    /// [`InferenceError::Model`] if their inputs and outputs do not fit together, or `refine` is given where no masks are wanted.
+    pub fn with_masks(self, refine: Option<Box<dyn Network>>, config: &SiameseConfig) -> Result<Self> {
+        let Sides { search: search_side, answer, .. } = self.sides;
+        let mut guard = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
+        let networks = &mut *guard;
+        networks.masks = match (refine, config.mask_side) {
+            (None, 0) => None,
+            (Some(refine), 0) => return Err(misfit(&*refine, "the description has no `mask_side` for what it draws")),
+            (None, side) => Some(Masks::planes(networks.answering(), side, answer)?),
+            (Some(refine), side) => {
+                let points = Points { search: search_side, stride_px: config.stride_px };
+                Some(Masks::refined(refine, side, &*networks.search, networks.head.as_deref(), points)?)
+            }
+        };
+        drop(guard);
+        Ok(self)
     }
 }
 
@@ -189,7 +229,7 @@ impl SiameseNetwork for OnnxSiamese {
 
     fn search(&mut self) -> Result<Answer<'_>> {
         let mut networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
-        let Networks { search, head, template_input, image_input, scores, boxes, .. } = &mut *networks;
+        let Networks { search, head, template_input, image_input, scores, boxes, masks, .. } = &mut *networks;
         search.set_input(*image_input, &self.search)?;
         let answering: &mut dyn Network = match head {
             Some(head) => {
@@ -205,6 +245,17 @@ impl SiameseNetwork for OnnxSiamese {
         self.scores.extend_from_slice(answering.output(*scores));
         self.boxes.clear();
         boxes.iter().for_each(|&b| self.boxes.extend_from_slice(answering.output(b)));
+        if let Some(masks) = masks {
+            masks.keep(&**search, head.as_deref(), &mut self.kept);
+        }
         Ok(Answer { scores: &self.scores, distances: &self.boxes })
+    }
+
+    fn mask(&mut self, point: (usize, usize)) -> Result<&[f32]> {
+        let mut networks = self.networks.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(masks) = &mut networks.masks {
+            masks.draw(&self.kept, point, self.sides.answer, &mut self.drawn)?;
+        }
+        Ok(&self.drawn)
     }
 }

@@ -212,6 +212,11 @@ parameters! {
         pub boxes: BoxRule = BoxRule::Smoothed;
         /// What the network answers for each point.
         pub answer: AnswerCoding = AnswerCoding::Distances;
+        /// Rows and columns of the mask that a network draws about each point of its answer, of a window as large as the template image
+        /// (SiamMask: 63, refined 127); 0 of networks that draw none.
+        pub mask_side: usize = 0, in 0..=512, source "SiamMask";
+        /// What a place of the mask says with a greater probability is the target's.
+        pub mask_threshold: f64 = 0.3, in 0.0..=1.0, source "PySOT, `pysot/core/config.py`";
     }
     ordered { template_side_px <= search_side_px }
 }
@@ -340,6 +345,10 @@ impl TryFrom<SiameseParams> for SiameseConfig {
         {
             let problem = "must be enlarged to at most 1024 rows; scores a sigmoid or a probability";
             return Err(ParameterError::new("config", "answer", problem).into());
+        }
+        if params.mask_side > 0 && matches!(params.answer, AnswerCoding::Scores { .. }) {
+            let problem = "must be 0 where the answer is scores alone, of windows at several scales";
+            return Err(ParameterError::new("config", "mask_side", problem).into());
         }
         Ok(Self(params))
     }

@@ -22,6 +22,10 @@ pub struct SiameseDescription {
     /// Template's and search image's features to the answer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub head: Option<PathBuf>,
+    /// What draws the mask of outputs of the others that are called like its inputs, cut about the point; absent where an output has a plane for
+    /// each place of the mask, or there are no masks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<PathBuf>,
     /// Sizes, normalisation, decoding and penalties.
     pub config: SiameseConfig,
 }
@@ -53,6 +57,7 @@ impl SiameseDescription {
             template: read.template.map(beside),
             search: beside(read.search),
             head: read.head.map(beside),
+            refine: read.refine.map(beside),
             ..read
         })
     }
@@ -60,7 +65,7 @@ impl SiameseDescription {
     /// Opens its networks. One of another size than the files name is run on the sizes of the configuration.
     ///
     /// # Errors
-    /// As [`onnx::open`] and [`OnnxSiamese::new`].
+    /// As [`onnx::open`], [`OnnxSiamese::new`] and [`OnnxSiamese::with_masks`].
     pub fn open(&self, options: &OnnxOptions) -> Result<OnnxSiamese> {
         let on = |file: &Path, image: Option<usize>| {
             onnx::open(file, &OnnxOptions { image: image.map(|side| (side, side)), ..options.clone() })
@@ -69,6 +74,7 @@ impl SiameseDescription {
         // Where both images go into one network, the file knows which is which.
         let search = on(&self.search, template.as_ref().map(|_| self.config.search_side_px))?;
         let head = self.head.as_deref().map(|h| on(h, None)).transpose()?;
-        OnnxSiamese::new(template, search, head, &self.config.answer)
+        let refine = self.refine.as_deref().map(|r| on(r, None)).transpose()?;
+        OnnxSiamese::new(template, search, head, &self.config.answer)?.with_masks(refine, &self.config)
     }
 }

@@ -49,6 +49,16 @@ pub trait SiameseNetwork: Send {
     /// Whatever running the network may bring.
     fn search(&mut self) -> Result<Answer<'_>>;
 
+    /// What the network draws about a point (row, column) of the last answer: logits of the target, row by row, over a window as large as the
+    /// template image. Empty of networks that draw no masks.
+    ///
+    /// # Errors
+    /// Whatever running the network may bring.
+    fn mask(&mut self, point: (usize, usize)) -> Result<&[f32]> {
+        let _ = point;
+        Ok(&[])
+    }
+
     /// Keeps the features of every search image from now on, if it is a network that has any to keep.
     fn keep_features(&mut self) {}
 
@@ -116,6 +126,10 @@ impl SiameseNetwork for Box<dyn SiameseNetwork> {
 
     fn search(&mut self) -> Result<Answer<'_>> {
         (**self).search()
+    }
+
+    fn mask(&mut self, point: (usize, usize)) -> Result<&[f32]> {
+        (**self).mask(point)
     }
 
     fn keep_features(&mut self) {

@@ -1,5 +1,5 @@
 use super::{
-    AnswerCoding, ChannelOrder, CropShape, Cropper, Decoder, Fill, Location, Peak, Region, SiameseConfig,
+    AnswerCoding, ChannelOrder, CropShape, Cropper, Decoder, DrawnMask, Fill, Location, Peak, Region, SiameseConfig,
     SiameseNetwork,
 };
 use crate::nanotrack::Patch;
@@ -137,6 +137,34 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// [`Decoder::peaks`].
     pub fn peaks(&self, center: Point, size: (f64, f64), least: f64, peaks: &mut Vec<Peak>) {
         self.decoder.peaks(self.middle(center, size), size, least, peaks);
+    }
+
+    /// What the network has drawn of the target at `found`, which the last search, around `center` for `size` in a frame of `frame`, has given.
+    /// `None` of networks that draw no masks.
+    ///
+    /// # Errors
+    /// What running the network may bring; [`InferenceError::Tensor`] unless there are as many logits as the mask has places.
+    pub fn mask(
+        &mut self,
+        frame: Size,
+        center: Point,
+        size: (f64, f64),
+        found: &Location,
+    ) -> Result<Option<DrawnMask>> {
+        let expected = self.config().mask_side * self.config().mask_side;
+        if expected == 0 {
+            return Ok(None);
+        }
+        let (middle, shift) = (self.middle(center, size), self.config().search_shift_px);
+        let cut_at = Point::new(center.x + shift, center.y + shift);
+        let (_, _, width, height) = self.region(cut_at, self.search_extent(size), frame).ltwh();
+        let logits = self.network.mask(found.point)?;
+        if logits.len() != expected {
+            let (what, port) = ("the Siamese network".into(), "mask".into());
+            return Err(InferenceError::Tensor { what, port, expected, actual: logits.len() });
+        }
+        let extent = (width as f64, height as f64);
+        Ok(Some(DrawnMask::new(logits, self.decoder.config(), found.point, middle, extent)))
     }
 
     /// What the middle of a search around `center` is taken for: of a rounded window where it lies.

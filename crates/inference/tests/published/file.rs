@@ -210,6 +210,14 @@ impl File {
         )
     }
 
+    /// A transposed convolution with drawn filters: `stride` places for each.
+    pub fn enlarged(&mut self, tensor: &str, (inputs, outputs): (usize, usize), kernel: usize, stride: i64) -> String {
+        use Attribute::Ints;
+        let weights = self.drawn(&[inputs, outputs, kernel, kernel], 1.4 / (inputs as f64).sqrt());
+        let sides = [Ints("kernel_shape", &[kernel as i64; 2]), Ints("strides", &[stride; 2])];
+        self.node("ConvTranspose", &[tensor, &weights], &sides)
+    }
+
     /// `factor` times `tensor`, and `constant` more.
     pub fn line(&mut self, tensor: &str, factor: f32, constant: f32) -> String {
         let (factor, constant) = (self.numbers(&[1], &[factor]), self.numbers(&[1], &[constant]));

@@ -12,6 +12,7 @@
 
 mod file;
 mod networks;
+mod siammask;
 mod twin;
 
 use networks::Files;
@@ -56,7 +57,12 @@ fn options() -> OnnxOptions {
 /// Writes a network and the TOML file that describes it.
 fn write(folder: &Path, files: &Files, config: &str) {
     let mut description = String::new();
-    let all = [("template", files.template.as_ref()), ("search", Some(&files.search)), ("head", files.head.as_ref())];
+    let all = [
+        ("template", files.template.as_ref()),
+        ("search", Some(&files.search)),
+        ("head", files.head.as_ref()),
+        ("refine", files.refine.as_ref()),
+    ];
     for (name, bytes) in all {
         let Some(bytes) = bytes else { continue };
         std::fs::write(folder.join(format!("{name}.onnx")), bytes).unwrap();
@@ -179,7 +185,7 @@ fn dasiamrpn_follows_the_published_boxes() {
     ];
     assert_alike("DaSiamRPN", &networks::dasiamrpn(), DASIAMRPN, &changes, start(), |net| {
         let fill = twin::exemplar(net, &picture(0), start(), &p);
-        published(|picture, at| twin::proposals(net, picture, at, fill, &p, &RATIOS), start())
+        published(|picture, at| twin::proposals(net, picture, at, fill, &p, &RATIOS).0, start())
     });
 }
 
@@ -210,7 +216,7 @@ fn siamrpn_plus_follows_the_published_boxes() {
     ];
     assert_alike("SiamRPN++", &networks::siamrpn_plus(), SIAMRPN_PLUS, &changes, first, |net| {
         let fill = twin::exemplar(net, &picture(0), first, &p);
-        published(|picture, at| twin::proposals(net, picture, at, fill, &p, &RATIOS), first)
+        published(|picture, at| twin::proposals(net, picture, at, fill, &p, &RATIOS).0, first)
     });
 }
 

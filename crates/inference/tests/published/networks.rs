@@ -13,6 +13,7 @@ pub struct Files {
     pub template: Option<Vec<u8>>,
     pub search: Vec<u8>,
     pub head: Option<Vec<u8>>,
+    pub refine: Option<Vec<u8>>,
 }
 
 /// Grey levels to about one deviation.
@@ -49,7 +50,7 @@ pub fn siamfc() -> Files {
     let response = search.correlation(&x, &z, Layer::new(PLANES, 1, 6));
     let response = search.line(&response, 0.02, 1.0);
     search.output("response", &response, &[1, 1, 17, 17]);
-    Files { template: Some(template.finish()), search: search.finish(), head: None }
+    Files { template: Some(template.finish()), search: search.finish(), head: None, refine: None }
 }
 
 /// Up-channel correlation (li2018siamrpn, section 3.2): a convolution makes of the template's features a filter for every plane of the
@@ -78,11 +79,17 @@ pub fn dasiamrpn() -> Files {
     let boxes = search.convolution(&boxes, Layer { gain: 1.0, ..Layer::new(4 * ANCHORS, 4 * ANCHORS, 1) });
     search.output("boxes", &boxes, &[1, 4 * ANCHORS, 19, 19]);
     search.output("scores", &scores, &[1, 2 * ANCHORS, 19, 19]);
-    Files { template: Some(template.finish()), search: search.finish(), head: None }
+    Files { template: Some(template.finish()), search: search.finish(), head: None, refine: None }
 }
 
 /// A residual network of stride 8 as li2019 changes it: no padding where it shrinks, dilated afterwards.
 fn resnet(file: &mut File, image: &str) -> String {
+    let [.., last] = stages(file, image);
+    last
+}
+
+/// The same with what lies before: of every second pixel, of every fourth and of every eighth, and the features.
+fn stages(file: &mut File, image: &str) -> [String; 4] {
     let first = file.convolution(image, Layer { stride: 2, ..Layer::new(3, PLANES, 7) });
     let first = file.relu(&first);
     let pooled = file.pool(&first, 1);
@@ -94,31 +101,97 @@ fn resnet(file: &mut File, image: &str) -> String {
     let branch = file.convolution(&branch, Layer { gain: 0.7, ..dilated });
     let sum = file.node("Add", &[&second, &branch], &[]);
     let sum = file.relu(&sum);
-    file.convolution(&sum, Layer::new(2 * PLANES, PLANES, 1))
+    let features = file.convolution(&sum, Layer::new(2 * PLANES, PLANES, 1));
+    [first, pooled, second, features]
 }
 
 /// Depthwise correlation (li2019, section 3.3): each plane of the template's features is the filter of one plane.
 fn depthwise(file: &mut File, z: &str, x: &str, planes: usize, gain: f64) -> String {
+    let alike = alike(file, z, x);
+    answer(file, &alike, planes, gain)
+}
+
+/// What is correlated, and what is answered of it.
+fn alike(file: &mut File, z: &str, x: &str) -> String {
     let z = file.convolution(z, Layer::new(PLANES, PLANES, 3));
     let x = file.convolution(x, Layer::new(PLANES, PLANES, 3));
     let filters = file.reshape(&z, &[PLANES as i64, 1, 5, 5]);
     let alike = file.correlation(&x, &filters, Layer { groups: PLANES, ..Layer::new(PLANES, PLANES, 5) });
-    let alike = file.line(&alike, 0.1, 0.0);
-    let hidden = file.convolution(&alike, Layer::new(PLANES, PLANES, 1));
+    file.line(&alike, 0.1, 0.0)
+}
+
+fn answer(file: &mut File, alike: &str, planes: usize, gain: f64) -> String {
+    let hidden = file.convolution(alike, Layer::new(PLANES, PLANES, 1));
     let hidden = file.relu(&hidden);
     file.convolution(&hidden, Layer { gain, ..Layer::new(PLANES, planes, 1) })
 }
 
-/// SiamRPN++ in three files: 25 points a side.
-pub fn siamrpn_plus() -> Files {
-    let mut template = File::new(3);
+/// A template image to the middle 7 of 15 columns and rows of its features.
+fn resnet_template(seed: u64) -> Vec<u8> {
+    let mut template = File::new(seed);
     let z = image(&mut template, "template", 127, true);
     let z = resnet(&mut template, &z);
-    // The middle 7 of 15 columns and rows.
     let (from, to, axes) =
         (template.whole_numbers(&[4, 4]), template.whole_numbers(&[11, 11]), template.whole_numbers(&[2, 3]));
     let z = template.node("Slice", &[&z, &from, &to, &axes], &[]);
     template.output("features", &z, &[1, PLANES, 7, 7]);
+    template.finish()
+}
+
+/// SiamMask (wang2019): SiamRPN++ of one depth with an answer more, which draws `side` times `side` places about each point.
+pub fn siammask(side: usize) -> Files {
+    let template = resnet_template(7);
+    let mut search = File::new(7);
+    let x = image(&mut search, "search", 255, true);
+    let [.., x] = stages(&mut search, &x);
+    let z = search.input("features", &[1, PLANES, 7, 7]);
+    proposals(&mut search, &z, &x);
+    let masks = depthwise(&mut search, &z, &x, side * side, 2.0);
+    search.output("masks", &masks, &[1, side * side, 25, 25]);
+    Files { template: Some(template), search: search.finish(), head: None, refine: None }
+}
+
+fn proposals(file: &mut File, z: &str, x: &str) {
+    let scores = depthwise(file, z, x, 2 * ANCHORS, 1.5);
+    let boxes = depthwise(file, z, x, 4 * ANCHORS, 0.03);
+    file.output("scores", &scores, &[1, 2 * ANCHORS, 25, 25]);
+    file.output("boxes", &boxes, &[1, 4 * ANCHORS, 25, 25]);
+}
+
+/// SiamMask whose mask is refined: what is correlated and the stages before it are shown to a network of its own, window by window.
+pub fn siammask_refined() -> Files {
+    let template = resnet_template(7);
+    let mut search = File::new(7);
+    let x = image(&mut search, "search", 255, true);
+    let [half, quarter, eighth, x] = stages(&mut search, &x);
+    let z = search.input("features", &[1, PLANES, 7, 7]);
+    proposals(&mut search, &z, &x);
+    let correlated = alike(&mut search, &z, &x);
+    search.output("half", &half, &[1, PLANES, 125, 125]);
+    search.output("quarter", &quarter, &[1, PLANES, 63, 63]);
+    search.output("eighth", &eighth, &[1, 2 * PLANES, 31, 31]);
+    search.output("correlated", &correlated, &[1, PLANES, 25, 25]);
+    // From the roughest to the finest, each enlarged to the next.
+    let mut refine = File::new(8);
+    let drawn = refine.input("correlated", &[1, PLANES, 1, 1]);
+    let mut drawn = refine.enlarged(&drawn, (PLANES, PLANES), 15, 15);
+    for (name, planes, side, kernel) in
+        [("eighth", 2 * PLANES, 15, 3), ("quarter", PLANES, 31, 1), ("half", PLANES, 61, 7)]
+    {
+        let part = refine.input(name, &[1, planes, side, side]);
+        let part = refine.convolution(&part, Layer { pad: 1, ..Layer::new(planes, PLANES, 3) });
+        let sum = refine.node("Add", &[&part, &drawn], &[]);
+        drawn = refine.enlarged(&sum, (PLANES, PLANES), kernel, 2);
+    }
+    let drawn = refine.convolution(&drawn, Layer { pad: 1, gain: 3.0, ..Layer::new(PLANES, 1, 3) });
+    let drawn = refine.reshape(&drawn, &[1, 127 * 127]);
+    refine.output("mask", &drawn, &[1, 127 * 127]);
+    Files { template: Some(template), search: search.finish(), head: None, refine: Some(refine.finish()) }
+}
+
+/// SiamRPN++ in three files: 25 points a side.
+pub fn siamrpn_plus() -> Files {
+    let template = resnet_template(3);
     let mut search = File::new(3);
     let x = image(&mut search, "search", 255, true);
     let x = resnet(&mut search, &x);
@@ -130,7 +203,7 @@ pub fn siamrpn_plus() -> Files {
     let boxes = depthwise(&mut head, &z, &x, 4 * ANCHORS, 0.03);
     head.output("scores", &scores, &[1, 2 * ANCHORS, 25, 25]);
     head.output("boxes", &boxes, &[1, 4 * ANCHORS, 25, 25]);
-    Files { template: Some(template.finish()), search: search.finish(), head: Some(head.finish()) }
+    Files { template: Some(template), search: search.finish(), head: Some(head.finish()), refine: None }
 }
 
 /// Separable convolutions of stride 16.
@@ -169,7 +242,7 @@ pub fn lighttrack() -> Files {
     let edges = search.line(&edges, 1.0, 3.5);
     let edges = search.node("Exp", &[&edges], &[]);
     search.output("edges", &edges, &[1, 4, 18, 18]);
-    Files { template: Some(template.finish()), search: search.finish(), head: None }
+    Files { template: Some(template.finish()), search: search.finish(), head: None, refine: None }
 }
 
 /// Patches of 16 pixels as tokens, with what says where they are.
@@ -225,5 +298,5 @@ pub fn ostrack() -> Files {
         let answer = file.node("Sigmoid", &[&answer], &[]);
         file.output(name, &answer, &[1, planes, 16, 16]);
     }
-    Files { template: None, search: file.finish(), head: None }
+    Files { template: None, search: file.finish(), head: None, refine: None }
 }

@@ -201,7 +201,8 @@ fn kept(picture: &Picture, target: Target) -> Target {
     }
 }
 
-/// A step of SiamRPN, DaSiamRPN or SiamRPN++: anchors of heights by widths `ratios`, eight strides large.
+/// A step of SiamRPN, DaSiamRPN or SiamRPN++: anchors of heights by widths `ratios`, eight strides large. With the target the row and the
+/// column of the point that has found it.
 pub fn proposals(
     net: &mut Opened,
     picture: &Picture,
@@ -209,7 +210,7 @@ pub fn proposals(
     fill: [f64; 3],
     p: &Numbers,
     ratios: &[f64],
-) -> Target {
+) -> (Target, (usize, usize)) {
     let (image, scale) = instance(picture, at, p, fill);
     let answer = net.ask(&image, &["scores", "boxes"]);
     let (scores, deltas) = (&answer[0], &answer[1]);
@@ -242,7 +243,7 @@ pub fn proposals(
         width: at.width * (1.0 - lr) + w * lr,
         height: at.height * (1.0 - lr) + h * lr,
     };
-    kept(picture, target)
+    (kept(picture, target), (best / n % n, best % n))
 }
 
 /// A step of LightTrack. The size is smoothed twice.

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 pursuit_parameters::choices! {
     /// By what the target's pixels are told from others.
     pub enum MaskModel {
-        /// They are not: boxes alone.
+        /// They are not, but by a tracker whose own network draws masks.
         None = "none",
         /// By colours: what is in the box and not about it (`GrabCut`).
         Colors = "colors",

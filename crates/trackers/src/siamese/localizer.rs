@@ -1,8 +1,10 @@
 use pursuit_estimation::{logit, sigmoid};
-use pursuit_geometry::BBox;
+use pursuit_geometry::{BBox, Mask};
 use pursuit_imaging::Frame;
 use pursuit_inference::InferenceError;
-use pursuit_inference::siamese::{Embedding, Exemplar, Location, SiameseConfig, SiameseNetwork, SiameseTracker};
+use pursuit_inference::siamese::{
+    DrawnMask, Embedding, Exemplar, Location, SiameseConfig, SiameseNetwork, SiameseTracker,
+};
 use pursuit_parameters::Parameters;
 use pursuit_tracking::{Figure, Figures, Localizer, Measurement, Result, Search, TrackingError, ViewSize};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -165,11 +167,12 @@ impl<P: SiameseModel> SiameseLocalizer<P> {
 }
 
 impl<P: SiameseModel> Localizer for SiameseLocalizer<P> {
-    type Finding = ();
+    /// What a network that draws masks has drawn.
+    type Finding = Option<DrawnMask>;
 
     const FIGURES: &[&[Figure]] = &[SiameseFigures::ALL];
 
-    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, ())>> {
+    fn locate(&mut self, frame: &Frame, search: &Search) -> Result<Option<(Measurement, Option<DrawnMask>)>> {
         let Some(found) = self.look(frame, &search.expected)? else { return Ok(None) };
         let embedding = self.embedding(frame, &found.bbox);
         let figures = SiameseFigures {
@@ -179,11 +182,19 @@ impl<P: SiameseModel> Localizer for SiameseLocalizer<P> {
         };
         let diagnostics = figures.into();
         let confidence = self.probability(found.score, embedding);
-        Ok(Some((Measurement { strength: found.score, diagnostics, ..Measurement::new(found.bbox, confidence) }, ())))
+        let (about, size) = (search.expected.center(), (search.expected.width(), search.expected.height()));
+        let drawn = self.tracker.mask(frame.size(), about, size, &found).map_err(failed::<P>(frame.index()))?;
+        let measurement =
+            Measurement { strength: found.score, diagnostics, ..Measurement::new(found.bbox, confidence) };
+        Ok(Some((measurement, drawn)))
     }
 
-    fn adapt(&mut self, _: &Frame, _: BBox, (): &()) -> Result<()> {
+    fn adapt(&mut self, _: &Frame, _: BBox, _: &Option<DrawnMask>) -> Result<()> {
         Ok(())
+    }
+
+    fn mask(&self, frame: &Frame, drawn: &Option<DrawnMask>) -> Option<Mask> {
+        Some(drawn.as_ref()?.in_frame(frame.size()))
     }
 
     fn restart(&mut self, frame: &Frame, bbox: BBox) -> Result<()> {

@@ -54,6 +54,7 @@ impl SiameseParams {
             template: Some(model.join(template)),
             search: model.join(search),
             head: head.map(|h| model.join(h)),
+            refine: None,
             config,
         };
         Ok(match self.layout {
