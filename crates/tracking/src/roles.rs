@@ -84,6 +84,12 @@ pub trait Detector: Send {
         false
     }
 
+    /// Whether what it found in the frame seen last says better where a target is than a tracker does that has learnt the target. One that models
+    /// the scene does not while its camera is turned away from what it knows.
+    fn measures(&self) -> bool {
+        true
+    }
+
     /// Share of `bbox` that stood out of the scene in the frame seen last, in `[0, 1]`; `None` where it does not know the scene.
     fn standing_out(&self, _bbox: &BBox) -> Option<f64> {
         None

@@ -410,6 +410,52 @@ struct Watcher {
     asked: std::sync::Arc<std::sync::Mutex<Vec<(u64, usize)>>>,
 }
 
+/// The same, which finds everything 30 pixels beside where it is from frame 65 on, and may know that it measures badly then.
+struct Astray {
+    watcher: Watcher,
+    knows: bool,
+    index: u64,
+}
+
+impl Detector for Astray {
+    fn detect(
+        &mut self,
+        frame: &Frame,
+        followed: &[pursuit_tracking::Followed],
+    ) -> pursuit_tracking::Result<Vec<Detection>> {
+        self.index = frame.index();
+        self.watcher.detect(frame, followed)
+    }
+
+    fn watches(&self) -> bool {
+        true
+    }
+
+    fn measures(&self) -> bool {
+        !(self.knows && self.index >= 65)
+    }
+}
+
+#[test]
+fn where_a_detector_measures_badly_the_tracker_goes_on() {
+    fn place(k: u64) -> BBox {
+        at(60.0 + 2.0 * k as f64, 60.0)
+    }
+    let off = |knows: bool| {
+        let script = |k: u64| vec![seen(place(k).translated(0.0, if k < 65 { 0.0 } else { 30.0 }))];
+        let watcher = Watcher { script, asked: std::sync::Arc::default() };
+        let mut target = Acquiring::new(Box::new(Astray { watcher, knows, index: 0 }), recipe(), params()).unwrap();
+        let mut most: f64 = 0.0;
+        for k in 0..80 {
+            let tracks = step(&mut target, &frame(k, &[(place(k), 200)]));
+            let estimate = tracks[0].estimate.as_ref().filter(|_| k >= 65);
+            most = estimate.map_or(most, |e| most.max(e.bbox.center().distance(place(k).center())));
+        }
+        most
+    };
+    assert!(off(true) < 6.0 && off(false) > 20.0, "{} {}", off(true), off(false));
+}
+
 impl Detector for Watcher {
     fn detect(
         &mut self,

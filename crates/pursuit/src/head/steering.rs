@@ -9,13 +9,12 @@ use std::time::Instant;
 /// Says how the camera stood when the frame of this time, in seconds, was taken.
 pub type Poses = Box<dyn FnMut(f64) -> Option<CameraPose> + Send>;
 
-/// The configuration with a tracker that takes the head's motion out of the target's, unless it says otherwise.
+/// The configuration with a tracker, or with `many` all that is followed, that takes the head's motion out of the target's, unless it says
+/// otherwise.
 #[must_use]
 pub fn compensated(config: RunConfig) -> RunConfig {
-    if config.many == Some(true) {
-        return config;
-    }
-    let parameters = toml::Table::from_iter([("motion.camera".to_owned(), "pose".into())]);
+    let key = if config.many == Some(true) { "many.motion.camera" } else { "motion.camera" };
+    let parameters = toml::Table::from_iter([(key.to_owned(), "pose".into())]);
     RunConfig { parameters, ..RunConfig::default() }.overridden_by(config)
 }
 

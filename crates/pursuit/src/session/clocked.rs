@@ -39,6 +39,10 @@ impl Detector for Clocked {
         self.detector.watches()
     }
 
+    fn measures(&self) -> bool {
+        self.detector.measures()
+    }
+
     fn standing_out(&self, bbox: &BBox) -> Option<f64> {
         self.detector.standing_out(bbox)
     }

@@ -65,8 +65,9 @@ pub(super) fn find(marks: &mut Vec<Mark>, maps: &Maps, picture: Size, keep: &BBo
 }
 
 /// How far the picture lies from where the pose puts it, in pixels, up to `reach` each way: the shift under which the marks are as
-/// bright as on the canvas; and the mean difference of brightness there, in codes. It is looked for from where the picture lay last and from
-/// where it should; `all_over` the reach too, by some of the marks: where the canvas is sure of what it knows.
+/// bright as on the canvas; and the difference of brightness there, in codes: the mean of the smaller half, since what moves before the
+/// background hides some of the marks. It is looked for from where the picture lay last and from where it should; `all_over`
+/// the reach too, by some of the marks: where the canvas is sure of what it knows.
 ///
 /// Nothing where the marks are too few. `channels` are those of the canvas: 1 for grey, 3 for red, green and blue.
 pub(super) fn descend(
@@ -114,5 +115,14 @@ pub(super) fn descend(
             best = own;
         }
     }
-    best.0.is_finite().then_some(best)
+    let (_, off) = best.0.is_finite().then_some(best)?;
+    let seen = marks.iter().filter_map(|mark| {
+        let is_seen = sample(frame, Point::new(mark.at.x + off.0, mark.at.y + off.1), &mut value[..channels]);
+        is_seen.then(|| (brightness(&value[..channels]) - mark.brightness).abs())
+    });
+    let mut seen: Vec<f64> = seen.collect();
+    seen.sort_by(f64::total_cmp);
+    let half = seen.len().div_ceil(2);
+    let difference = seen.iter().take(half).sum::<f64>() / half.max(1) as f64;
+    Some((difference, off))
 }

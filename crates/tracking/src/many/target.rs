@@ -50,6 +50,8 @@ pub(super) struct Target {
     pub known: Known,
     /// Answers when no detection is associated.
     pub appearance: Option<Box<dyn Appearance>>,
+    /// For how long that has followed it without losing it, in seconds.
+    pub looked_at_s: f64,
     /// Share of where it should be that stands out of the scene, where the detector knows that.
     pub standing_out: Option<f64>,
     /// Whether it was given a region that takes it in and is larger than was expected of it.
@@ -126,6 +128,7 @@ impl Target {
         Self {
             known,
             appearance,
+            looked_at_s: 0.0,
             standing_out: None,
             grown: false,
             dt_s: 0.0,
@@ -182,6 +185,8 @@ impl Target {
     /// Phase 1: where it should be in this frame.
     pub fn predict(&mut self, stamp: Stamp, params: &ManyParams) -> Result<()> {
         let dt_s = self.known.belief.last.advance(stamp)?;
+        let is_looked_at = self.appearance.is_some() && self.followed().is_some();
+        self.looked_at_s = if is_looked_at { self.looked_at_s + dt_s } else { 0.0 };
         let seen = self.known.unseen.frames == 0 && goes_again(&params.association);
         let now = &self.known.belief.motion;
         let kept = seen.then(|| match self.spare.motion.take() {

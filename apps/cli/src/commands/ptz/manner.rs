@@ -1,4 +1,4 @@
-use super::{known, origin, read};
+use super::{go_home, known, origin, read};
 use anyhow::Context;
 use pursuit::parameters::{Parameters, Table, Value, nested};
 use pursuit::ptz::control::{FollowerParams, PredictBy};
@@ -24,17 +24,20 @@ impl Manner {
             Some(_) => return Err(RunError::usage("`follower` is a group; set `follower.KEY`").into()),
             None => Table::new(),
         };
-        let said = read(file, settings)?;
+        let mut said = read(file, settings)?;
+        if config.detect.is_some() {
+            go_home(&mut said);
+        }
         let params = FollowerParams::default().with("follower", &said);
         let params = params.with_context(|| format!("{} does not say how to follow", origin(file)))?;
         Ok(Self { said, predict_by: params.predict_by })
     }
 
-    /// The run for a camera on a moving head: a forecast is of use there where the tracker knows how the head moves; poses are of
-    /// the whole picture.
+    /// The run for a camera on a moving head: a forecast is of use there, and what a detector finds is carried along, where it is known how the
+    /// head moves. Poses are of the whole picture.
     pub fn on_a_head(&self, config: RunConfig) -> RunConfig {
-        let by_tracker = self.predict_by == PredictBy::Tracker && config.region.is_none();
-        if by_tracker { head::compensated(config) } else { config }
+        let by_pose = self.predict_by == PredictBy::Tracker || config.detect.is_some();
+        if by_pose && config.region.is_none() { head::compensated(config) } else { config }
     }
 
     /// The parameters for this head, with what it says of itself where nothing else is said.

@@ -11,7 +11,7 @@ pub use manner::Manner;
 
 use crate::args::{Global, Ptz, PtzCommand, Secret};
 use anyhow::Context;
-use pursuit::parameters::{Table, merge, nested};
+use pursuit::parameters::{Table, Value, merge, nested};
 use pursuit::ptz::control::{FollowerParams, Scheme};
 use pursuit::ptz::drivers::{Access, ByTurns, Head, HeadAddress, HeadThread, Password, Pilot, Timeouts, open};
 use pursuit::ptz::{PtzError, Status};
@@ -50,6 +50,14 @@ pub fn read(path: Option<&Path>, settings: Table) -> anyhow::Result<Table> {
     let mut table = nested(&parsed?);
     merge(&mut table, settings);
     Ok(table)
+}
+
+/// Sends a head home that has lost what a detector found, where nothing else is said: there the detector knows the scene.
+pub fn go_home(follower: &mut Table) {
+    let when_lost = follower.entry("when_lost").or_insert_with(|| Value::Table(Table::new()));
+    if let Value::Table(when_lost) = when_lost {
+        when_lost.entry("policy").or_insert("home".into());
+    }
 }
 
 /// The name of a file for messages about what it says.

@@ -50,7 +50,11 @@ pub fn run(args: &PtzSimulate) -> anyhow::Result<ExitCode> {
     if args.drone {
         settings.entry("drone").or_insert_with(|| Value::Table(Table::new()));
     }
-    let said = super::read(args.head.as_deref(), settings)?;
+    let mut said = super::read(args.head.as_deref(), settings)?;
+    if args.detect.is_some() {
+        let follower = said.entry("follower").or_insert_with(|| Value::Table(Table::new()));
+        follower.as_table_mut().into_iter().for_each(super::go_home);
+    }
     let wrong = || format!("cannot simulate a head by {}", super::origin(args.head.as_deref()));
     // The error says in a second line where it is.
     let one_line = |error: toml::de::Error| anyhow::Error::msg(error.to_string().trim().replace('\n', " "));

@@ -175,6 +175,11 @@ impl Detector for MotionDetector {
         true
     }
 
+    /// Away from the scene the picture lies on the background only about.
+    fn measures(&self) -> bool {
+        !self.is_away
+    }
+
     fn standing_out(&self, bbox: &BBox) -> Option<f64> {
         if let Some(turning) = self.away() {
             return turning.standing_out(bbox);

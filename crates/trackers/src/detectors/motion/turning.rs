@@ -19,7 +19,8 @@ use std::sync::Arc;
 const LOOKED_AT: usize = 100_000;
 /// Where more than this share of what is known stands out, the picture lies wrong on the background.
 const ASTRAY: f64 = 0.6;
-/// So it does where the edges of the background differ by this many times as much as they do usually, and more than this, in codes.
+/// So it does where the edges of the background, the better half of them, differ by this many times as much as they do usually, and more than
+/// this, in codes.
 const WORSE: f64 = 1.5;
 const LEAST_WORSE: f64 = 8.0;
 /// Share of a frame in what is usual.

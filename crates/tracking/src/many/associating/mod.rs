@@ -2,6 +2,7 @@
 
 mod commands;
 mod fed;
+mod led;
 mod looks;
 mod saved;
 mod telling;
@@ -270,7 +271,10 @@ impl Associating {
         self.followed.clear();
         self.followed.extend(self.targets.iter().filter_map(Target::followed));
         let Some(detector) = &mut self.detector else { return Ok(Vec::new()) };
-        let detections = super::usable_detections(&mut **detector, frame, &self.followed)?;
+        let mut detections = super::usable_detections(&mut **detector, frame, &self.followed)?;
+        if !detector.measures() && led::goes_on(&self.targets) {
+            detections.clear();
+        }
         for target in &mut self.targets {
             target.standing_out = detector.standing_out(&target.bbox());
         }
