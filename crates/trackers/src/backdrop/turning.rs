@@ -292,6 +292,22 @@ mod tests {
     }
 
     #[test]
+    fn who_covers_edges_does_not_make_the_picture_lie_wrong() {
+        let params = BackdropParams::default();
+        let now = pose(0.12, 0.036);
+        let person = BBox::from_ltwh(20.0, 10.0, 36.0, 60.0);
+        let difference = |told: CameraPose| {
+            let (mut backdrop, _) = turned(0.0, &params);
+            // Nobody is followed yet.
+            backdrop.place(&params, &frame(now, told, Some(&person)), &nobody());
+            backdrop.difference()
+        };
+        // Told to look 10° beside, farther than the edges are looked for.
+        let (right, wrong) = (difference(now), difference(pose(0.3, 0.036)));
+        assert!(right < 3.0 && wrong > 3.0 * right, "{right} {wrong}");
+    }
+
+    #[test]
     fn what_the_pose_gets_wrong_the_edges_put_right() {
         // Two thirds of a degree are 1.9 pixels, each way.
         let wrong_rad = 0.012;
