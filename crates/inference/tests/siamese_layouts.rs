@@ -1,6 +1,8 @@
 //! Siamese networks that answer otherwise than NanoTrack: anchors, centres, windows that are stretched, one file for both images.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod told;
+
 use pursuit_geometry::{BBox, Point, Size};
 use pursuit_imaging::{Frame, Image};
 use pursuit_inference::nanotrack::Patch;
@@ -9,7 +11,7 @@ use pursuit_inference::siamese::{
     Answer, AnswerCoding, Decoder, Region, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseParams,
     SiameseTracker, Sides,
 };
-use pursuit_inference::{Network, Port, Result};
+use pursuit_inference::{Network, Result};
 
 const FRAME: Size = Size::new(640, 480);
 
@@ -259,45 +261,13 @@ fn descriptions_name_files_beside_themselves() {
     assert!(SiameseDescription::read(&folder.path().join("none.toml")).unwrap_err().to_string().contains("none.toml"));
 }
 
-/// Takes tensors of given shapes; answers with the first number of each input, and one peak.
-struct Told {
-    inputs: Vec<Port>,
-    outputs: Vec<Port>,
-    given: Vec<Vec<f32>>,
-    answers: Vec<Vec<f32>>,
-}
-
+/// Takes tensors of given shapes; all numbers of an answer are alike.
 fn told(inputs: &[&[usize]], outputs: &[&[usize]]) -> Box<dyn Network> {
-    let ports = |shapes: &[&[usize]]| -> Vec<Port> {
-        shapes.iter().enumerate().map(|(i, s)| Port { name: format!("port {i}"), shape: s.to_vec() }).collect()
-    };
-    let blank = |shapes: &[&[usize]]| shapes.iter().map(|s| vec![0.0; s.iter().product()]).collect();
-    Box::new(Told { inputs: ports(inputs), outputs: ports(outputs), given: blank(inputs), answers: blank(outputs) })
+    told::told(&named(inputs), &named(outputs), |output, _| output)
 }
 
-impl Network for Told {
-    fn name(&self) -> &str {
-        "told"
-    }
-    fn inputs(&self) -> &[Port] {
-        &self.inputs
-    }
-    fn outputs(&self) -> &[Port] {
-        &self.outputs
-    }
-    fn input_mut(&mut self, input: usize) -> &mut [f32] {
-        &mut self.given[input]
-    }
-    fn run(&mut self) -> Result<()> {
-        for (i, answer) in self.answers.iter_mut().enumerate() {
-            let sum: f32 = self.given.iter().map(|g| g[0]).sum();
-            answer.fill(sum + i as f32);
-        }
-        Ok(())
-    }
-    fn output(&self, output: usize) -> &[f32] {
-        &self.answers[output]
-    }
+fn named<'a>(shapes: &[&'a [usize]]) -> Vec<told::Named<'a>> {
+    ["first", "second", "third"].into_iter().zip(shapes.iter().copied()).collect()
 }
 
 #[test]

@@ -8,8 +8,8 @@ use pursuit_imaging::{Frame, Image};
 use pursuit_inference::nanotrack::Patch;
 use pursuit_inference::onnx::OnnxSiamese;
 use pursuit_inference::siamese::{Answer, SiameseConfig, SiameseDescription, SiameseNetwork, SiameseTracker, Sides};
-use pursuit_inference::{InferenceError, Result};
-use told::told;
+use pursuit_inference::{InferenceError, Network, Result};
+use told::Named;
 
 /// Of images of 16 and 32 pixels, 5 points a side, four pixels from one to the next.
 const CONFIG: &str = "template_side_px = 16\nsearch_side_px = 32\nanswer_side = 5\nstride_px = 4.0\nchannels = 'rgb'\n\
@@ -18,6 +18,11 @@ const SIDE: usize = 6;
 
 fn config(more: &str) -> SiameseConfig {
     toml::from_str(&format!("{CONFIG}{more}")).unwrap()
+}
+
+/// Numbers of all outputs are others.
+fn told(inputs: &[Named<'_>], outputs: &[Named<'_>]) -> Box<dyn Network> {
+    told::told(inputs, outputs, |output, place| 1000 * output + place)
 }
 
 /// Says that the target is at `best`, and draws the same mask everywhere.

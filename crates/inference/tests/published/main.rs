@@ -18,7 +18,7 @@ mod twin;
 use networks::Files;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Frame, Image};
-use pursuit_inference::onnx::{Backend, OnnxOptions, open};
+use pursuit_inference::onnx::{Backend, OnnxOptions, OnnxSiamese, open};
 use pursuit_inference::siamese::{SiameseDescription, SiameseTracker};
 use std::path::Path;
 use twin::{Input, Numbers, Opened, Picture, Target};
@@ -81,18 +81,24 @@ fn opened(folder: &Path, files: &Files) -> Opened {
     }
 }
 
-/// The boxes by this crate, each from the one before; the first search is about `first`.
-fn ours(folder: &Path, first: Target) -> Vec<Target> {
+fn frame(time: usize) -> Frame {
+    let picture = picture(time);
+    let pixel = |x: usize, y: usize| picture.pixels[y * picture.width + x];
+    Frame::new(time as u64, 0.0, Image::from_fn(picture.width, picture.height, pixel).unwrap())
+}
+
+/// This crate's tracker by the files there, started on the target.
+fn tracker(folder: &Path) -> SiameseTracker<OnnxSiamese> {
     let description = SiameseDescription::read(&folder.join("network.toml")).unwrap();
     let network = description.open(&options()).unwrap();
-    let frame = |time: usize| {
-        let picture = picture(time);
-        let pixel = |x: usize, y: usize| picture.pixels[y * picture.width + x];
-        Frame::new(time as u64, 0.0, Image::from_fn(picture.width, picture.height, pixel).unwrap())
-    };
     let at = start();
     let bbox = BBox::from_center_size(Point::new(at.x, at.y), at.width, at.height);
-    let mut tracker = SiameseTracker::new(network, description.config, &frame(0), bbox).unwrap();
+    SiameseTracker::new(network, description.config, &frame(0), bbox).unwrap()
+}
+
+/// The boxes by this crate, each from the one before; the first search is about `first`.
+fn ours(folder: &Path, first: Target) -> Vec<Target> {
+    let mut tracker = tracker(folder);
     let mut at = first;
     (1..=FRAMES)
         .map(|time| {

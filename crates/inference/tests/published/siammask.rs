@@ -2,12 +2,10 @@
 //! `siammask_tracker.py` and `head/mask.py` (2172c96), SiamMask `tools/test.py` (564c9bf).
 
 use crate::twin::{self, Input, Numbers, Opened, Picture, Target};
-use crate::{FRAMES, RATIOS, networks, opened, options, picture, start, write};
-use pursuit_geometry::{BBox, Point, Size};
-use pursuit_imaging::{Frame, Image};
+use crate::{FRAMES, RATIOS, frame, networks, opened, options, picture, start, tracker, write};
+use pursuit_geometry::{Point, Size};
 use pursuit_inference::Network;
 use pursuit_inference::onnx::open;
-use pursuit_inference::siamese::{SiameseDescription, SiameseTracker};
 use std::path::Path;
 
 const SIAMMASK: &str = "template_side_px = 127\nsearch_side_px = 255\nanswer_side = 25\nstride_px = 8.0\nchannels = 'bgr'\n\
@@ -119,16 +117,7 @@ fn theirs(folder: &Path, files: &networks::Files, side: usize, first: Target) ->
 /// In how many pixels our masks differ from these, which are the target's above `threshold`, over frames in which the boxes are theirs; but for
 /// those on the edge, where rounding decides.
 fn differing(folder: &Path, first: Target, theirs: &[(Target, Drawn)], threshold: f64) -> usize {
-    let description = SiameseDescription::read(&folder.join("network.toml")).unwrap();
-    let network = description.open(&options()).unwrap();
-    let frame = |time: usize| {
-        let picture = picture(time);
-        let pixel = |x: usize, y: usize| picture.pixels[y * picture.width + x];
-        Frame::new(time as u64, 0.0, Image::from_fn(picture.width, picture.height, pixel).unwrap())
-    };
-    let at = start();
-    let bbox = BBox::from_center_size(Point::new(at.x, at.y), at.width, at.height);
-    let mut tracker = SiameseTracker::new(network, description.config, &frame(0), bbox).unwrap();
+    let mut tracker = tracker(folder);
     let (mut at, mut off) = (first, 0);
     for (time, (target, drawn)) in (1..).zip(theirs) {
         let (frame, center, size) = (frame(time), Point::new(at.x, at.y), (at.width, at.height));
