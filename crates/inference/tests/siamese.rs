@@ -6,7 +6,8 @@ use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_inference::InferenceError;
 use pursuit_inference::nanotrack::{NanoTrackV3, Patch};
 use pursuit_inference::siamese::{
-    Answer, Cropper, Decoder, Exemplar, Location, Region, SiameseConfig, SiameseNetwork, SiameseTracker, Sides,
+    Answer, Cropper, Decoder, Exemplar, Fill, Location, Region, SiameseConfig, SiameseNetwork, SiameseParams,
+    SiameseTracker, Sides, Ties,
 };
 
 const POINTS: usize = 225;
@@ -177,7 +178,7 @@ fn pixels(planes: [&mut [f32]; 3]) -> Vec<[f32; 3]> {
 #[test]
 fn what_is_outside_the_frame_has_the_mean_color() {
     let frame = frame(4, 2, |x, y| [10 * x as u8, 100 + y as u8, 7]);
-    let region = Region::around(Point::new(2.0, 1.0), 6.0);
+    let region = Region::around(Point::new(2.0, 1.0), 6.0, Ties::Up);
     assert_eq!(region.ltwh(), (-1, -2, 6, 6));
     let mut rows = vec![Vec::new(); 6];
     Cropper::default().crop(frame.color(), region, 6, [1, 2, 3], |y, planes| rows[y] = pixels(planes));
@@ -193,6 +194,20 @@ fn what_is_outside_the_frame_has_the_mean_color() {
 }
 
 #[test]
+fn the_mean_color_is_rounded_down_or_to_the_nearest() {
+    // Means of 42.75, 7 and 128.5.
+    let colors = [[42, 7, 128], [43, 7, 129], [43, 7, 128], [43, 7, 129]];
+    let frame = frame(64, 64, |x, y| colors[x % 2 + 2 * (y % 2)]);
+    let bbox = BBox::from_ltwh(20.0, 20.0, 20.0, 20.0);
+    for (fill, want) in [(Fill::Mean, [42, 7, 128]), (Fill::NearestMean, [43, 7, 128]), (Fill::Black, [0; 3])] {
+        let params = SiameseParams { fill, ..SiameseConfig::nanotrack_v3().into() };
+        let config = SiameseConfig::try_from(params).unwrap();
+        let tracker = SiameseTracker::new(NanoTrackV3::new().unwrap(), config, &frame, bbox).unwrap();
+        assert_eq!(tracker.exemplar().fill, want, "{fill:?}");
+    }
+}
+
+#[test]
 fn regions_start_where_the_released_trackers_start_them() {
     for (center, side, want) in [
         (Point::new(10.0, 20.5), 5.0, (7, 18, 5)),
@@ -202,7 +217,7 @@ fn regions_start_where_the_released_trackers_start_them() {
     ] {
         assert_eq!(
             {
-                let (l, t, w, _) = Region::around(center, side).ltwh();
+                let (l, t, w, _) = Region::around(center, side, Ties::Up).ltwh();
                 (l, t, w)
             },
             want,
@@ -214,7 +229,7 @@ fn regions_start_where_the_released_trackers_start_them() {
 #[test]
 fn resampling_is_bilinear_in_whole_grey_levels() {
     let frame = frame(4, 4, |x, y| [(60 * x) as u8, (60 * y) as u8, (15 * (x + 4 * y)) as u8]);
-    let region = Region::around(Point::new(2.0, 2.0), 4.0);
+    let region = Region::around(Point::new(2.0, 2.0), 4.0, Ties::Up);
     assert_eq!(region.ltwh(), (0, 0, 4, 4));
     for samples in [2usize, 3, 7, 8] {
         Cropper::default().crop(frame.color(), region, samples, [0; 3], |y, planes| {
@@ -244,7 +259,7 @@ fn resampling_gives_the_grey_levels_of_opencv() {
         [158, 180, 220],
         [180, 180, 225],
     ];
-    let region = Region::around(Point::new(2.0, 2.0), 4.0);
+    let region = Region::around(Point::new(2.0, 2.0), 4.0, Ties::Up);
     for want in [&of_three[..], &of_seven[..]] {
         let mut last = Vec::new();
         Cropper::default().crop(frame.color(), region, want.len(), [0; 3], |_, planes| last = pixels(planes));

@@ -42,10 +42,24 @@ choices! {
 }
 
 choices! {
+    /// Where a square window begins that would begin midway between two pixels, as it often does about a box of whole numbers.
+    pub enum Ties {
+        /// At the later one: PySOT.
+        Up = "up",
+        /// At the even one, as NumPy and Python 3 round: LightTrack, siamfc-pytorch.
+        Even = "even",
+        /// At that farther from the frame's first, as Python 2 rounds: DaSiamRPN.
+        Away = "away",
+    }
+}
+
+choices! {
     /// What lies outside the frame.
     pub enum Fill {
-        /// The mean colour of the first frame.
+        /// The mean colour of the first frame, rounded down.
         Mean = "mean",
+        /// The same, rounded to the nearest: siamfc-pytorch.
+        NearestMean = "nearest-mean",
         /// Black.
         Black = "black",
     }
@@ -195,6 +209,8 @@ parameters! {
         pub min_side_px: f64 = 10.0, in above(0.0), unit "px";
         /// How windows are cut.
         pub crop: CropShape = CropShape::Square;
+        /// Where square windows begin that would begin midway between two pixels.
+        pub ties: Ties = Ties::Up;
         /// Of stretched windows: the search image covers 1 + 2 times this of the target's width and height.
         pub search_context: f64 = 0.0, in 0.0..=8.0;
         /// How many times larger square windows are.

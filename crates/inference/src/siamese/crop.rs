@@ -1,3 +1,4 @@
+use super::Ties;
 use crate::resample::{Places, Resampler, Window};
 use pursuit_geometry::{Point, Size};
 use pursuit_imaging::{ImageView, Rgb8};
@@ -16,10 +17,15 @@ impl Region {
     const MAX_SIDE: f64 = 1e6;
 
     /// The square of about `side` pixels around `center`, as SiamFC and its successors cut it: a whole number of pixels
-    /// (halves to even) that starts at ⌊c − (side + 1) / 2 + 1/2⌋.
-    pub fn around(center: Point, side: f64) -> Self {
+    /// (halves to even) that starts at c − (side + 1) / 2, rounded, with `ties` for halves.
+    pub fn around(center: Point, side: f64, ties: Ties) -> Self {
         let side = side.round_ties_even().clamp(1.0, Self::MAX_SIDE);
-        let first = |c: f64| (c - (side + 1.0) / 2.0 + 0.5).floor().clamp(-1e12, 1e12) as i64;
+        let rounded = |v: f64| match ties {
+            Ties::Up => (v + 0.5).floor(),
+            Ties::Even => v.round_ties_even(),
+            Ties::Away => v.round(),
+        };
+        let first = |c: f64| rounded(c - (side + 1.0) / 2.0).clamp(-1e12, 1e12) as i64;
         Self { left: first(center.x), top: first(center.y), width: side as i64, height: side as i64 }
     }
 
@@ -144,6 +150,22 @@ impl Cropper {
 mod tests {
     use super::*;
     use pursuit_imaging::Image;
+
+    #[test]
+    fn a_window_midway_between_two_pixels_begins_where_its_project_rounds() {
+        // 1.5 and 2.5; −0.5 and −1.5.
+        for (ties, far, near) in
+            [(Ties::Up, (2, 3), (0, -1)), (Ties::Even, (2, 2), (0, -2)), (Ties::Away, (2, 3), (-1, -2))]
+        {
+            let of = |x: f64, y: f64| {
+                let (left, top, ..) = Region::around(Point::new(x, y), 4.0, ties).ltwh();
+                (left, top)
+            };
+            assert_eq!((of(4.0, 5.0), of(2.0, 1.0)), (far, near), "{ties:?}");
+            // 1.6 and −0.6.
+            assert_eq!(of(4.1, 1.9), (2, -1), "{ties:?}");
+        }
+    }
 
     #[test]
     fn an_inclusive_window_has_its_last_pixels_but_at_the_far_borders() {

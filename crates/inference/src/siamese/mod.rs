@@ -16,7 +16,7 @@ mod scales;
 mod tracker;
 
 pub use config::{
-    AnswerCoding, BoxRule, ChannelOrder, CropShape, Fill, ScoreCoding, SiameseConfig, SiameseParams, WindowUse,
+    AnswerCoding, BoxRule, ChannelOrder, CropShape, Fill, ScoreCoding, SiameseConfig, SiameseParams, Ties, WindowUse,
 };
 pub use crop::{Cropper, Region};
 pub use decode::{Decoder, Location, Peak};

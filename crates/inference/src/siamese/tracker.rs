@@ -38,7 +38,8 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     pub fn new(network: N, config: SiameseConfig, frame: &Frame, bbox: BBox) -> Result<Self> {
         check_sides(&network, &config)?;
         let fill = match config.fill {
-            Fill::Mean => mean_color(frame.color()),
+            Fill::Mean => mean_color(frame.color(), f64::floor),
+            Fill::NearestMean => mean_color(frame.color(), f64::round_ties_even),
             Fill::Black => [0; 3],
         };
         let exemplar = Exemplar { features: Vec::new(), fill };
@@ -182,7 +183,7 @@ impl<N: SiameseNetwork> SiameseTracker<N> {
     /// The pixels of a frame of `size` that an image covers which is `extent` (width, height) large there.
     fn region(&self, center: Point, extent: (f64, f64), size: Size) -> Region {
         match self.config().crop {
-            CropShape::Square => Region::around(center, extent.0),
+            CropShape::Square => Region::around(center, extent.0, self.config().ties),
             CropShape::Stretched => Region::stretched(center, extent),
             CropShape::Rounded => Region::rounded(center, extent.0),
             CropShape::Inclusive => Region::inclusive(center, extent.0, size),
@@ -242,11 +243,11 @@ fn check_sides(network: &impl SiameseNetwork, config: &SiameseConfig) -> Result<
     Ok(())
 }
 
-/// Means of the three channels, rounded down as the released trackers do.
-fn mean_color(image: ImageView<'_, Rgb8>) -> Rgb8 {
+/// Means of the three channels, rounded.
+fn mean_color(image: ImageView<'_, Rgb8>, rounded: fn(f64) -> f64) -> Rgb8 {
     let mut sums = [0u64; 3];
     for pixel in image.rows().flatten() {
         (0..3).for_each(|c| sums[c] += u64::from(pixel[c]));
     }
-    sums.map(|s| (s / image.size().area() as u64) as u8)
+    sums.map(|s| rounded(s as f64 / image.size().area() as f64) as u8)
 }

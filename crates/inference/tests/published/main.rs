@@ -21,7 +21,7 @@ use pursuit_imaging::{Frame, Image};
 use pursuit_inference::onnx::{Backend, OnnxOptions, OnnxSiamese, open};
 use pursuit_inference::siamese::{SiameseDescription, SiameseTracker};
 use std::path::Path;
-use twin::{Input, Numbers, Opened, Picture, Target};
+use twin::{Input, Numbers, Opened, Picture, Round, Target};
 
 /// Heights by widths of the anchors of SiamRPN and its successors.
 const RATIOS: [f64; 5] = [0.33, 0.5, 1.0, 2.0, 3.0];
@@ -45,9 +45,10 @@ fn picture(time: usize) -> Picture {
     Picture { width, height, pixels: (0..width * height).map(pixel).collect() }
 }
 
-/// The target in the first picture.
+/// The target in the first picture: its template of 83 pixels begins midway between two, across for those that cut about its middle, down for
+/// SiamFC, which cuts half a pixel beside.
 fn start() -> Target {
-    Target { x: 150.2, y: 119.7, width: 46.5, height: 36.5 }
+    Target { x: 150.5, y: 118.0, width: 46.5, height: 36.5 }
 }
 
 fn options() -> OnnxOptions {
@@ -167,7 +168,7 @@ fn assert_alike(
 
 const DASIAMRPN: &str = "template_side_px = 127\nsearch_side_px = 271\nanswer_side = 19\nstride_px = 8.0\nchannels = 'bgr'\n\
     scores = 'softmax'\ncontext = 0.5\nwindow = 0.42\npenalty = 0.055\nrate = 0.295\n\
-    answer = { anchors = { ratios = [0.33, 0.5, 1.0, 2.0, 3.0], scales = [8.0] } }\n";
+    answer = { anchors = { ratios = [0.33, 0.5, 1.0, 2.0, 3.0], scales = [8.0] } }\nties = 'away'\n";
 
 #[test]
 fn dasiamrpn_follows_the_published_boxes() {
@@ -180,6 +181,7 @@ fn dasiamrpn_follows_the_published_boxes() {
         window: 0.42,
         rate: 0.295,
         input: Input::Bgr,
+        round: Round::Python2,
     };
     let changes = [
         ("window = 0.42", "window = 0.2"),
@@ -188,6 +190,7 @@ fn dasiamrpn_follows_the_published_boxes() {
         ("context = 0.5", "context = 0.4"),
         ("'bgr'", "'rgb'"),
         ("scales = [8.0]", "scales = [7.0]"),
+        ("'away'", "'even'"),
     ];
     assert_alike("DaSiamRPN", &networks::dasiamrpn(), DASIAMRPN, &changes, start(), |net| {
         let fill = twin::exemplar(net, &picture(0), start(), &p);
@@ -210,6 +213,7 @@ fn siamrpn_plus_follows_the_published_boxes() {
         window: 0.42,
         rate: 0.38,
         input: Input::Bgr,
+        round: Round::Floor,
     };
     // PySOT takes x + (w - 1) / 2 of the first box for its middle, to cut the template and to search the first time.
     let first = Target { x: start().x - 0.5, y: start().y - 0.5, ..start() };
@@ -228,7 +232,7 @@ fn siamrpn_plus_follows_the_published_boxes() {
 
 const LIGHTTRACK: &str = "template_side_px = 128\nsearch_side_px = 288\nanswer_side = 18\nstride_px = 16.0\nchannels = 'rgb'\n\
     mean = [123.675, 116.28, 103.53]\ndeviation = [58.395, 57.12, 57.375]\nscores = 'sigmoid'\ncontext = 0.5\nwindow = 0.38\n\
-    penalty = 0.062\nrate = 0.765\nboxes = 'smoothed-twice'\n";
+    penalty = 0.062\nrate = 0.765\nboxes = 'smoothed-twice'\nties = 'even'\n";
 
 #[test]
 fn lighttrack_follows_the_published_boxes() {
@@ -241,6 +245,7 @@ fn lighttrack_follows_the_published_boxes() {
         window: 0.38,
         rate: 0.765,
         input: Input::ImageNet,
+        round: Round::Python3,
     };
     let changes = [
         ("window = 0.38", "window = 0.1"),
@@ -248,6 +253,7 @@ fn lighttrack_follows_the_published_boxes() {
         ("rate = 0.765", "rate = 0.6"),
         ("'smoothed-twice'", "'smoothed'"),
         ("58.395", "64.0"),
+        ("'even'", "'up'"),
     ];
     assert_alike("LightTrack", &networks::lighttrack(), LIGHTTRACK, &changes, start(), |net| {
         let fill = twin::exemplar(net, &picture(0), start(), &p);
@@ -257,7 +263,7 @@ fn lighttrack_follows_the_published_boxes() {
 
 const SIAMFC: &str = "template_side_px = 127\nsearch_side_px = 255\nanswer_side = 17\nstride_px = 8.0\nchannels = 'rgb'\n\
     scores = 'sigmoid'\ncontext = 0.5\nwindow = 0.176\npenalty = 0.68882\nrate = 0.59\ntemplate_shift_px = 0.5\nsearch_shift_px = 0.5\n\
-    answer = { scores = { step = 1.0375, scales = 3, enlarged = 16 } }\n";
+    answer = { scores = { step = 1.0375, scales = 3, enlarged = 16 } }\nties = 'even'\nfill = 'nearest-mean'\n";
 
 #[test]
 fn siamfc_follows_the_published_boxes() {
@@ -267,6 +273,7 @@ fn siamfc_follows_the_published_boxes() {
         ("step = 1.0375", "step = 1.05"),
         ("enlarged = 16", "enlarged = 8"),
         ("\nsearch_shift_px = 0.5", "\nsearch_shift_px = -0.5"),
+        ("'even'", "'up'"),
     ];
     assert_alike("SiamFC", &networks::siamfc(), SIAMFC, &changes, start(), |net| {
         let fill = twin::siamfc_exemplar(net, &picture(0), start());

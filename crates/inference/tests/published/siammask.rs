@@ -1,7 +1,7 @@
 //! SiamMask: its masks, refined and not, put into the frame as the project does it. Sources, for the facts alone: PySOT
 //! `siammask_tracker.py` and `head/mask.py` (2172c96), SiamMask `tools/test.py` (564c9bf).
 
-use crate::twin::{self, Input, Numbers, Opened, Picture, Target};
+use crate::twin::{self, Input, Numbers, Opened, Picture, Round, Target};
 use crate::{FRAMES, RATIOS, frame, networks, opened, options, picture, start, tracker, write};
 use pursuit_geometry::{Point, Size};
 use pursuit_inference::Network;
@@ -21,6 +21,7 @@ const P: Numbers = Numbers {
     window: 0.41,
     rate: 0.32,
     input: Input::Bgr,
+    round: Round::Floor,
 };
 
 /// The probabilities in the frame.

@@ -154,8 +154,24 @@ fn padded(w: f64, h: f64) -> f64 {
 }
 
 /// Where a square of `side` pixels about `c` begins (`get_subwindow`).
-fn begin(c: f64, side: f64) -> i64 {
-    (c - (side + 1.0) / 2.0 + 0.5).floor() as i64
+fn begin(c: f64, side: f64, p: &Numbers) -> i64 {
+    let v = c - (side + 1.0) / 2.0;
+    let rounded = match p.round {
+        Round::Floor => (v + 0.5).floor(),
+        Round::Python2 => v.round(),
+        Round::Python3 => v.round_ties_even(),
+    };
+    rounded as i64
+}
+
+/// How it is rounded where a window begins.
+#[derive(Clone, Copy)]
+pub enum Round {
+    /// `np.floor(v + 0.5)`.
+    Floor,
+    /// `round` of Python 2, and of Python 3.
+    Python2,
+    Python3,
 }
 
 /// Numbers of a tracker of SiamRPN's family, or of LightTrack.
@@ -169,6 +185,7 @@ pub struct Numbers {
     pub window: f64,
     pub rate: f64,
     pub input: Input,
+    pub round: Round,
 }
 
 /// What all of that family do alike: the template's image.
@@ -176,7 +193,7 @@ pub fn exemplar(net: &mut Opened, picture: &Picture, at: Target, p: &Numbers) ->
     let fill = means(picture);
     let context = 0.5 * (at.width + at.height);
     let side = ((at.width + context) * (at.height + context)).sqrt().round_ties_even();
-    let window = (begin(at.x, side), begin(at.y, side), side as i64);
+    let window = (begin(at.x, side, p), begin(at.y, side, p), side as i64);
     net.learn(&cut(picture, window, p.exemplar, fill, p.input));
     fill
 }
@@ -187,7 +204,7 @@ fn instance(picture: &Picture, at: Target, p: &Numbers, fill: [f64; 3]) -> (Vec<
     let z = ((at.width + context) * (at.height + context)).sqrt();
     let scale = p.exemplar as f64 / z;
     let side = (z + 2.0 * ((p.instance - p.exemplar) as f64 / 2.0) / scale).round_ties_even();
-    let window = (begin(at.x, side), begin(at.y, side), side as i64);
+    let window = (begin(at.x, side, p), begin(at.y, side, p), side as i64);
     (cut(picture, window, p.instance, fill, p.input), scale)
 }
 
@@ -296,7 +313,8 @@ fn siamfc_window(picture: &Picture, (x, y): (f64, f64), side: f64, samples: usiz
 }
 
 pub fn siamfc_exemplar(net: &mut Opened, picture: &Picture, at: Target) -> [f64; 3] {
-    let fill = means(picture);
+    // `copyMakeBorder` rounds to the nearest.
+    let fill = means(picture).map(f64::round_ties_even);
     net.learn(&siamfc_window(picture, (at.x - 0.5, at.y - 0.5), siamfc_sides(at).0, 127, fill));
     fill
 }
