@@ -63,7 +63,8 @@ pub enum Comparison {
     Bags,
     /// Networks of other projects, exported by PyTorch, followed by the projects' own trackers and by ours
     Siamese {
-        /// Arguments of xtask/peers/siamese.py: parts of the names of networks
+        /// Arguments of xtask/peers/siamese.py: parts of the names of networks. SIAMESE_CLONES in the environment names the folder with
+        /// clones of the projects that no package has
         arguments: Vec<OsString>,
     },
     /// Time twenty targets at 1280x720 beside OpenCV's CSRT and KCF
