@@ -46,7 +46,7 @@ choices! {
     pub enum Ties {
         /// At the later one: PySOT.
         Up = "up",
-        /// At the even one, as NumPy and Python 3 round: LightTrack, siamfc-pytorch.
+        /// At the even one, as NumPy and Python 3 round: LightTrack, siamfc-pytorch, SiamMask's authors.
         Even = "even",
         /// At that farther from the frame's first, as Python 2 rounds: DaSiamRPN.
         Away = "away",
