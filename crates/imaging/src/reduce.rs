@@ -1,7 +1,8 @@
-//! A part of a picture as colour at a whole fraction of its size: what a search for large things needs of large pictures.
+//! Pictures, and parts of them, at a whole fraction of their size: what is large in a large picture needs no more.
 
-use crate::{Frame, Image, ImageView, Pixels, Result, Rgb8, Yuv420};
+use crate::{CameraPose, Frame, Image, ImageView, Lens, Pixels, Result, Rgb8, Yuv420};
 use multiversion::multiversion;
+use pursuit_geometry::Size;
 
 /// Blocks that are summed at once.
 const RUN: usize = 64;
@@ -24,7 +25,7 @@ impl Frame {
         if !inside || columns == 0 || rows == 0 || step > MOST_STEP {
             return Ok(false);
         }
-        out.resize_for_overwrite(pursuit_geometry::Size::new(columns, rows), [0; 3])?;
+        out.resize_for_overwrite(Size::new(columns, rows), [0; 3])?;
         match self.pixels() {
             // What has been converted already need not be again.
             Pixels::Yuv420(image) if !self.has_derived_color() => reduce_planes(image, (x, y), step, out),
@@ -32,6 +33,38 @@ impl Frame {
         }
         Ok(true)
     }
+
+    /// The same moment at a whole fraction of its size: every `step` × `step` pixels (from 1 to 64) are one, their mean, as 8-bit colour
+    /// or grey. Pixels at the right and at the bottom that make no whole block are left out. Number, time and the camera's pose stay, its
+    /// lens as of the smaller picture; depth and foreground are left out.
+    ///
+    /// # Errors
+    /// [`ImagingError::Size`](crate::ImagingError::Size) when no block fits in the picture, or `step` is out of its range.
+    pub fn reduced(&self, step: usize) -> Result<Self> {
+        let size = self.size();
+        let small = if (1..=MOST_STEP).contains(&step) { [size.width / step, size.height / step] } else { [0; 2] };
+        let pixels = if self.has_color() {
+            let mut out = Image::filled(small[0], small[1], [0; 3])?;
+            self.reduced_color([0, 0, size.width, size.height], step, &mut out)?;
+            Pixels::from(out)
+        } else {
+            let mut out = Image::filled(small[0], small[1], 0)?;
+            let mut columns = vec![0; small[0] * step];
+            for row in 0..small[1] {
+                means(self.gray(), (0, row * step), step, &mut columns, out.row_mut(row));
+            }
+            Pixels::from(out)
+        };
+        let frame = Self::new(self.index(), self.time_s(), pixels);
+        let camera = self.camera().map(|pose| reduced_pose(pose, size, step)).transpose()?;
+        Ok(camera.into_iter().fold(frame, Self::with_camera))
+    }
+}
+
+/// The pose of a camera that takes pictures of `size` as that of one whose pixels are `step` times as large.
+fn reduced_pose(pose: &CameraPose, size: Size, step: usize) -> Result<CameraPose> {
+    let [fx, fy, cx, cy] = pose.lens().pinhole_px(size).map(|v| v / step as f64);
+    CameraPose::new(pose.time_s(), pose.pan_rad(), pose.tilt_rad(), Lens::intrinsics(fx, fy, cx, cy)?)
 }
 
 /// Means of blocks of an image of interleaved channels.
@@ -159,6 +192,7 @@ const fn mean(sum: u32, count: usize) -> u8 {
 mod tests {
     use super::*;
     use crate::{ColorMatrix, ColorRange};
+    use pursuit_geometry::Point;
     use pursuit_testkit::Noise;
 
     fn noise(width: usize, height: usize, seed: u32) -> Image<u8> {
@@ -218,6 +252,37 @@ mod tests {
                         assert!(near, "{step} {x} {y}: {got:?} {want:?}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_at_a_fraction_shows_the_same_from_the_same_camera() {
+        let pose = CameraPose::new(0.3, 0.2, -0.1, Lens::field_of_view(1.1).unwrap()).unwrap();
+        let plane = noise(67, 41, 3);
+        let gray16 = Image::from_fn(67, 41, |x, y| 256 * u16::from(plane.row(y)[x])).unwrap();
+        let pictures: [Pixels; 3] = [plane.clone().into(), gray16.into(), yuv(67, 41, ColorRange::Full).into()];
+        for pixels in pictures {
+            let frame = Frame::new(7, 0.5, pixels).with_camera(pose);
+            for step in [1, 2, 3, 5] {
+                let small = frame.reduced(step).unwrap();
+                assert_eq!((small.index(), small.time_s(), small.has_color()), (7, 0.5, frame.has_color()));
+                assert_eq!(small.size(), Size::new(67 / step, 41 / step));
+                for (i, j) in (0..small.size().height).flat_map(|j| (0..small.size().width).map(move |i| (i, j))) {
+                    let [want, ..] = slow(&frame, i * step, j * step, step);
+                    let got = f64::from(small.color().row(j)[i][0]);
+                    assert!((got - want).abs() <= if frame.has_color() { 24.0 } else { 0.51 }, "{step}: {got} {want}");
+                }
+                let place = Point::new(12.0, 30.0);
+                let (k, camera) = (step as f64, small.camera().unwrap());
+                let seen = camera.direction_of(Point::new(place.x / k, place.y / k), small.size());
+                let wanted = pose.direction_of(place, frame.size());
+                assert!(
+                    (seen.pan_rad - wanted.pan_rad).abs() < 1e-12 && (seen.tilt_rad - wanted.tilt_rad).abs() < 1e-12
+                );
+            }
+            for step in [0, 42, 65, usize::MAX] {
+                assert!(frame.reduced(step).is_err(), "{step}");
             }
         }
     }

@@ -43,6 +43,8 @@ pub(super) struct Exposure<P> {
     pub explained: f64,
     pub explained_before: f64,
     samples: Vec<(P, P)>,
+    /// The samples of the channel at work that tell a ratio: frame and background.
+    channel: Vec<(f32, f32)>,
     histogram: Vec<f32>,
     tables: [[u8; 256]; 3],
 }
@@ -54,6 +56,7 @@ impl<P: Channels> Exposure<P> {
             explained: 0.0,
             explained_before: 0.0,
             samples: Vec::with_capacity(2 * SAMPLES),
+            channel: Vec::with_capacity(2 * SAMPLES),
             histogram: vec![0.0; BINS],
             tables: [[0; 256]; 3],
         }
@@ -96,35 +99,36 @@ impl<P: Channels> Exposure<P> {
         let before = self.lines;
         let (mut explained, mut explained_before) = (1.0f64, 1.0f64);
         for c in 0..P::COUNT {
-            let Some((line, support)) = self.line(c, before[c]) else { return self.lines = before };
+            self.take(c);
+            let Some((line, support)) = self.line(before[c]) else { return self.lines = before };
             self.lines[c] = line;
             explained = explained.min(f64::from(support));
-            explained_before = explained_before.min(f64::from(self.explained_by(c, before[c])));
+            explained_before = explained_before.min(f64::from(self.explained_by(before[c])));
         }
         (self.explained, self.explained_before) = (explained, explained_before);
     }
 
-    /// The samples of a channel that tell a ratio: frame and background.
-    fn channel(&self, c: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
-        let usable = move |(now, was): &(P, P)| {
+    /// Takes the samples of a channel.
+    fn take(&mut self, c: usize) {
+        let usable = |(now, was): &(P, P)| {
             let (now, was) = ([*now], [*was]);
             let (now, was) = (P::channels(&now)[c], P::channels(&was)[c]);
             (USABLE.contains(&now) && USABLE.contains(&was)).then(|| (f32::from(now), f32::from(was)))
         };
-        self.samples.iter().filter_map(usable)
+        self.channel.clear();
+        self.channel.extend(self.samples.iter().filter_map(usable));
     }
 
-    /// The line of a channel and the share of samples that it explains; `None` where too few agree.
-    fn line(&mut self, c: usize, before: Line) -> Option<(Line, f32)> {
+    /// The line of the channel taken and the share of samples that it explains; `None` where too few agree.
+    fn line(&mut self, before: Line) -> Option<(Line, f32)> {
         let mut histogram = std::mem::take(&mut self.histogram);
         histogram.fill(0.0);
         let bin =
             |ratio: f32| ((ratio.log2() + OCTAVES) * BINS_AN_OCTAVE).round().clamp(0.0, (BINS - 1) as f32) as usize;
-        let mut count = 0.0f32;
-        for (now, was) in self.channel(c) {
+        for (now, was) in &self.channel {
             histogram[bin(now / was)] += 1.0;
-            count += 1.0;
         }
+        let count = self.channel.len() as f32;
         let support = |at: usize| histogram[at.saturating_sub(NEAR)..(at + NEAR + 1).min(BINS)].iter().sum::<f32>();
         let best = (0..BINS).max_by(|a, b| support(*a).total_cmp(&support(*b)))?;
         let usual = bin(before.gain);
@@ -138,15 +142,15 @@ impl<P: Channels> Exposure<P> {
         }
         let gain = ((at as f32) / BINS_AN_OCTAVE - OCTAVES).exp2();
         let rough = Line { gain, offset: 0.0 };
-        let line = self.fitted(c, rough);
-        Some((line, self.explained_by(c, line)))
+        let line = self.fitted(rough);
+        Some((line, self.explained_by(line)))
     }
 
     /// The line of least squares through the samples near `rough`.
-    fn fitted(&self, c: usize, rough: Line) -> Line {
+    fn fitted(&self, rough: Line) -> Line {
         let (mut n, mut x, mut y, mut xx, mut xy) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
-        for (now, was) in self.channel(c).filter(|s| rough.explains(*s)) {
-            let (now, was) = (f64::from(now), f64::from(was));
+        for (now, was) in self.channel.iter().filter(|s| rough.explains(**s)) {
+            let (now, was) = (f64::from(*now), f64::from(*was));
             (n, x, y, xx, xy) = (n + 1.0, x + was, y + now, xx + was * was, xy + was * now);
         }
         let spread = n * xx - x * x;
@@ -159,13 +163,9 @@ impl<P: Channels> Exposure<P> {
         if sound { Line { gain: gain as f32, offset: offset as f32 } } else { rough }
     }
 
-    fn explained_by(&self, c: usize, line: Line) -> f32 {
-        let (mut all, mut near) = (0.0f32, 0.0f32);
-        for sample in self.channel(c) {
-            all += 1.0;
-            near += f32::from(u8::from(line.explains(sample)));
-        }
-        near / all.max(1.0)
+    fn explained_by(&self, line: Line) -> f32 {
+        let near = self.channel.iter().filter(|s| line.explains(**s)).count();
+        near as f32 / self.channel.len().max(1) as f32
     }
 
     /// Writes the frame as it would be in the background's exposure.

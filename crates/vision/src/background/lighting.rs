@@ -296,14 +296,17 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
         self.age = self.age.saturating_add(1);
         let open = |y: usize, x: usize| learning.protect.is_none_or(|p| p.row(y)[x] == 0);
         let (mut changed, mut all) = (0usize, 0usize);
-        for y in 0..mask.height() {
-            let row = mask.row(y);
-            if learning.protect.is_none() {
-                changed += row.iter().filter(|v| **v != BACKGROUND).count();
-                all += row.len();
-            } else {
-                all += (0..row.len()).filter(|&x| open(y, x)).count();
-                changed += (0..row.len()).filter(|&x| open(y, x) && row[x] != BACKGROUND).count();
+        for (y, row) in mask.view().rows().enumerate() {
+            match learning.protect.map(|p| p.row(y)) {
+                None => {
+                    changed += row.iter().filter(|v| **v != BACKGROUND).count();
+                    all += row.len();
+                }
+                Some(held) => {
+                    let open = || row.iter().zip(held).filter(|(_, held)| **held == 0);
+                    all += open().count();
+                    changed += open().filter(|(v, _)| **v != BACKGROUND).count();
+                }
             }
         }
         let changed = changed as f64 / all.max(1) as f64;

@@ -1,9 +1,10 @@
+use super::coarse::Coarse;
 use super::detected_motion;
 use super::found::Found;
 use super::params::{MotionDetectorParams, StartParams};
 use super::scene::{Scene, Sight};
 use super::turning::Turning;
-use pursuit_geometry::{BBox, Size};
+use pursuit_geometry::BBox;
 use pursuit_imaging::{Frame, Image, Rgb8};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{
@@ -16,16 +17,16 @@ impl DetectorRecipe for MotionDetectorParams {
     const FIGURES: &[&[Figure]] = &[SceneFigures::ALL, LightFigures::ALL];
 
     fn detector(&self) -> Result<Box<dyn Detector>> {
-        Ok(Box::new(MotionDetector {
+        let detector = MotionDetector {
             params: self.clone(),
             scene: None,
             last: None,
             turning: None,
             is_away: false,
             came_until_s: f64::NEG_INFINITY,
-            size: Size::new(0, 0),
             sight: Sight::default(),
-        }))
+        };
+        Ok(Box::new(Coarse::new(Box::new(detector), self.sight_px)))
     }
 }
 
@@ -45,8 +46,6 @@ struct MotionDetector {
     is_away: bool,
     /// Until when what stands out is taken to have come while it was, seconds.
     came_until_s: f64,
-    /// Of that first frame, as every further one must be.
-    size: Size,
     sight: Sight,
 }
 
@@ -79,7 +78,6 @@ impl Kind {
 impl MotionDetector {
     fn look(&mut self, frame: &Frame, followed: &[Followed]) -> Result<(), VisionError> {
         if self.scene.is_none() {
-            self.size = frame.size();
             self.scene = Some(Kind::new(frame, &self.params)?);
         }
         let is_again = self.last.as_ref().is_some_and(|last| is_same(last, frame));
@@ -149,9 +147,6 @@ impl MotionDetector {
 
 impl Detector for MotionDetector {
     fn detect(&mut self, frame: &Frame, followed: &[Followed]) -> Result<Vec<Detection>> {
-        if self.scene.is_some() && self.size != frame.size() {
-            return Err(TrackingError::FrameSize { index: frame.index(), expected: self.size, actual: frame.size() });
-        }
         self.look(frame, followed).map_err(|e| TrackingError::Computation {
             tracker: "motion".to_owned(),
             index: frame.index(),

@@ -31,7 +31,8 @@ impl Held {
         for y in 0..mask.height() {
             let busy = &mut self.busy[(y / BLOCK) * columns..][..columns];
             for (busy, pixels) in busy.iter_mut().zip(mask.row(y).chunks(BLOCK)) {
-                *busy |= pixels.iter().any(|v| *v != 0);
+                // All are looked at, which is quicker than to stop at the first.
+                *busy |= pixels.iter().fold(0, |all, v| all | v) != 0;
             }
         }
         for (seconds, busy) in self.seconds.iter_mut().zip(&self.busy) {

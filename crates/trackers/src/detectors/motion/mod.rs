@@ -5,6 +5,7 @@
 //! light does not flood the mask, and is said; a ghost (the background that a thing uncovers when it leaves the place it
 //! was learnt at) is told from a thing by its edges, and learnt at once.
 
+mod coarse;
 mod colors;
 mod detector;
 mod found;

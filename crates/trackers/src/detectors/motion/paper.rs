@@ -17,6 +17,7 @@ impl Default for PaperParams {
         let usual = MotionDetectorParams::default();
         Self(MotionDetectorParams {
             background: BackgroundKind::Fixed,
+            sight_px: 0,
             join_cut: 0.0,
             // The first frame is the background, from the second on.
             settled_frames: 1,

@@ -23,6 +23,9 @@ pursuit_parameters::parameters! {
     pub struct MotionDetectorParams {
         /// The model of the background.
         pub background: BackgroundKind = BackgroundKind::Mog2, source "zivkovic2006";
+        /// A picture whose shorter side is longer is looked at coarser, each pixel the mean of a square, as few as make it no longer. 0: every
+        /// picture is looked at as it is.
+        pub sight_px: usize = 720, in 0..=65_536, unit "px", source "ours";
         /// How long the background is remembered: time constant of `mog2` and `running-average`, span of the samples of `median`.
         pub history_s: f64 = 20.0, in above(0.0).at_most(86_400.0), unit "s", source "OpenCV: 500 frames, at 25 a second";
         /// For so long at first everything is learnt that is not followed.

@@ -146,3 +146,20 @@ pub(super) fn split_channels<const C: usize>(row: &[u8], line: &mut [f32]) {
         }
     }
 }
+
+/// Values of channels, each from 0 to 255, rounded and interleaved. They are rounded plane by plane, in vectors.
+#[multiversion(targets("x86_64+avx2+fma", "x86_64+sse4.1", "aarch64+neon"))]
+pub(super) fn join_channels<const C: usize>(planes: [&[f32]; C], out: &mut [u8]) {
+    let mut codes = [[0_u8; STRETCH]; C];
+    for (k, pixels) in out.as_chunks_mut::<C>().0.chunks_mut(STRETCH).enumerate() {
+        for (codes, plane) in codes.iter_mut().zip(planes) {
+            let values = plane.get(k * STRETCH..).unwrap_or_default();
+            codes.iter_mut().zip(values).for_each(|(code, v)| *code = (v + 0.5) as i32 as u8);
+        }
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            for c in 0..C {
+                pixel[c] = codes[c][i];
+            }
+        }
+    }
+}

@@ -9,6 +9,7 @@ use super::mixture::Rule;
 use super::{BACKGROUND, BackgroundModel, Learning};
 use crate::Result;
 use crate::error::VisionError;
+use kernels::join_channels;
 use pursuit_imaging::{Image, ImageView};
 use state::State;
 use std::marker::PhantomData;
@@ -88,9 +89,10 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
     fn background(&self, out: &mut Image<P>) -> Result<bool> {
         let Some(state) = &self.state else { return Ok(false) };
         out.resize_for_overwrite(state.size, P::default())?;
-        for (c, means) in state.means.iter().enumerate() {
-            let channel = P::channels_mut(out.as_mut_slice()).iter_mut().skip(c).step_by(P::COUNT);
-            channel.zip(means).for_each(|(v, mean)| *v = (mean + 0.5) as u8);
+        match state.means.as_slice() {
+            [gray] => join_channels([gray], P::channels_mut(out.as_mut_slice())),
+            [r, g, b] => join_channels([r, g, b], P::channels_mut(out.as_mut_slice())),
+            _ => return Ok(false),
         }
         Ok(true)
     }
