@@ -185,6 +185,18 @@ mod tests {
     }
 
     #[test]
+    fn the_coarsest_sight_of_any_picture_is_no_fault() {
+        for (width, height) in [(40, 40), (3, 1), (200, 70)] {
+            let mut coarse = detector(1);
+            for k in 0..20 {
+                let found = coarse.detect(&frame(k, width, height), &[]).unwrap();
+                assert!(found.iter().all(|d| d.bbox.is_finite()));
+                assert!(coarse.foreground().is_none_or(|mask| mask.size() == Size::new(width, height)));
+            }
+        }
+    }
+
+    #[test]
     fn what_reaches_the_end_reaches_the_end_of_the_picture() {
         let mut coarse = Coarse::new(detector(0), 100);
         coarse.detect(&frame(0, 602, 301), &[]).unwrap();
