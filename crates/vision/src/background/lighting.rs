@@ -303,9 +303,10 @@ impl<M: BackgroundModel<P>, P: Channels> Watched<M, P> {
                     all += row.len();
                 }
                 Some(held) => {
-                    let open = || row.iter().zip(held).filter(|(_, held)| **held == 0);
-                    all += open().count();
-                    changed += open().filter(|(v, _)| **v != BACKGROUND).count();
+                    // No row is too long for counts of 32 bits, of which more fit in a vector.
+                    let open = held.iter().map(|held| u32::from(*held == 0)).sum::<u32>();
+                    let both = row.iter().zip(held).map(|(v, held)| u32::from((*v != BACKGROUND) & (*held == 0)));
+                    (all, changed) = (all + open as usize, changed + both.sum::<u32>() as usize);
                 }
             }
         }

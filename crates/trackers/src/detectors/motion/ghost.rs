@@ -6,6 +6,14 @@ use pursuit_geometry::Point;
 use pursuit_imaging::ImageView;
 use pursuit_vision::background::Channels;
 
+/// So many times the reach to the side of an outline lie the edges that those along it are compared with.
+const BESIDE: usize = 3;
+
+/// How far from an outline edges are looked at, in pixels.
+pub(super) const fn farthest_px(params: &GhostParams) -> usize {
+    (BESIDE + 1) * params.reach_px
+}
+
 /// Edge strength along `outline` in `background` over that in `frame`; at most 1 where the background is as full of edges beside the
 /// outline as along it: a plain coat before a bookcase is no ghost. `mask` tells what lies beside the outline of a region
 /// about `middle`.
@@ -19,7 +27,7 @@ pub(super) fn ghostliness<P: Channels>(
     let within = |v: usize, n: usize| v >= reach && v < n.saturating_sub(reach);
     let inside = |x: usize, y: usize| within(x, frame.width()) && within(y, frame.height());
     let (mut on, mut beside) = (Edges::default(), Edges::default());
-    let step = (3 * reach) as isize;
+    let step = (BESIDE * reach) as isize;
     for &(x, y) in outline {
         // At the border of the picture there is no other side.
         if !inside(x, y) {

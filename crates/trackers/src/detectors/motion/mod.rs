@@ -17,6 +17,7 @@ mod params;
 mod scene;
 mod shade;
 mod stand;
+mod surroundings;
 mod turning;
 
 pub use paper::PaperParams;

@@ -1,3 +1,4 @@
+use super::ghost;
 use pursuit_geometry::Size;
 use pursuit_vision::background::{LightingParams, Mog2Params, RunningAverageParams, TemporalMedianParams};
 use pursuit_vision::region_features::FeatureRanges;
@@ -253,6 +254,19 @@ impl MotionDetectorParams {
     /// Time between samples of the median.
     pub(super) fn sample_s(&self) -> f64 {
         self.history_s / self.samples as f64
+    }
+
+    /// Radii of the opening and of the closing in a mask of so many rows, in pixels.
+    pub(super) fn radii(&self, rows: usize) -> (usize, usize) {
+        let radius = |share: f64| (share * rows as f64).round() as usize;
+        (radius(self.opening), radius(self.closing))
+    }
+
+    /// How far from what stands out of it the background of so many rows is looked at, in pixels: beside outlines, of what a closing has
+    /// filled too.
+    pub(super) fn reach_px(&self, rows: usize) -> usize {
+        let (open, close) = self.radii(rows);
+        open + close + ghost::farthest_px(&self.ghost)
     }
 
     pub(super) fn codes(&self) -> u8 {

@@ -7,6 +7,7 @@ use super::groups::{Part, divide};
 use super::held::Held;
 use super::params::{BackgroundKind, MotionDetectorParams};
 use super::shade::Shade;
+use super::surroundings::Surroundings;
 use pursuit_geometry::{BBox, Point};
 use pursuit_imaging::{Image, ImageView};
 use pursuit_vision::background::{
@@ -54,7 +55,9 @@ pub(super) struct Scene<P> {
     /// The same, for others to see.
     shown: Arc<Image<u8>>,
     protect: Image<u8>,
+    /// The background about what stands out of it.
     background: Image<P>,
+    surroundings: Surroundings,
     /// Whether the background is one.
     known: bool,
     shade: Shade,
@@ -89,6 +92,7 @@ impl<P: Channels> Scene<P> {
             shown: Arc::new(blank()?),
             protect: blank()?,
             background: Image::filled(1, 1, P::default())?,
+            surroundings: Surroundings::default(),
             known: false,
             shade: Shade::default(),
             held: Held::default(),
@@ -229,7 +233,9 @@ impl<P: Channels> Scene<P> {
     /// Fetches the background, where there is one and anything stands out of it.
     fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
         let wanted = params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().contains(&FOREGROUND);
-        self.known = wanted && self.model.model().background(&mut self.background)?;
+        // It is looked at about what stands out alone.
+        let windows = self.surroundings.windows(&self.mask, params.reach_px(self.mask.height()));
+        self.known = wanted && self.model.model().background_in(windows, &mut self.background)?;
         Ok(())
     }
 
@@ -273,9 +279,9 @@ pub(super) fn clean(
     params: &MotionDetectorParams,
     morphology: &mut MorphologyScratch,
 ) -> Result<(), VisionError> {
-    let height = mask.height() as f64;
-    let (open, close) = ((params.opening * height).round() as usize, (params.closing * height).round() as usize);
-    mask.as_mut_slice().iter_mut().filter(|v| **v != FOREGROUND).for_each(|v| *v = 0);
+    let (open, close) = params.radii(mask.height());
+    // Every pixel is written, which is quicker than to choose.
+    mask.as_mut_slice().iter_mut().for_each(|v| *v = if *v == FOREGROUND { FOREGROUND } else { 0 });
     erode(mask, open, morphology)?;
     dilate(mask, open + close, morphology)?;
     erode(mask, close, morphology)?;

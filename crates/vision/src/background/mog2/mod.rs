@@ -9,6 +9,7 @@ use super::mixture::Rule;
 use super::{BACKGROUND, BackgroundModel, Learning};
 use crate::Result;
 use crate::error::VisionError;
+use crate::window::PixelWindow;
 use kernels::join_channels;
 use pursuit_imaging::{Image, ImageView};
 use state::State;
@@ -88,11 +89,24 @@ impl<P: Channels> BackgroundModel<P> for Mog2<P> {
     /// The mean of the heaviest Gaussian of every pixel.
     fn background(&self, out: &mut Image<P>) -> Result<bool> {
         let Some(state) = &self.state else { return Ok(false) };
+        self.background_in(&[PixelWindow::full(state.size)], out)
+    }
+
+    fn background_in(&self, windows: &[PixelWindow], out: &mut Image<P>) -> Result<bool> {
+        let Some(state) = &self.state else { return Ok(false) };
         out.resize_for_overwrite(state.size, P::default())?;
-        match state.means.as_slice() {
-            [gray] => join_channels([gray], P::channels_mut(out.as_mut_slice())),
-            [r, g, b] => join_channels([r, g, b], P::channels_mut(out.as_mut_slice())),
-            _ => return Ok(false),
+        let all = PixelWindow::full(state.size);
+        for window in windows.iter().filter_map(|w| w.intersection(&all)) {
+            for y in window.y..window.y + window.height {
+                let from = y * state.size.width + window.x;
+                let columns = from..from + window.width;
+                let out = P::channels_mut(&mut out.row_mut(y)[window.x..window.x + window.width]);
+                match state.means.as_slice() {
+                    [gray] => join_channels([&gray[columns]], out),
+                    [r, g, b] => join_channels([&r[columns.clone()], &g[columns.clone()], &b[columns]], out),
+                    _ => return Ok(false),
+                }
+            }
         }
         Ok(true)
     }

@@ -159,3 +159,22 @@ fn grey_mog2_sees_shadows_by_brightness() {
         assert!((0..10).all(|x| mask.row(3)[x] == want) && mask.row(3)[30] == BACKGROUND, "{v} {:?}", mask.row(3));
     }
 }
+
+#[test]
+fn the_background_of_a_part_is_that_of_the_whole() {
+    let (mut model, mut mask) = (mog2(), mask());
+    (0..30).for_each(|k| model.apply(clip(k).view(), &Learning::default(), &mut mask).unwrap());
+    let (mut whole, mut part) = (clip(0), Image::filled(96, 64, [9; 3]).unwrap());
+    let windows = [
+        PixelWindow { x: 3, y: 5, width: 70, height: 9 },
+        PixelWindow { x: 90, y: 60, width: 40, height: 40 },
+        PixelWindow { x: 96, y: 0, width: 1, height: 1 },
+    ];
+    assert!(model.background(&mut whole).unwrap() && model.background_in(&windows, &mut part).unwrap());
+    let inside = |x: usize, y: usize| {
+        let within = |w: &PixelWindow| (w.x..w.x + w.width).contains(&x) && (w.y..w.y + w.height).contains(&y);
+        windows.iter().any(within)
+    };
+    let wanted = Image::from_fn(96, 64, |x, y| if inside(x, y) { whole.row(y)[x] } else { [9; 3] }).unwrap();
+    assert_eq!(part, wanted);
+}
