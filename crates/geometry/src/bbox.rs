@@ -147,6 +147,12 @@ impl BBox {
         Self::from_center_size(self.center(), self.width * factor, self.height * factor)
     }
 
+    /// The same box in an image whose sides are `factor` times as long.
+    #[must_use]
+    pub fn resized(&self, factor: f64) -> Self {
+        Self::from_ltwh(factor * self.left, factor * self.top, factor * self.width, factor * self.height)
+    }
+
     /// Grown by `margin_px` on every side (shrunk when negative).
     #[must_use]
     pub fn expanded(&self, margin_px: f64) -> Self {
@@ -231,5 +237,14 @@ mod tests {
         }
         assert!(BBox::from_ltwh(0.0, 0.0, f64::NAN, 5.0).is_empty());
         assert!(!BBox::from_ltwh(0.0, 0.0, f64::NAN, 5.0).is_finite());
+    }
+
+    #[test]
+    fn a_resized_box_is_where_it_was_in_the_resized_image() {
+        let (bbox, size) = (BBox::from_ltwh(30.0, -6.0, 12.0, 90.0), Size::new(90, 60));
+        let small = bbox.resized(1.0 / 3.0);
+        assert!((small.iou(&BBox::from_ltwh(10.0, -2.0, 4.0, 30.0)) - 1.0).abs() < 1e-12, "{small}");
+        assert_eq!(size.bounds().resized(2.0), Size::new(180, 120).bounds());
+        assert_eq!(bbox.resized(1.0), bbox);
     }
 }

@@ -1,4 +1,5 @@
 use crate::convert::{gray_to_rgb, rgb_to_gray, stretch};
+use crate::reducer::Coarse;
 use crate::shared::check_size;
 use crate::{CameraPose, Image, ImageView, ImagingError, Pixels, Result, Rgb8, SharedImage};
 use pursuit_geometry::Size;
@@ -29,6 +30,7 @@ pub struct Frame {
     pixels: Pixels,
     depth_mm: Option<SharedImage<u16>>,
     foreground: Option<Arc<Image<u8>>>,
+    pub(crate) coarse: Option<Arc<Coarse>>,
     derived: Arc<Derived>,
 }
 
@@ -45,7 +47,7 @@ impl Frame {
     /// [`Image`], a [`SharedImage`] or a [`Yuv420`](crate::Yuv420).
     pub fn new(index: u64, time_s: f64, pixels: impl Into<Pixels>) -> Self {
         let (pixels, derived) = (pixels.into(), Arc::default());
-        Self { index, time_s, camera: None, pixels, depth_mm: None, foreground: None, derived }
+        Self { index, time_s, camera: None, pixels, depth_mm: None, foreground: None, coarse: None, derived }
     }
 
     /// The same frame with a depth image in millimetres (0 = no data), registered to the colour image.
@@ -81,9 +83,8 @@ impl Frame {
 
     /// The same pixels under another number and time, for wrappers that drop, repeat or retime frames.
     #[must_use]
-    pub const fn retimed(mut self, index: u64, time_s: f64) -> Self {
-        (self.index, self.time_s) = (index, time_s);
-        self
+    pub fn retimed(self, index: u64, time_s: f64) -> Self {
+        Self { index, time_s, coarse: None, ..self }
     }
 
     /// The same frame with other pixels of the same size and kind of content (spoiled, stabilised): number, time, depth and
@@ -94,7 +95,7 @@ impl Frame {
     pub fn with_pixels(&self, pixels: impl Into<Pixels>) -> Result<Self> {
         let pixels = pixels.into();
         self.depth_mm.as_ref().map_or(Ok(()), |depth| check_size(depth, pixels.size()))?;
-        Ok(Self { pixels, derived: Arc::default(), ..self.clone() })
+        Ok(Self { pixels, coarse: None, derived: Arc::default(), ..self.clone() })
     }
 
     /// The same frame as its source delivered it: pixels shared, no plane derived yet. Whoever is shown such a frame pays

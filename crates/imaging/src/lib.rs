@@ -9,6 +9,7 @@ mod frame;
 mod image;
 mod pixels;
 mod reduce;
+mod reducer;
 mod shared;
 mod yuv;
 
@@ -17,6 +18,7 @@ pub use error::ImagingError;
 pub use frame::Frame;
 pub use image::{Image, ImageView, Rgb8};
 pub use pixels::Pixels;
+pub use reducer::Reducer;
 pub use shared::SharedImage;
 pub use yuv::{ColorMatrix, ColorRange, Yuv420};
 

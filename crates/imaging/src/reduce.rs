@@ -1,6 +1,6 @@
 //! Pictures, and parts of them, at a whole fraction of their size: what is large in a large picture needs no more.
 
-use crate::{CameraPose, Frame, Image, ImageView, Lens, Pixels, Result, Rgb8, Yuv420};
+use crate::{Frame, Image, ImageView, Pixels, Result, Rgb8, Yuv420};
 use multiversion::multiversion;
 use pursuit_geometry::Size;
 
@@ -33,38 +33,6 @@ impl Frame {
         }
         Ok(true)
     }
-
-    /// The same moment at a whole fraction of its size: every `step` × `step` pixels (from 1 to 64) are one, their mean, as 8-bit colour
-    /// or grey. Pixels at the right and at the bottom that make no whole block are left out. Number, time and the camera's pose stay, its
-    /// lens as of the smaller picture; depth and foreground are left out.
-    ///
-    /// # Errors
-    /// [`ImagingError::Size`](crate::ImagingError::Size) when no block fits in the picture, or `step` is out of its range.
-    pub fn reduced(&self, step: usize) -> Result<Self> {
-        let size = self.size();
-        let small = if (1..=MOST_STEP).contains(&step) { [size.width / step, size.height / step] } else { [0; 2] };
-        let pixels = if self.has_color() {
-            let mut out = Image::filled(small[0], small[1], [0; 3])?;
-            self.reduced_color([0, 0, size.width, size.height], step, &mut out)?;
-            Pixels::from(out)
-        } else {
-            let mut out = Image::filled(small[0], small[1], 0)?;
-            let mut columns = vec![0; small[0] * step];
-            for row in 0..small[1] {
-                means(self.gray(), (0, row * step), step, &mut columns, out.row_mut(row));
-            }
-            Pixels::from(out)
-        };
-        let frame = Self::new(self.index(), self.time_s(), pixels);
-        let camera = self.camera().map(|pose| reduced_pose(pose, size, step)).transpose()?;
-        Ok(camera.into_iter().fold(frame, Self::with_camera))
-    }
-}
-
-/// The pose of a camera that takes pictures of `size` as that of one whose pixels are `step` times as large.
-fn reduced_pose(pose: &CameraPose, size: Size, step: usize) -> Result<CameraPose> {
-    let [fx, fy, cx, cy] = pose.lens().pinhole_px(size).map(|v| v / step as f64);
-    CameraPose::new(pose.time_s(), pose.pan_rad(), pose.tilt_rad(), Lens::intrinsics(fx, fy, cx, cy)?)
 }
 
 /// Means of blocks of an image of interleaved channels.
@@ -114,7 +82,13 @@ fn reduce_planes(image: &Yuv420, (x, y): (usize, usize), step: usize, out: &mut 
 }
 
 /// Means of blocks of one plane, from the pixel `(left, top)` on; `columns` is scratch.
-fn means(plane: ImageView<'_, u8>, (left, top): (usize, usize), step: usize, columns: &mut [u16], out: &mut [u8]) {
+pub(crate) fn means(
+    plane: ImageView<'_, u8>,
+    (left, top): (usize, usize),
+    step: usize,
+    columns: &mut [u16],
+    out: &mut [u8],
+) {
     if step == 1 {
         out.copy_from_slice(&plane.row(top)[left..left + out.len()]);
         return;
@@ -189,18 +163,18 @@ const fn mean(sum: u32, count: usize) -> u8 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::{ColorMatrix, ColorRange};
     use pursuit_geometry::Point;
     use pursuit_testkit::Noise;
 
-    fn noise(width: usize, height: usize, seed: u32) -> Image<u8> {
+    pub(crate) fn noise(width: usize, height: usize, seed: u32) -> Image<u8> {
         let mut noise = Noise::new(seed);
         Image::from_fn(width, height, |_, _| noise.byte()).unwrap()
     }
 
-    fn yuv(width: usize, height: usize, range: ColorRange) -> Yuv420 {
+    pub(crate) fn yuv(width: usize, height: usize, range: ColorRange) -> Yuv420 {
         let (w, h) = (width.div_ceil(2), height.div_ceil(2));
         // Mild chroma, so that no channel is cut and means of colours are colours of means.
         let mild = |seed| {
@@ -213,7 +187,7 @@ mod tests {
     }
 
     /// The slow, obvious reference: the mean of the block of the converted picture.
-    fn slow(frame: &Frame, x: usize, y: usize, step: usize) -> [f64; 3] {
+    pub(crate) fn slow(frame: &Frame, x: usize, y: usize, step: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (i, j) in (0..step).flat_map(|j| (0..step).map(move |i| (i, j))) {
             let pixel = frame.color().row(y + j)[x + i];
@@ -252,37 +226,6 @@ mod tests {
                         assert!(near, "{step} {x} {y}: {got:?} {want:?}");
                     }
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn a_frame_at_a_fraction_shows_the_same_from_the_same_camera() {
-        let pose = CameraPose::new(0.3, 0.2, -0.1, Lens::field_of_view(1.1).unwrap()).unwrap();
-        let plane = noise(67, 41, 3);
-        let gray16 = Image::from_fn(67, 41, |x, y| 256 * u16::from(plane.row(y)[x])).unwrap();
-        let pictures: [Pixels; 3] = [plane.clone().into(), gray16.into(), yuv(67, 41, ColorRange::Full).into()];
-        for pixels in pictures {
-            let frame = Frame::new(7, 0.5, pixels).with_camera(pose);
-            for step in [1, 2, 3, 5] {
-                let small = frame.reduced(step).unwrap();
-                assert_eq!((small.index(), small.time_s(), small.has_color()), (7, 0.5, frame.has_color()));
-                assert_eq!(small.size(), Size::new(67 / step, 41 / step));
-                for (i, j) in (0..small.size().height).flat_map(|j| (0..small.size().width).map(move |i| (i, j))) {
-                    let [want, ..] = slow(&frame, i * step, j * step, step);
-                    let got = f64::from(small.color().row(j)[i][0]);
-                    assert!((got - want).abs() <= if frame.has_color() { 24.0 } else { 0.51 }, "{step}: {got} {want}");
-                }
-                let place = Point::new(12.0, 30.0);
-                let (k, camera) = (step as f64, small.camera().unwrap());
-                let seen = camera.direction_of(Point::new(place.x / k, place.y / k), small.size());
-                let wanted = pose.direction_of(place, frame.size());
-                assert!(
-                    (seen.pan_rad - wanted.pan_rad).abs() < 1e-12 && (seen.tilt_rad - wanted.tilt_rad).abs() < 1e-12
-                );
-            }
-            for step in [0, 42, 65, usize::MAX] {
-                assert!(frame.reduced(step).is_err(), "{step}");
             }
         }
     }

@@ -101,6 +101,12 @@ pub trait Detector: Send {
         None
     }
 
+    /// `frame`, the one seen last, as trackers of what it finds are shown it; `None`: as it is. With what stood out of the scene, where it
+    /// knows the scene, and coarser ([`Frame::coarse`]), where it looked at it so.
+    fn shown(&mut self, frame: &Frame) -> Option<Frame> {
+        frame.clone().with_foreground(self.foreground()?).ok()
+    }
+
     /// How what it finds moves, and how exactly it is measured; `None`: as of any detector.
     fn motion(&self) -> Option<MotionParams> {
         None

@@ -51,6 +51,10 @@ impl Detector for Clocked {
         self.detector.foreground()
     }
 
+    fn shown(&mut self, frame: &Frame) -> Option<Frame> {
+        self.detector.shown(frame)
+    }
+
     fn motion(&self) -> Option<MotionParams> {
         self.detector.motion()
     }

@@ -3,9 +3,11 @@
 //! predictor says where the person will be at the next sample.
 
 mod localizer;
+mod sight;
 
 pub use crate::backdrop::BackdropParams;
 pub use localizer::PersonLocalizer;
+pub use sight::PersonSight;
 
 use crate::pursuit::FilterParams;
 use pursuit_geometry::BBox;
@@ -24,10 +26,10 @@ pursuit_parameters::parameters! {
 }
 
 impl LocalizerRecipe for PersonParams {
-    type Localizer = PersonLocalizer;
+    type Localizer = PersonSight;
 
-    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<PersonLocalizer> {
-        PersonLocalizer::new(self, frame, bbox)
+    fn localizer(&self, frame: &Frame, bbox: BBox) -> Result<PersonSight> {
+        PersonSight::new(frame, &bbox, |frame, bbox| PersonLocalizer::new(self, frame, bbox))
     }
 }
 

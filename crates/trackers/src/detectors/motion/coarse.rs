@@ -1,7 +1,7 @@
 //! Large pictures are looked at coarser: who moves is as large a part of a picture of many pixels as of one of few.
 
 use pursuit_geometry::{BBox, Size};
-use pursuit_imaging::{Frame, Image, Result as ImagingResult};
+use pursuit_imaging::{Frame, Image, Reducer, Result as ImagingResult};
 use pursuit_tracking::motion::MotionParams;
 use pursuit_tracking::{Detection, Detector, Diagnostics, Followed, Result, TrackingError};
 use std::sync::Arc;
@@ -16,24 +16,26 @@ pub(super) struct Coarse {
     step: usize,
     /// Of the first frame, as every further one must be; `None` before it.
     size: Option<Size>,
+    reducer: Reducer,
+    /// The frame looked at last as the detector saw it, where that was coarser.
+    small: Option<Frame>,
     /// What stood out, in the pixels of the picture.
     shown: Option<Arc<Image<u8>>>,
 }
 
 impl Coarse {
     /// Of pictures of any size, as they are, where `most_px` is 0.
-    pub const fn new(detector: Box<dyn Detector>, most_px: usize) -> Self {
-        Self { detector, most_px, step: 1, size: None, shown: None }
+    pub fn new(detector: Box<dyn Detector>, most_px: usize) -> Self {
+        Self { detector, most_px, step: 1, size: None, reducer: Reducer::default(), small: None, shown: None }
     }
 
     /// A box of the picture in the pixels that the detector sees.
     fn seen(&self, bbox: &BBox) -> BBox {
-        let step = self.step as f64;
-        BBox::from_ltwh(bbox.left() / step, bbox.top() / step, bbox.width() / step, bbox.height() / step)
+        bbox.resized(1.0 / self.step as f64)
     }
 
     /// A box that the detector sees in the pixels of the picture. What reaches the end of what it sees reaches that of the picture.
-    fn shown(&self, bbox: &BBox, size: Size) -> BBox {
+    fn told(&self, bbox: &BBox, size: Size) -> BBox {
         let step = self.step as f64;
         let end = |at: f64, whole: usize| {
             let beyond = if at >= (whole / self.step) as f64 { whole % self.step } else { 0 };
@@ -85,14 +87,15 @@ impl Detector for Coarse {
         if self.step == 1 {
             return self.detector.detect(frame, followed);
         }
-        let small = frame.reduced(self.step).map_err(|e| TrackingError::Computation {
+        let small = self.reducer.reduce(frame, self.step).map_err(|e| TrackingError::Computation {
             tracker: "motion".to_owned(),
             index: frame.index(),
             source: Box::new(e),
         })?;
         let followed: Vec<Followed> = followed.iter().map(|f| Followed { bbox: self.seen(&f.bbox), ..*f }).collect();
-        let found = self.detector.detect(&small, &followed)?;
-        Ok(found.into_iter().map(|d| Detection { bbox: self.shown(&d.bbox, size), ..d }).collect())
+        let small = self.small.insert(small);
+        let found = self.detector.detect(small, &followed)?;
+        Ok(found.into_iter().map(|d| Detection { bbox: self.told(&d.bbox, size), ..d }).collect())
     }
 
     fn watches(&self) -> bool {
@@ -119,6 +122,16 @@ impl Detector for Coarse {
         enlarge(&mask, self.step, size, &mut shown).ok()?;
         self.shown = Some(Arc::new(shown));
         self.shown.clone()
+    }
+
+    fn shown(&mut self, frame: &Frame) -> Option<Frame> {
+        let Some(small) = &self.small else { return self.detector.shown(frame) };
+        let small = self.detector.shown(small).unwrap_or_else(|| small.clone());
+        let whole = match self.foreground() {
+            Some(mask) => frame.clone().with_foreground(mask).ok()?,
+            None => frame.clone(),
+        };
+        whole.with_coarse(self.step, small).ok()
     }
 
     fn motion(&self) -> Option<MotionParams> {
@@ -185,6 +198,27 @@ mod tests {
     }
 
     #[test]
+    fn who_follows_what_was_found_is_shown_what_the_detector_saw() {
+        let (width, height) = (401, 270);
+        let (mut coarse, mut small) = (detector(100), detector(0));
+        for k in 0..20 {
+            let (frame, reduced) = (frame(k, width, height), frame(k, width, height).reduced(3).unwrap());
+            coarse.detect(&frame, &[]).unwrap();
+            small.detect(&reduced, &[]).unwrap();
+            let shown = coarse.shown(&frame).unwrap();
+            let (step, seen) = shown.coarse().unwrap();
+            assert_eq!((step, seen.color().to_image()), (3, reduced.color().to_image()));
+            assert_eq!(shown.color().row(0).as_ptr(), frame.color().row(0).as_ptr(), "the pixels are the same");
+            let wanted = small.foreground();
+            assert_eq!(seen.foreground().map(|mask| mask.to_image()), wanted.as_deref().cloned(), "{k}");
+            assert_eq!(shown.foreground().map(|mask| mask.size()), wanted.map(|_| frame.size()));
+        }
+        let mut whole = detector(300);
+        whole.detect(&frame(0, width, height), &[]).unwrap();
+        assert!(whole.shown(&frame(0, width, height)).is_none_or(|shown| shown.coarse().is_none()));
+    }
+
+    #[test]
     fn the_coarsest_sight_of_any_picture_is_no_fault() {
         for (width, height) in [(40, 40), (3, 1), (200, 70)] {
             let mut coarse = detector(1);
@@ -202,9 +236,9 @@ mod tests {
         coarse.detect(&frame(0, 602, 301), &[]).unwrap();
         assert_eq!(coarse.step, 4);
         let size = Size::new(602, 301);
-        let last = coarse.shown(&BBox::from_ltrb(100.0, 20.0, 150.0, 75.0), size);
+        let last = coarse.told(&BBox::from_ltrb(100.0, 20.0, 150.0, 75.0), size);
         assert_eq!(last, BBox::from_ltrb(400.0, 80.0, 602.0, 301.0));
-        assert_eq!(coarse.shown(&BBox::from_ltrb(1.0, 2.0, 3.0, 4.0), size), BBox::from_ltrb(4.0, 8.0, 12.0, 16.0));
+        assert_eq!(coarse.told(&BBox::from_ltrb(1.0, 2.0, 3.0, 4.0), size), BBox::from_ltrb(4.0, 8.0, 12.0, 16.0));
         let mask = Image::from_fn(150, 75, |x, y| if x == 149 || y == 74 { 255 } else { 0 }).unwrap();
         let mut out = Image::filled(1, 1, 0).unwrap();
         enlarge(&mask, 4, size, &mut out).unwrap();

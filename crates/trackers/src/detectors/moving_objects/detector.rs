@@ -147,6 +147,10 @@ impl Detector for MovingObjects {
         self.motion.foreground()
     }
 
+    fn shown(&mut self, frame: &Frame) -> Option<Frame> {
+        self.motion.shown(frame)
+    }
+
     fn motion(&self) -> Option<MotionParams> {
         self.motion.motion()
     }

@@ -221,9 +221,8 @@ impl Associating {
     fn look(&mut self, frame: &Frame, tracks: &mut Vec<Track>) -> Result<()> {
         self.predict(frame.into())?;
         let detections = self.detect(frame)?;
-        // What stands out of the scene is found once, and shown to all who look.
-        let foreground = self.detector.as_mut().filter(|_| self.appearance.is_some()).and_then(|d| d.foreground());
-        let shown = foreground.and_then(|mask| frame.clone().with_foreground(mask).ok());
+        // What stands out of the scene is found once, and shown to all who look; so is the picture coarser.
+        let shown = self.detector.as_mut().filter(|_| self.appearance.is_some()).and_then(|d| d.shown(frame));
         self.take(shown.as_ref().unwrap_or(frame).into(), &detections, tracks)
     }
 
