@@ -166,7 +166,6 @@ const fn mean(sum: u32, count: usize) -> u8 {
 pub(crate) mod tests {
     use super::*;
     use crate::{ColorMatrix, ColorRange};
-    use pursuit_geometry::Point;
     use pursuit_testkit::Noise;
 
     pub(crate) fn noise(width: usize, height: usize, seed: u32) -> Image<u8> {
