@@ -232,10 +232,12 @@ impl<P: Channels> Scene<P> {
 
     /// Fetches the background, where there is one and anything stands out of it.
     fn find_background(&mut self, params: &MotionDetectorParams) -> Result<(), VisionError> {
-        let wanted = params.background != BackgroundKind::ThreeFrame && self.mask.as_slice().contains(&FOREGROUND);
-        // It is looked at about what stands out alone.
-        let windows = self.surroundings.windows(&self.mask, params.reach_px(self.mask.height()));
-        self.known = wanted && self.model.model().background_in(windows, &mut self.background)?;
+        self.known = false;
+        if params.background != BackgroundKind::ThreeFrame {
+            // It is looked at about what stands out alone.
+            let windows = self.surroundings.windows(&self.mask, params.reach_px(self.mask.height()));
+            self.known = !windows.is_empty() && self.model.model().background_in(windows, &mut self.background)?;
+        }
         Ok(())
     }
 
